@@ -1,0 +1,37 @@
+# `make demo` and `make test` need Python 3.11+ and the package index, nothing else: each makes
+# its own virtual environment. The FMUs are compiled during installation by ziglang, a compiler
+# from the package index.
+PYTHON ?= python3
+
+.PHONY: demo test lint docs network fmus clean
+
+demo: .venv-demo/installed  ## run the red-light scenario, closed loop, from nothing
+	.venv-demo/bin/nlosim run scenarios/red_light.yaml
+
+test: .venv-test/installed  ## everything that CI checks
+	.venv-test/bin/ruff check .
+	.venv-test/bin/ruff format --check .
+	.venv-test/bin/mypy
+	.venv-test/bin/lint-imports
+	.venv-test/bin/python -m pytest
+
+.venv-demo/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/common/*.py')
+	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
+	$(PYTHON) -m venv .venv-demo
+	.venv-demo/bin/python -m pip install --quiet --disable-pip-version-check --editable .
+	touch $@
+
+.venv-test/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/common/*.py')
+	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
+	$(PYTHON) -m venv .venv-test
+	.venv-test/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	touch $@
+
+network:  ## regenerate the road network of the red-light scene (needs netconvert)
+	$(PYTHON) -m venv .venv-network
+	.venv-network/bin/python -m pip install --quiet 'eclipse-sumo==1.28.0'
+	cd scenarios/assets/red_light && ../../../.venv-network/bin/netconvert -c red_light.netccfg
+
+clean:  ## remove environments, caches and built FMUs
+	rm -rf .venv-* build dist runs .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	find fmus -name '*.fmu' -delete

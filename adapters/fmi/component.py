@@ -1,0 +1,238 @@
+"""An FMU as a component."""
+
+import weakref
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+from typing_extensions import override
+
+from adapters.fmi.connectors import connectors
+from adapters.fmi.description import DTYPES, FmuDescription, FmuVariable
+from adapters.fmi.errors import FmuError
+from adapters.fmi.instance import FmuInstance
+from adapters.fmi.sizes import Sizes
+from orchestrator.component import Component, RestorableComponent
+from orchestrator.signal import Causality, Connector, Signal, Signals
+from orchestrator.timebase import Duration, Time, seconds
+
+Instantiate: TypeAlias = Callable[[], FmuInstance]
+"""Makes a new instance of the FMU, with its own folder and library."""
+
+SEED: Final = "seed"
+"""An integer parameter of this name that the scenario does not set is drawn from the
+component's random stream."""
+
+
+@dataclass(frozen=True, eq=False)
+class FmuState:
+    """A stored state of one instance, and what the importer knew then."""
+
+    instance: FmuInstance
+    address: int
+    lengths: Mapping[str, int]
+    written: Mapping[str, Signal]
+    read: Signals
+
+
+class FmuComponent(Component):
+    """An FMU in this process.
+
+    Inputs that are the objects they were at the last step are not set again. When the length
+    of a named axis changes, the FMU is reconfigured and every array along that axis is set
+    again (FMI 3.0.2, section 2.2.9).
+    """
+
+    def __init__(
+        self, description: FmuDescription, values: Mapping[str, Any], instantiate: Instantiate
+    ) -> None:
+        self._description = description
+        self._values = values
+        self._instantiate = instantiate
+        self._sizes = Sizes(description, values)
+        self._connectors = connectors(description, self._sizes.start)
+        self._inputs = [
+            name for name, c in self._connectors.items() if c.causality is Causality.INPUT
+        ]
+        self._instance: FmuInstance | None = None
+        self._finalizer: weakref.finalize[..., FmuComponent] | None = None
+        self._lengths: dict[str, int] = {}
+        self._written: dict[str, Signal] = {}
+        self._read: Signals = {}
+        self._seed: int | None = None
+        self._start: Time = 0
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return self._connectors
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self.close()
+        self._start = start
+        self._seed = self._draw_seed(rng)
+        self._instance = self._instantiate()
+        # also at interpreter exit, when `close` was never called
+        self._finalizer = weakref.finalize(self, self._instance.free)
+
+    def _draw_seed(self, rng: np.random.Generator) -> int | None:
+        variable = self._description.variables.get(SEED)
+        if variable is None or variable.causality != "parameter" or SEED in self._values:
+            return None
+        dtype = np.dtype(DTYPES.get(variable.type, np.float64))
+        if dtype.kind not in "iu" or variable.axes:
+            return None
+        low = 0 if variable.minimum is None else max(0, int(variable.minimum))
+        limit = np.iinfo(np.int32).max if variable.maximum is None else int(variable.maximum)
+        return int(rng.integers(low, min(limit, np.iinfo(dtype).max), endpoint=True))
+
+    def _running(self) -> FmuInstance:
+        if self._instance is None:
+            raise FmuError("the FMU is not running: `setup` comes first")
+        return self._instance
+
+    @override
+    def initialise(self, inputs: Signals) -> None:
+        instance = self._running()
+        self._lengths = self._sizes.measure(inputs)
+        declared = {v.name: v for v in self._description.of("structuralParameter") if v.start}
+        changed = {n: k for n, k in self._lengths.items() if k != declared[n].start[0]}
+        if changed:
+            instance.configure(changed)
+        self._set_parameters(instance)
+        instance.enter_initialisation(seconds(self._start))
+        self._written = {}
+        self._write_inputs(instance, inputs)
+        instance.exit_initialisation()
+        self._read = instance.read()
+
+    def _set_parameters(self, instance: FmuInstance) -> None:
+        values = {n: v for n, v in self._values.items() if n not in self._lengths}
+        if self._seed is not None:
+            values[SEED] = self._seed
+        texts = {name: value for name, value in values.items() if isinstance(value, str)}
+        instance.write_text(texts)
+        instance.write(
+            {
+                name: _as_array(self._description.variables[name], value)
+                for name, value in values.items()
+                if name not in texts
+            }
+        )
+
+    def _write_inputs(self, instance: FmuInstance, inputs: Signals) -> None:
+        written = self._written
+        changed = {}
+        for name in self._inputs:
+            value = inputs[name]
+            if value is not written.get(name):
+                written[name] = value
+                changed[name] = self._sizes.fill(name, value, self._lengths)
+        if changed:
+            instance.write(changed)
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        instance = self._running()
+        if self._sizes.changed_arrays(inputs, self._written):
+            self._resize(instance, inputs)
+        self._write_inputs(instance, inputs)
+        instance.step(seconds(t), seconds(h))
+        self._read = instance.read()
+
+    def _resize(self, instance: FmuInstance, inputs: Signals) -> None:
+        lengths = self._sizes.measure(inputs)
+        changed = {name: n for name, n in lengths.items() if n != self._lengths[name]}
+        if changed:
+            instance.configure(changed)
+            self._lengths = lengths
+            for name in self._sizes.along(set(changed)):
+                self._written.pop(name, None)
+
+    @override
+    def outputs(self) -> Signals:
+        return self._read
+
+    @override
+    def close(self) -> None:
+        if self._finalizer is not None:
+            self._finalizer()
+        self._finalizer = None
+        self._instance = None
+
+    def save(self) -> FmuState:
+        """The state of the FMU and of this importer."""
+        instance = self._running()
+        state = FmuState(
+            instance=instance,
+            address=instance.save(),
+            lengths=dict(self._lengths),
+            written=dict(self._written),
+            read=self._read,
+        )
+        weakref.finalize(state, instance.forget, state.address)
+        return state
+
+    def restore(self, state: FmuState) -> None:
+        """Return to `state`."""
+        instance = self._running()
+        if state.instance is not instance:
+            raise FmuError("the state belongs to an instance that was closed")
+        instance.restore(state.address, state.lengths)
+        self._lengths = dict(state.lengths)
+        self._written = dict(state.written)
+        self._read = state.read
+
+
+class RestorableFmuComponent(RestorableComponent[FmuState]):
+    """An FMU that can return to an earlier state (FMI: `canGetAndSetFMUState`)."""
+
+    def __init__(self, component: FmuComponent) -> None:
+        self._component = component
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return self._component.connectors
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._component.setup(start, rng)
+
+    @override
+    def initialise(self, inputs: Signals) -> None:
+        self._component.initialise(inputs)
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._component.step(inputs, t, h)
+
+    @override
+    def outputs(self) -> Signals:
+        return self._component.outputs()
+
+    @override
+    def save(self) -> FmuState:
+        return self._component.save()
+
+    @override
+    def restore(self, state: FmuState) -> None:
+        self._component.restore(state)
+
+    @override
+    def close(self) -> None:
+        self._component.close()
+
+
+def _as_array(variable: FmuVariable, value: Any) -> Signal:
+    """A parameter value as the element type of its variable.
+
+    Raises:
+        FmuError: the type cannot hold it.
+    """
+    try:
+        return np.asarray(value, dtype=DTYPES[variable.type])
+    except (OverflowError, ValueError, TypeError) as error:
+        raise FmuError(f"`{variable.name}` cannot be {value!r}: {error}") from error

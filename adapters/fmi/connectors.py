@@ -1,0 +1,111 @@
+"""Connectors and parameters of an FMU, from its description."""
+
+import math
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from adapters.fmi.block import shape_of
+from adapters.fmi.description import DTYPES, FmuDescription, FmuVariable
+from orchestrator.parameters import REQUIRED, Parameter
+from orchestrator.signal import Causality, Connector, Signal, Variability
+
+_PYTHON_TYPES: Final[Mapping[str, type]] = {
+    "Boolean": bool,
+    "String": str,
+    "Float32": float,
+    "Float64": float,
+    "Real": float,
+}
+
+
+def connectors(description: FmuDescription, lengths: Mapping[str, int]) -> dict[str, Connector]:
+    """The connectors by name.
+
+    Args:
+        description: the FMU.
+        lengths: of the structural parameters, before the first inputs arrive.
+    """
+    inputs = frozenset(v.name for v in description.of("input") if v.is_signal)
+    return {
+        variable.name: _connector(variable, inputs, lengths)
+        for variable in description.of("input", "output")
+        if variable.is_signal
+    }
+
+
+def left_out(description: FmuDescription) -> list[str]:
+    """Inputs and outputs that cannot be connected, with the reason."""
+    return [
+        f"`{v.name}` ({'clocked' if v.is_clocked else v.type})"
+        for v in description.of("input", "output")
+        if not v.is_signal
+    ]
+
+
+def _connector(
+    variable: FmuVariable, inputs: frozenset[str], lengths: Mapping[str, int]
+) -> Connector:
+    is_input = variable.causality == "input"
+    feedthrough = inputs if variable.dependencies is None else inputs & variable.dependencies
+    variability = {"continuous": Variability.CONTINUOUS, "constant": Variability.FIXED}
+    return Connector(
+        causality=Causality.INPUT if is_input else Causality.OUTPUT,
+        dtype=None if variable.type == "Binary" else DTYPES[variable.type],
+        shape=tuple(axis.name or axis.length for axis in variable.axes),
+        unit=variable.unit,
+        variability=variability.get(variable.variability, Variability.DISCRETE),
+        start=start_value(variable, lengths) if is_input else None,
+        mime_type=variable.mime_type,
+        feedthrough=frozenset() if is_input else feedthrough,
+        description=variable.description,
+    )
+
+
+def start_value(variable: FmuVariable, lengths: Mapping[str, int]) -> Signal:
+    """The start value of `variable` in the shape it has for `lengths`."""
+    if variable.type == "Binary":
+        return variable.start[0] if variable.start else b""
+    shape = shape_of(variable, lengths)
+    values = np.array(variable.start or (0,), dtype=DTYPES[variable.type])
+    if values.size == 1:
+        return np.full(shape, values[0], dtype=values.dtype)
+    if values.size == math.prod(shape):
+        return values.reshape(shape)
+    return np.zeros(shape, values.dtype)  # values for other sizes than these
+
+
+def parameters(description: FmuDescription, chosen: frozenset[str]) -> dict[str, Parameter]:
+    """The parameters by name.
+
+    Args:
+        description: the FMU.
+        chosen: the structural parameters that are not the length of any input.
+    """
+    own = [v for v in description.of("parameter") if v.variability != "constant"]
+    found = {v.name: _parameter(v) for v in own if _is_offered(v)}
+    structural = (v for v in description.of("structuralParameter") if v.name in chosen)
+    return found | {v.name: _parameter(v) for v in structural}
+
+
+def _is_offered(variable: FmuVariable) -> bool:
+    has_type = variable.type in DTYPES or (variable.type == "String" and not variable.axes)
+    return has_type and not variable.is_clocked
+
+
+def _parameter(variable: FmuVariable) -> Parameter:
+    element = _PYTHON_TYPES.get(variable.type, int)
+    is_text = element in {bool, str}
+    default: Any = variable.start[0] if variable.start else REQUIRED
+    if variable.axes:
+        count = math.prod(axis.length for axis in variable.axes)
+        default = variable.start * count if len(variable.start) == 1 else variable.start
+    return Parameter(
+        type=tuple[element, ...] if variable.axes else element,  # type: ignore[valid-type]
+        unit="1" if is_text else variable.unit,
+        default=default,
+        minimum=None if is_text else variable.minimum,
+        maximum=None if is_text else variable.maximum,
+        doc=variable.description,
+    )

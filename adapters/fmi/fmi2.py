@@ -1,0 +1,233 @@
+"""One instance of an FMI 2.0 co-simulation FMU."""
+
+import ctypes
+import itertools
+import shutil
+import weakref
+from collections import defaultdict
+from collections.abc import Mapping
+from ctypes import c_double, c_int, c_size_t, c_void_p
+from pathlib import Path
+from typing import Any, Final, cast
+
+import fmpy
+import fmpy.fmi2
+import numpy as np
+import numpy.typing as npt
+from typing_extensions import override
+
+from adapters.fmi.block import Block, address_of, blocks
+from adapters.fmi.description import FmuDescription
+from adapters.fmi.errors import FmuError
+from adapters.fmi.instance import DISCARD, OK, FmuInstance, Guard
+from adapters.fmi.messages import MessageLog
+from adapters.fmi.unpacked import load, unpack
+from orchestrator.signal import Signal
+
+_VALUES: Final = (c_void_p, c_void_p, c_size_t, c_void_p)
+_STEP: Final = (c_void_p, c_double, c_double, c_int)
+_DTYPES: Final[Mapping[str, npt.DTypeLike]] = {
+    "Real": np.float64,
+    "Integer": np.int32,
+    "Boolean": np.int32,  # fmi2Boolean is an int
+}
+_LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3  # fmi2StatusKind
+
+# FMPy's native helper, which formats messages with C's printf, knows one receiver in a process;
+# the component environment tells it whose message it is.
+_LOGS: "weakref.WeakValueDictionary[int, MessageLog]" = weakref.WeakValueDictionary()
+_NUMBERS: Final = itertools.count(1)
+
+
+@fmpy.fmi2.fmi2CallbackLoggerTYPE  # type: ignore[untyped-decorator]  # FMPy has no types
+def _on_message(
+    environment: int | None, _: bytes, status: int, category: bytes, message: bytes
+) -> None:
+    log = _LOGS.get(environment or 0)
+    if log is not None:
+        log.receive(status, category, message)
+
+
+class Fmi2Instance(FmuInstance):
+    """FMI 2.0.4, section 4.2: scalars only, synchronous steps."""
+
+    def __init__(
+        self, description: FmuDescription, name: str, log: MessageLog, *, may_restore: bool
+    ) -> None:
+        self._description = description
+        self._log = log
+        self._guard = Guard(log)
+        self._may_restore = may_restore
+        self._folder: Path | None = unpack(description)
+        self._states: set[int] = set()
+        try:
+            self._fmu: Any = load(description, self._folder, name)
+            self._functions: dict[str, Any] = {}
+            self._instance = self._instantiate(name)
+        except BaseException:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            raise
+        self._is_initialised = False
+        self._blocks = [
+            *blocks(description.of("parameter"), _DTYPES),
+            *blocks(description.of("input"), _DTYPES),
+        ]
+        self._block_of = {v.name: block for block in self._blocks for v in block.variables}
+        self._output_blocks = blocks(description.of("output"), _DTYPES)
+        for block in (*self._blocks, *self._output_blocks):
+            block.resize({})
+
+    def _instantiate(self, name: str) -> int:
+        number = next(_NUMBERS)
+        _LOGS[number] = self._log
+        callbacks = fmpy.fmi2.fmi2CallbackFunctions()
+        callbacks.logger = _on_message
+        callbacks.allocateMemory = fmpy.fmi2.defaultCallbacks.allocateMemory
+        callbacks.freeMemory = fmpy.fmi2.defaultCallbacks.freeMemory
+        callbacks.componentEnvironment = number
+        _format_messages(callbacks)
+        self._callbacks = callbacks  # the FMU keeps the address
+        resources = Path(self._fmu.unzipDirectory) / "resources"
+        instance: int | None = self._fmu.dll.fmi2Instantiate(
+            name.encode(),
+            fmpy.fmi2.fmi2CoSimulation,
+            self._description.token.encode(),
+            resources.as_uri().encode(),
+            ctypes.byref(callbacks),
+            0,
+            int(self._log.is_verbose),
+        )
+        if not instance:
+            fmpy.freeLibrary(self._fmu.dll._handle)  # noqa: SLF001  (as FMPy does)
+            text = "; ".join(self._log.recent) or "the FMU logged no reason"
+            raise FmuError(f"fmi2Instantiate returned nothing: {text}")
+        return instance
+
+    def _function(self, name: str, arguments: tuple[Any, ...]) -> Any:
+        if name not in self._functions:
+            function = self._fmu.dll[name]  # a new object: FMPy's keeps its argument types
+            function.argtypes = arguments
+            function.restype = c_int
+            self._functions[name] = function
+        return self._functions[name]
+
+    def _call(self, name: str, *arguments: Any) -> None:
+        self._guard.check(name, getattr(self._fmu.dll, name)(self._instance, *arguments))
+
+    @override
+    def configure(self, lengths: Mapping[str, int]) -> None:
+        if lengths:
+            raise FmuError("FMI 2.0 has no structural parameters")
+
+    @override
+    def write(self, values: Mapping[str, Signal]) -> None:
+        groups: defaultdict[Block, list[str]] = defaultdict(list)
+        for name, value in values.items():
+            block = self._block_of[name]
+            block.views[name][...] = value
+            groups[block].append(name)
+        for block, names in groups.items():
+            self._write_block(block, names)
+
+    def _write_block(self, block: Block, names: list[str]) -> None:
+        function = self._function(f"fmi2Set{block.kind}", _VALUES)
+        if len(names) == len(block.variables):
+            calls = [(block.references, len(names), block.address)]
+        else:
+            calls = [(at, 1, where) for at, where, _ in map(block.place, names)]
+        for references, count, address in calls:
+            status = function(self._instance, references, count, address)
+            if status != OK:
+                listed = ", ".join(f"`{name}`" for name in names)
+                self._guard.check(f"fmi2Set{block.kind} of {listed}", status)
+
+    @override
+    def write_text(self, values: Mapping[str, str]) -> None:
+        for name, text in values.items():
+            reference = ctypes.c_uint32(self._description.variables[name].reference)
+            pointer = (ctypes.c_char_p * 1)(text.encode())
+            self._call("fmi2SetString", ctypes.byref(reference), 1, pointer)
+
+    @override
+    def enter_initialisation(self, t: float) -> None:
+        self._call("fmi2SetupExperiment", 0, 0.0, t, 0, 0.0)
+        self._call("fmi2EnterInitializationMode")
+
+    @override
+    def exit_initialisation(self) -> None:
+        self._call("fmi2ExitInitializationMode")
+        self._is_initialised = True
+
+    @override
+    def step(self, t: float, h: float) -> None:
+        self._log.recent.clear()
+        function = self._function("fmi2DoStep", _STEP)
+        status = function(self._instance, t, h, int(not self._may_restore))
+        if status == DISCARD:
+            self._guard.refuse("fmi2DoStep", status, self._progress())
+        if status != OK:
+            self._guard.check("fmi2DoStep", status)
+
+    def _progress(self) -> str:
+        """Why a step was discarded, as far as the FMU tells."""
+        time, is_over = c_double(), c_int()
+        self._fmu.dll.fmi2GetRealStatus(self._instance, _LAST_SUCCESSFUL_TIME, ctypes.byref(time))
+        self._fmu.dll.fmi2GetBooleanStatus(self._instance, _TERMINATED, ctypes.byref(is_over))
+        ends = "; the FMU asks to end the simulation" if is_over.value else ""
+        return f" (the last successful time is {time.value:.9g} s{ends})"
+
+    @override
+    def read(self) -> dict[str, Signal]:
+        found: dict[str, Signal] = {}
+        for block in self._output_blocks:
+            elements = block.fresh()
+            status = self._function(f"fmi2Get{block.kind}", _VALUES)(
+                self._instance, block.references, len(block.variables), address_of(elements)
+            )
+            if status != OK:
+                self._guard.check(f"fmi2Get{block.kind}", status)
+            found.update(block.split(elements != 0 if block.kind == "Boolean" else elements))
+        return found
+
+    @override
+    def save(self) -> int:
+        state = c_void_p()
+        self._call("fmi2GetFMUstate", ctypes.byref(state))
+        address = cast("int", state.value)
+        self._states.add(address)
+        return address
+
+    @override
+    def restore(self, state: int, lengths: Mapping[str, int]) -> None:
+        self._call("fmi2SetFMUstate", c_void_p(state))
+        self._guard.has_failed = False
+
+    @override
+    def forget(self, state: int) -> None:
+        if state in self._states and not self._guard.is_dead:
+            self._states.discard(state)
+            self._fmu.dll.fmi2FreeFMUstate(self._instance, ctypes.byref(c_void_p(state)))
+
+    @override
+    def free(self) -> None:
+        folder, self._folder = self._folder, None
+        if folder is None:
+            return
+        if not self._guard.is_dead:
+            for state in tuple(self._states):
+                self.forget(state)
+            if self._is_initialised and not self._guard.has_failed:
+                self._fmu.dll.fmi2Terminate(self._instance)
+            self._fmu.dll.fmi2FreeInstance(self._instance)
+            self._functions.clear()
+            fmpy.freeLibrary(self._fmu.dll._handle)  # noqa: SLF001  (as FMPy does)
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _format_messages(callbacks: Any) -> None:
+    """Let the printf arguments of messages be filled in, where FMPy can do that."""
+    try:
+        from fmpy.logging import addLoggerProxy  # noqa: PLC0415  (a native library; not everywhere)
+    except (ImportError, OSError):
+        return
+    addLoggerProxy(ctypes.byref(callbacks))

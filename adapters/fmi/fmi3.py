@@ -1,0 +1,275 @@
+"""One instance of an FMI 3.0 co-simulation FMU."""
+
+import ctypes
+import shutil
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from ctypes import c_bool, c_double, c_int, c_size_t, c_void_p
+from pathlib import Path
+from typing import Any, Final, cast
+
+import fmpy
+import fmpy.fmi3
+import numpy as np
+from typing_extensions import override
+
+from adapters.fmi.block import Block, address_of, blocks
+from adapters.fmi.description import DTYPES, FmuDescription, FmuVariable
+from adapters.fmi.errors import FmuError
+from adapters.fmi.instance import DISCARD, OK, FmuInstance, Guard
+from adapters.fmi.messages import MessageLog
+from adapters.fmi.unpacked import load, unpack
+from orchestrator.signal import Signal
+
+_ARRAYS: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)
+_BINARIES: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_size_t)
+_STEP: Final = (c_void_p, c_double, c_double, c_bool, c_void_p, c_void_p, c_void_p, c_void_p)
+
+
+class Fmi3Instance(FmuInstance):
+    """FMI 3.0.2, sections 2.2 and 4.2, without event mode, clocks and early return.
+
+    Hot calls go through function objects of our own whose pointer arguments are plain
+    addresses, so that arrays travel without conversion; the others go through FMPy.
+    """
+
+    def __init__(
+        self, description: FmuDescription, name: str, log: MessageLog, *, may_restore: bool
+    ) -> None:
+        self._description = description
+        self._log = log
+        self._guard = Guard(log)
+        self._may_restore = may_restore
+        self._folder: Path | None = unpack(description)
+        self._states: set[int] = set()
+        self._lengths = {
+            v.name: int(v.start[0]) for v in description.of("structuralParameter") if v.start
+        }
+        try:
+            self._fmu: Any = load(description, self._folder, name)
+            self._functions: dict[str, Any] = {}
+            self._instance = self._instantiate(name)
+        except BaseException:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            raise
+        self._flags = [c_bool(), c_bool(), c_bool()]
+        self._last_time = c_double()
+        self._step_results = [*map(ctypes.byref, self._flags), ctypes.byref(self._last_time)]
+        self._is_initialised = False
+        self._blocks = [
+            *_blocks(description.of("structuralParameter", "parameter")),
+            *_blocks(description.of("input")),
+        ]
+        self._block_of = {v.name: block for block in self._blocks for v in block.variables}
+        self._output_blocks = _blocks(description.of("output"))
+        self._binary_outputs = [
+            v for v in description.of("output") if v.type == "Binary" and v.is_signal
+        ]
+        self._resize_blocks()
+
+    def _instantiate(self, name: str) -> int:
+        receive = self._log.receive
+
+        def on_message(_: Any, status: int, category: bytes, message: bytes) -> None:
+            receive(status, category, message)
+
+        self._callback = fmpy.fmi3.fmi3LogMessageCallback(on_message)
+        is_verbose = self._log.is_verbose
+        resources = Path(self._fmu.unzipDirectory) / "resources"
+        instance: int | None = self._fmu.dll.fmi3InstantiateCoSimulation(
+            name.encode(),
+            self._description.token.encode(),
+            f"{resources}/".encode() if resources.is_dir() else None,
+            False,  # noqa: FBT003  (visible)
+            is_verbose,
+            False,  # noqa: FBT003  (event mode)
+            False,  # noqa: FBT003  (early return)
+            None,
+            0,
+            None,
+            self._callback,
+            fmpy.fmi3.fmi3IntermediateUpdateCallback(),
+        )
+        if not instance:
+            fmpy.freeLibrary(self._fmu.dll._handle)  # noqa: SLF001  (as FMPy does)
+            text = "; ".join(self._log.recent) or "the FMU logged no reason"
+            raise FmuError(f"fmi3InstantiateCoSimulation returned nothing: {text}")
+        categories = [c for c in self._description.log_categories if c.startswith("logStatus")]
+        if categories and not is_verbose:
+            names = (ctypes.c_char_p * len(categories))(*(c.encode() for c in categories))
+            self._fmu.dll.fmi3SetDebugLogging(instance, True, len(categories), names)  # noqa: FBT003
+        return instance
+
+    def _function(self, name: str, arguments: tuple[Any, ...]) -> Any:
+        if name not in self._functions:
+            function = self._fmu.dll[name]  # a new object: FMPy's keeps its argument types
+            function.argtypes = arguments
+            function.restype = c_int
+            self._functions[name] = function
+        return self._functions[name]
+
+    def _call(self, name: str, *arguments: Any) -> None:
+        self._guard.check(name, getattr(self._fmu.dll, name)(self._instance, *arguments))
+
+    def _resize_blocks(self) -> None:
+        for block in (*self._blocks, *self._output_blocks):
+            block.resize(self._lengths)
+
+    @override
+    def configure(self, lengths: Mapping[str, int]) -> None:
+        self._call("fmi3EnterConfigurationMode")
+        self.write({name: np.array(n, np.uint64) for name, n in lengths.items()})
+        self._call("fmi3ExitConfigurationMode")
+        self._lengths.update(lengths)
+        self._resize_blocks()
+
+    @override
+    def write(self, values: Mapping[str, Signal]) -> None:
+        binaries: dict[str, bytes] = {}
+        groups: defaultdict[Block, list[str]] = defaultdict(list)
+        for name, value in values.items():
+            if isinstance(value, bytes):
+                binaries[name] = value
+            else:
+                block = self._block_of[name]
+                block.views[name][...] = value
+                groups[block].append(name)
+        for block, names in groups.items():
+            self._write_block(block, names)
+        if binaries:
+            self._write_binaries(binaries)
+
+    def _write_block(self, block: Block, names: list[str]) -> None:
+        function = self._function(f"fmi3Set{block.kind}", _ARRAYS)
+        if len(names) == len(block.variables):
+            calls = [(block.references, len(names), block.address, block.size)]
+        else:
+            calls = [(at, 1, where, n) for at, where, n in map(block.place, names)]
+        for references, count, address, size in calls:
+            status = function(self._instance, references, count, address, size)
+            if status != OK:
+                self._guard.check(f"fmi3Set{block.kind} of {_listed(names)}", status)
+
+    def _write_binaries(self, values: Mapping[str, bytes]) -> None:
+        variables = self._description.variables
+        count = len(values)
+        references = (ctypes.c_uint32 * count)(*(variables[name].reference for name in values))
+        sizes = (c_size_t * count)(*map(len, values.values()))
+        pointers = (ctypes.c_char_p * count)(*values.values())
+        status = self._function("fmi3SetBinary", _BINARIES)(
+            self._instance, references, count, sizes, pointers, count
+        )
+        self._guard.check(f"fmi3SetBinary of {_listed(values)}", status)
+
+    @override
+    def write_text(self, values: Mapping[str, str]) -> None:
+        for name, text in values.items():
+            reference = ctypes.c_uint32(self._description.variables[name].reference)
+            pointer = (ctypes.c_char_p * 1)(text.encode())
+            self._call("fmi3SetString", ctypes.byref(reference), 1, pointer, 1)
+
+    @override
+    def enter_initialisation(self, t: float) -> None:
+        self._call("fmi3EnterInitializationMode", False, 0.0, t, False, 0.0)  # noqa: FBT003
+
+    @override
+    def exit_initialisation(self) -> None:
+        self._call("fmi3ExitInitializationMode")
+        self._is_initialised = True
+
+    @override
+    def step(self, t: float, h: float) -> None:
+        self._log.recent.clear()
+        function = self._function("fmi3DoStep", _STEP)
+        self._last_time.value = t
+        status = function(self._instance, t, h, not self._may_restore, *self._step_results)
+        if status == DISCARD:
+            reached = f" (the last successful time is {self._last_time.value:.9g} s)"
+            self._guard.refuse("fmi3DoStep", status, reached)
+        if status != OK:
+            self._guard.check("fmi3DoStep", status)
+        _, is_over, is_early = self._flags
+        if is_early.value:
+            raise FmuError(
+                f"fmi3DoStep returned early, at {self._last_time.value:.9g} s, although that was "
+                "not allowed"
+            )
+        if is_over.value:
+            raise FmuError(f"the FMU asks to end the simulation at {t + h:.9g} s")
+
+    @override
+    def read(self) -> dict[str, Signal]:
+        found: dict[str, Signal] = {}
+        for block in self._output_blocks:
+            elements = block.fresh()
+            status = self._function(f"fmi3Get{block.kind}", _ARRAYS)(
+                self._instance,
+                block.references,
+                len(block.variables),
+                address_of(elements),
+                block.size,
+            )
+            if status != OK:
+                self._guard.check(f"fmi3Get{block.kind}", status)
+            found.update(block.split(elements))
+        if self._binary_outputs:
+            found.update(self._read_binaries())
+        return found
+
+    def _read_binaries(self) -> dict[str, bytes]:
+        count = len(self._binary_outputs)
+        references = (ctypes.c_uint32 * count)(*(v.reference for v in self._binary_outputs))
+        sizes, pointers = (c_size_t * count)(), (c_void_p * count)()
+        status = self._function("fmi3GetBinary", _BINARIES)(
+            self._instance, references, count, sizes, pointers, count
+        )
+        self._guard.check("fmi3GetBinary", status)
+        return {  # copied at once: the FMU may reuse its memory at the next call
+            variable.name: ctypes.string_at(pointer, size) if pointer and size else b""
+            for variable, pointer, size in zip(self._binary_outputs, pointers, sizes, strict=True)
+        }
+
+    @override
+    def save(self) -> int:
+        state = c_void_p()
+        self._call("fmi3GetFMUState", ctypes.byref(state))
+        address = cast("int", state.value)
+        self._states.add(address)
+        return address
+
+    @override
+    def restore(self, state: int, lengths: Mapping[str, int]) -> None:
+        self._call("fmi3SetFMUState", c_void_p(state))
+        self._guard.has_failed = False
+        if lengths != self._lengths:
+            self._lengths = dict(lengths)
+            self._resize_blocks()
+
+    @override
+    def forget(self, state: int) -> None:
+        if state in self._states and not self._guard.is_dead:
+            self._states.discard(state)
+            self._fmu.dll.fmi3FreeFMUState(self._instance, ctypes.byref(c_void_p(state)))
+
+    @override
+    def free(self) -> None:
+        folder, self._folder = self._folder, None
+        if folder is None:
+            return
+        if not self._guard.is_dead:
+            for state in tuple(self._states):
+                self.forget(state)
+            if self._is_initialised and not self._guard.has_failed:
+                self._fmu.dll.fmi3Terminate(self._instance)
+            self._fmu.dll.fmi3FreeInstance(self._instance)
+            self._functions.clear()
+            fmpy.freeLibrary(self._fmu.dll._handle)  # noqa: SLF001  (as FMPy does)
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _blocks(variables: Iterable[FmuVariable]) -> list[Block]:
+    return blocks(variables, DTYPES)
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names)

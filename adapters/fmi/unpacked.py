@@ -1,0 +1,95 @@
+"""An FMU on disk: unpacked for this platform, loaded, and gone again afterwards."""
+
+import os
+import shutil
+import tempfile
+import zipfile
+from pathlib import Path
+from typing import Any, Final
+
+import fmpy
+import fmpy.fmi2
+import fmpy.fmi3
+
+from adapters.fmi.description import FmuDescription
+from orchestrator.errors import ComponentTypeError
+
+_FMI2_PLATFORMS: Final = {
+    "x86_64-linux": "linux64",
+    "x86-linux": "linux32",
+    "x86_64-windows": "win64",
+    "x86-windows": "win32",
+    "x86_64-darwin": "darwin64",
+    "aarch64-darwin": "darwin64",
+    "aarch64-linux": "linux64",
+}
+
+
+def host_folder(version: int) -> str:
+    """The folder below `binaries/` for this machine, in FMI `version`."""
+    tuple3: str = fmpy.platform_tuple
+    return _FMI2_PLATFORMS.get(tuple3, tuple3) if version == 2 else tuple3
+
+
+def check_binary(description: FmuDescription) -> None:
+    """Refuse an FMU without a binary for this machine.
+
+    Raises:
+        ComponentTypeError: and says which platforms it has.
+    """
+    folder = host_folder(description.version)
+    suffix: str = fmpy.sharedLibraryExtension
+    wanted = f"binaries/{folder}/{description.identifier}{suffix}"
+    with zipfile.ZipFile(description.path) as archive:
+        names = archive.namelist()
+    if wanted in names:
+        return
+    offered = sorted({name.split("/")[1] for name in names if name.startswith("binaries/")} - {""})
+    has = f"it has binaries for {', '.join(offered)}" if offered else "it has no binaries"
+    raise ComponentTypeError(
+        f"{description.path}: cannot run on this machine ({folder}): {has}; `{wanted}` is missing"
+    )
+
+
+def unpack(description: FmuDescription) -> Path:
+    """Unpack what this machine needs into a new temporary folder.
+
+    Raises:
+        ComponentTypeError: the archive is damaged or names files outside itself.
+    """
+    folder = Path(tempfile.mkdtemp(prefix=f"nlosim-{description.identifier}-"))
+    own = f"binaries/{host_folder(description.version)}/"
+    try:
+        fmpy.extract(
+            str(description.path),
+            str(folder),
+            include=lambda name: (
+                not name.startswith(("binaries/", "sources/")) or name.startswith(own)
+            ),
+        )
+    except Exception as error:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise ComponentTypeError(f"{description.path}: cannot be unpacked: {error}") from error
+    return folder
+
+
+def load(description: FmuDescription, folder: Path, name: str) -> Any:
+    """Load the binary below `folder`; the FMPy object with the FMI functions.
+
+    Raises:
+        ComponentTypeError: the library cannot be loaded, or lacks an FMI function.
+    """
+    slave = fmpy.fmi2.FMU2Slave if description.version == 2 else fmpy.fmi3.FMU3Slave
+    here = Path.cwd()
+    try:
+        return slave(
+            guid=description.token,
+            modelIdentifier=description.identifier,
+            unzipDirectory=str(folder),
+            instanceName=name,
+        )
+    except Exception as error:
+        raise ComponentTypeError(f"{description.path}: cannot be loaded: {error}") from error
+    finally:
+        if Path.cwd() != here:  # FMPy changes it, and forgets to change it back on errors
+            os.chdir(here)

@@ -1,0 +1,77 @@
+"""The ego vehicle on its way: its state, its route and the track of each step."""
+
+import math
+
+import numpy as np
+
+from adapters.sumo.cast import Role
+from adapters.sumo.ego import Command, EgoDynamics, EgoState, advance, velocity
+from adapters.sumo.geometry import Float, direction
+
+
+class EgoDriver:
+    """Moves the ego vehicle as it is commanded.
+
+    SUMO only shows it to the other drivers; the state here is the truth.
+    """
+
+    def __init__(self, role: Role, speed: float, dynamics: EgoDynamics) -> None:
+        """Start at the place of `role` with `speed` [m/s]."""
+        self._path = role.path
+        self._length = role.vehicle.type.length
+        self._dynamics = dynamics
+        front = role.departure.position
+        x, y = role.path.at(front - 0.5 * self._length).tolist()
+        along = role.path.at(front) - (x, y)
+        self.state = EgoState(x=x, y=y, heading=math.atan2(along[1], along[0]), speed=speed)
+
+    @property
+    def center(self) -> Float:
+        """Of the body [m], shape (2,)."""
+        return np.array([self.state.x, self.state.y])
+
+    @property
+    def front(self) -> Float:
+        """Centre of the front bumper [m], shape (2,)."""
+        return self.center + 0.5 * self._length * direction(np.array(self.state.heading))
+
+    @property
+    def velocity(self) -> Float:
+        """Of the body's centre [m/s], shape (2,)."""
+        return velocity(self.state)
+
+    @property
+    def pose(self) -> Float:
+        """Centre x, y [m] and heading [rad], shape (3,)."""
+        return np.array([self.state.x, self.state.y, self.state.heading])
+
+    @property
+    def station(self) -> float:
+        """Of the body's centre along the route [m]."""
+        return self._path.station(self.state.x, self.state.y)
+
+    @property
+    def route(self) -> Float:
+        """Centre line of the route ahead [m], shape (vertex, 2)."""
+        return self._path.beyond(self.station)
+
+    @property
+    def at_end(self) -> bool:
+        """Whether the front bumper has reached the end of the route."""
+        return self._path.station(*self.front.tolist()) >= self._path.length
+
+    def distance_to(self, station: float) -> float:
+        """Along the route, from the centre of the body [m]; negative beyond `station`."""
+        return station - self.station
+
+    def drive(self, command: Command, duration: float, count: int) -> Float:
+        """Drive for `duration` [s].
+
+        Returns:
+            The pose at `count` instants, evenly spread up to the end, shape (count, 3).
+        """
+        track = np.empty((count, 3))
+        for k in range(count):
+            self.state = advance(self.state, command, self._dynamics, duration / count)
+            track[k] = self.pose
+        return track

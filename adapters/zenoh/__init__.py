@@ -1,0 +1,6 @@
+"""Zenoh as the transport to components in other processes."""
+
+from adapters.zenoh.channel import ZenohChannel
+from adapters.zenoh.transport import ZenohTransport
+
+__all__ = ["ZenohChannel", "ZenohTransport"]

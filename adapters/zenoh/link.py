@@ -1,0 +1,138 @@
+"""One host as the orchestrator sees it: its process, its keys, and what is new about both."""
+
+import enum
+from collections.abc import Mapping
+from queue import Empty, SimpleQueue
+from time import monotonic, sleep
+from typing import Any, Final, TypeAlias
+
+import zenoh
+from typing_extensions import override
+from zenoh.handlers import Callback
+
+from adapters.zenoh.channel import ZenohChannel
+from adapters.zenoh.session import Keys, is_matched
+from orchestrator.errors import ComponentError
+from orchestrator.process import HostProcess
+from orchestrator.transport import Link, LinkLostError
+
+_EXIT_AFTER_DISCONNECT: Final = 0.5
+"""How long to wait for a better reason than a lost connection [s]."""
+
+
+class _News(enum.Enum):
+    CONNECTED = enum.auto()
+    REPLY = enum.auto()
+    DISCONNECTED = enum.auto()
+    EXITED = enum.auto()
+
+
+_Event: TypeAlias = tuple[_News, bytes]
+
+
+class ZenohLink(Link):
+    """The link to one host. Declares its keys and spawns its process; does not wait for it.
+
+    Args:
+        session: the orchestrator's.
+        keys: of this component in this run.
+        component: its name.
+        options: arguments of `ZenohChannel`.
+    """
+
+    def __init__(
+        self, session: zenoh.Session, keys: Keys, component: str, options: Mapping[str, Any]
+    ) -> None:
+        self._component = component
+        self._news: SimpleQueue[_Event] = SimpleQueue()
+        self._obituary = ""
+        # Direct callbacks run in Zenoh's own thread, so they only pass things on; the default
+        # ones start a Python thread each, which costs more than the step of a small component.
+        self._replies = session.declare_subscriber(
+            keys.output, Callback(self._on_reply, indirect=False)
+        )
+        self._tokens = session.liveliness().declare_subscriber(
+            keys.alive("*"), Callback(self._on_token, indirect=False), history=True
+        )
+        self._commands = session.declare_publisher(
+            keys.command, congestion_control=zenoh.CongestionControl.BLOCK, express=True
+        )
+        self._process = HostProcess(
+            component, ZenohChannel, options, lambda: self._news.put((_News.EXITED, b""))
+        )
+
+    def await_connection(self, deadline: float) -> None:
+        """Wait until commands and replies will both arrive.
+
+        Args:
+            deadline: on the clock of `time.monotonic` [s].
+
+        Raises:
+            ComponentError: the process ended, or is not there in time.
+        """
+        try:
+            event, _ = self._next(deadline - monotonic())
+        except TimeoutError:
+            raise self._not_ready() from None
+        except LinkLostError as error:
+            raise ComponentError(self._component, None, str(error)) from None
+        # declarations travel by themselves: a command sent too early would vanish silently
+        while event is _News.CONNECTED and not is_matched(self._commands):
+            if monotonic() > deadline:
+                raise self._not_ready()
+            sleep(0.001)
+
+    @override
+    def send(self, message: bytes) -> None:
+        if self._obituary:
+            raise LinkLostError(self._obituary)
+        self._commands.put(message)
+
+    @override
+    def receive(self, timeout: float) -> bytes:
+        deadline = monotonic() + timeout
+        while True:
+            event, payload = self._next(deadline - monotonic())
+            if event is _News.REPLY:
+                return payload
+
+    @override
+    def abandon(self) -> None:
+        self._process.kill()
+        self._obituary = self._obituary or "its process was ended by the orchestrator"
+
+    def dismiss(self) -> None:
+        """Ask the host to leave; it will once it has answered what it was asked before."""
+        if not self._obituary:
+            self._commands.put(b"")
+
+    def has_left(self, timeout: float) -> bool:
+        """Wait up to `timeout` [s] for the process to end; whether it has."""
+        return self._process.wait(timeout)
+
+    def _next(self, timeout: float) -> _Event:
+        """The next event but the end of the host, which raises `LinkLostError`."""
+        try:
+            event, payload = self._news.get(timeout=max(0.0, timeout))
+        except Empty:
+            raise TimeoutError from None
+        if event is _News.EXITED:
+            self._obituary = self._process.obituary()
+        elif event is _News.DISCONNECTED:
+            has_ended = self._process.wait(_EXIT_AFTER_DISCONNECT)
+            frozen = "lost the connection to its process, which is frozen or closed it"
+            self._obituary = self._process.obituary() if has_ended else frozen
+        if self._obituary:
+            raise LinkLostError(self._obituary)
+        return event, payload
+
+    def _not_ready(self) -> ComponentError:
+        said = self._process.last_words()
+        return ComponentError(self._component, None, f"its process was not ready in time{said}")
+
+    def _on_reply(self, sample: zenoh.Sample) -> None:
+        self._news.put((_News.REPLY, sample.payload.to_bytes()))
+
+    def _on_token(self, sample: zenoh.Sample) -> None:
+        is_there = sample.kind == zenoh.SampleKind.PUT
+        self._news.put((_News.CONNECTED if is_there else _News.DISCONNECTED, b""))

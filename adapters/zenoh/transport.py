@@ -1,0 +1,106 @@
+"""The orchestrator's end: a Zenoh peer that hosts connect to, and the processes they live in."""
+
+import secrets
+import socket
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from time import monotonic
+from types import MappingProxyType
+from typing import Final
+
+import zenoh
+from typing_extensions import override
+
+from adapters.zenoh.link import ZenohLink
+from adapters.zenoh.session import Keys, close_session, open_session
+from orchestrator.transport import Link, Transport
+
+_USER: Final = "host"
+_GRACE: Final = 0.5
+"""How long hosts may take, together, to leave in their own way [s]."""
+
+_PORT_ATTEMPTS: Final = 20
+
+
+class ZenohTransport(Transport):
+    """Spawns one process per component on this machine and talks to them over Zenoh.
+
+    The hosts connect to the orchestrator's session on the loopback interface, with a password
+    that exists for this run only. A death is noticed by the operating system (the process ended)
+    or by Zenoh (the connection ended), whichever is first.
+
+    Attributes:
+        endpoint: where the orchestrator's session listens, e.g. `tcp/127.0.0.1:41234`.
+    """
+
+    def __init__(self) -> None:
+        self.endpoint = ""
+        self._links: dict[str, ZenohLink] = {}
+        self._session: zenoh.Session | None = None
+
+    @override
+    def open(self, names: Sequence[str], timeout: float) -> Mapping[str, Link]:
+        deadline = monotonic() + timeout
+        run = secrets.token_hex(8)
+        password = secrets.token_hex(16)
+        session = self._listen(password)
+        self._session = session
+        for name in names:
+            options = {
+                "endpoint": self.endpoint,
+                "run": run,
+                "component": name,
+                "user": _USER,
+                "password": password,
+            }
+            self._links[name] = ZenohLink(session, Keys(run, name), name, options)
+        for link in self._links.values():
+            link.await_connection(deadline)
+        return MappingProxyType(self._links)
+
+    @override
+    def close(self) -> None:
+        links, self._links = self._links, {}
+        try:
+            for link in links.values():
+                link.dismiss()
+            deadline = monotonic() + _GRACE
+            for link in links.values():
+                link.has_left(max(0.0, deadline - monotonic()))
+        finally:
+            for link in links.values():
+                link.abandon()
+            if self._session is not None:
+                close_session(self._session)
+                self._session = None
+
+    def _listen(self, password: str) -> zenoh.Session:
+        """A session that listens on a free port of the loopback interface."""
+        # The folder is readable by this user only. Zenoh reads the file once, so it can go before
+        # anything can kill this process and leave it behind.
+        with tempfile.TemporaryDirectory(prefix="nlosim-") as folder:
+            users = Path(folder) / "users"
+            users.write_text(f"{_USER}:{password}\n")
+            for attempt in range(_PORT_ATTEMPTS):
+                self.endpoint = f"tcp/127.0.0.1:{_free_port()}"
+                settings = {
+                    "mode": "peer",
+                    "listen/endpoints": [self.endpoint],
+                    "transport/auth/usrpwd/dictionary_file": str(users),
+                }
+                try:
+                    return open_session(settings)
+                except zenoh.ZError:
+                    # somebody else took the port in between
+                    if attempt == _PORT_ATTEMPTS - 1:
+                        raise
+        raise AssertionError
+
+
+def _free_port() -> int:
+    """A port that was free a moment ago; Zenoh cannot say which one it chose for port 0."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port

@@ -1,0 +1,378 @@
+/* FMI 3.0 Co-Simulation around one ModelOps: values, their sizes and access to them. */
+#include "fmi3_shell.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+size_t element_size(ValueType type) {
+    static const size_t SIZES[] = {
+        [FLOAT32] = sizeof(fmi3Float32), [FLOAT64] = sizeof(fmi3Float64),
+        [INT8] = sizeof(fmi3Int8),       [UINT8] = sizeof(fmi3UInt8),
+        [INT16] = sizeof(fmi3Int16),     [UINT16] = sizeof(fmi3UInt16),
+        [INT32] = sizeof(fmi3Int32),     [UINT32] = sizeof(fmi3UInt32),
+        [INT64] = sizeof(fmi3Int64),     [UINT64] = sizeof(fmi3UInt64),
+        [BOOLEAN] = sizeof(fmi3Boolean), [BINARY] = 0,
+    };
+    return SIZES[type];
+}
+
+/* ---- the model's view ---------------------------------------------------------------------- */
+
+void *variable_data(Instance *instance, uint32_t value_reference) {
+    return instance->values[value_reference].data;
+}
+
+size_t variable_length(Instance *instance, uint32_t value_reference) {
+    return instance->values[value_reference].count;
+}
+
+Binary *variable_binary(Instance *instance, uint32_t value_reference) {
+    return &instance->values[value_reference].binary;
+}
+
+int binary_reserve(Binary *binary, size_t size) {
+    if (size <= binary->capacity) return 0;
+    if (size > SIZE_MAX / 2) return 1;
+    size_t capacity = size + size / 2 + 64; /* frames grow: not one realloc for each */
+    uint8_t *data = realloc(binary->data, capacity);
+    if (!data) return 1;
+    binary->data = data;
+    binary->capacity = capacity;
+    return 0;
+}
+
+/* ---- sizes and start values ---------------------------------------------------------------- */
+
+bool allocate_values(Instance *instance) {
+    instance->values = calloc(VARIABLE_COUNT, sizeof *instance->values);
+    return instance->values != NULL;
+}
+
+void free_values(Instance *instance) {
+    if (!instance->values) return;
+    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
+        free(instance->values[i].data);
+        free(instance->values[i].binary.data);
+    }
+    free(instance->values);
+}
+
+static uint64_t structural(const Instance *instance, fmi3ValueReference reference) {
+    return *(const uint64_t *)instance->values[reference].data;
+}
+
+bool wanted_count(const Instance *instance, fmi3ValueReference reference, size_t *count) {
+    const VariableInfo *info = &VARIABLES[reference];
+    uint64_t product = info->type == BINARY ? 0 : 1;
+    for (size_t k = 0; k < info->rank; k++) {
+        const Dimension *axis = &info->dimensions[k];
+        uint64_t length = axis->is_structural ? structural(instance, axis->reference)
+                                              : axis->length;
+        if (length != 0 && product > SIZE_MAX / 16 / length) return false;
+        product *= length;
+    }
+    *count = (size_t)product;
+    return true;
+}
+
+bool reserve_elements(Value *value, ValueType type, size_t count) {
+    if (count <= value->capacity) return true;
+    if (count > SIZE_MAX / 16) return false;
+    void *data = realloc(value->data, count * element_size(type));
+    if (!data) return false;
+    value->data = data;
+    value->capacity = count;
+    return true;
+}
+
+#define FILL(TYPE)                                                    \
+    do {                                                              \
+        TYPE *element = value->data;                                  \
+        for (size_t i = 0; i < value->count; i++)                     \
+            element[i] = (TYPE)info->start;                           \
+    } while (0)
+
+static void fill_with_start(Value *value, const VariableInfo *info) {
+    switch (info->type) {
+        case FLOAT32: FILL(fmi3Float32); break;
+        case FLOAT64: FILL(fmi3Float64); break;
+        case INT8: FILL(fmi3Int8); break;
+        case UINT8: FILL(fmi3UInt8); break;
+        case INT16: FILL(fmi3Int16); break;
+        case UINT16: FILL(fmi3UInt16); break;
+        case INT32: FILL(fmi3Int32); break;
+        case UINT32: FILL(fmi3UInt32); break;
+        case INT64: FILL(fmi3Int64); break;
+        case UINT64: FILL(fmi3UInt64); break;
+        case BOOLEAN: FILL(fmi3Boolean); break;
+        case BINARY: value->binary.size = 0; break;
+    }
+}
+
+static bool has_changed_axis(const Instance *instance, const VariableInfo *info) {
+    for (size_t k = 0; k < info->rank; k++) {
+        const Dimension *axis = &info->dimensions[k];
+        if (axis->is_structural && structural(instance, axis->reference)
+                                       != instance->values[axis->reference].applied)
+            return true;
+    }
+    return false;
+}
+
+/* Memory first, for all variables: a failure leaves every size as it was. */
+static bool reserve_wanted(Instance *instance) {
+    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
+        size_t count;
+        if (!wanted_count(instance, (fmi3ValueReference)i, &count)) return false;
+        if (!reserve_elements(&instance->values[i], VARIABLES[i].type, count)) return false;
+    }
+    return true;
+}
+
+bool reset_values(Instance *instance) {
+    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
+        if (VARIABLES[i].causality != STRUCTURAL_PARAMETER) continue;
+        Value *value = &instance->values[i];
+        if (!reserve_elements(value, UINT64, 1)) return false;
+        *(uint64_t *)value->data = value->applied = (uint64_t)VARIABLES[i].start;
+    }
+    if (!reserve_wanted(instance)) return false;
+    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
+        wanted_count(instance, (fmi3ValueReference)i, &instance->values[i].count);
+        fill_with_start(&instance->values[i], &VARIABLES[i]);
+    }
+    return true;
+}
+
+bool apply_sizes(Instance *instance) {
+    if (!reserve_wanted(instance)) {
+        for (size_t i = 0; i < VARIABLE_COUNT; i++)
+            if (VARIABLES[i].causality == STRUCTURAL_PARAMETER)
+                *(uint64_t *)instance->values[i].data = instance->values[i].applied;
+        return false;
+    }
+    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
+        if (!has_changed_axis(instance, &VARIABLES[i])) continue;
+        wanted_count(instance, (fmi3ValueReference)i, &instance->values[i].count);
+        fill_with_start(&instance->values[i], &VARIABLES[i]);
+        instance->is_stale = true;
+    }
+    for (size_t i = 0; i < VARIABLE_COUNT; i++)
+        if (VARIABLES[i].causality == STRUCTURAL_PARAMETER)
+            instance->values[i].applied = structural(instance, (fmi3ValueReference)i);
+    return true;
+}
+
+/* ---- checks of a value that is set --------------------------------------------------------- */
+
+static bool is_settable(const Instance *instance, const VariableInfo *info) {
+    switch (instance->mode) {
+        case CONFIGURATION: return info->causality == STRUCTURAL_PARAMETER;
+        case RECONFIGURATION: return info->causality == STRUCTURAL_PARAMETER && info->is_tunable;
+        case INSTANTIATED:
+        case INITIALIZATION: return info->causality == PARAMETER || info->causality == INPUT;
+        case EVENT:
+        case STEP:
+            return info->causality == INPUT
+                   || (info->causality == PARAMETER && info->is_tunable);
+        default: return false;
+    }
+}
+
+/* The negated comparison refuses NaN too. */
+#define FIRST_OUTSIDE(TYPE)                                                                   \
+    do {                                                                                      \
+        const TYPE *element = values;                                                         \
+        for (size_t i = 0; i < count; i++)                                                    \
+            if (!((double)element[i] >= info->minimum && (double)element[i] <= info->maximum)) { \
+                *value = (double)element[i];                                                  \
+                return i;                                                                     \
+            }                                                                                 \
+    } while (0)
+
+/* Index of the first element outside the bounds, and its value; `count` if there is none. */
+static size_t first_outside(const VariableInfo *info, const void *values, size_t count,
+                            double *value) {
+    switch (info->type) {
+        case FLOAT32: FIRST_OUTSIDE(fmi3Float32); break;
+        case FLOAT64: FIRST_OUTSIDE(fmi3Float64); break;
+        case INT8: FIRST_OUTSIDE(fmi3Int8); break;
+        case UINT8: FIRST_OUTSIDE(fmi3UInt8); break;
+        case INT16: FIRST_OUTSIDE(fmi3Int16); break;
+        case UINT16: FIRST_OUTSIDE(fmi3UInt16); break;
+        case INT32: FIRST_OUTSIDE(fmi3Int32); break;
+        case UINT32: FIRST_OUTSIDE(fmi3UInt32); break;
+        case INT64: FIRST_OUTSIDE(fmi3Int64); break;
+        case UINT64: FIRST_OUTSIDE(fmi3UInt64); break;
+        case BOOLEAN:
+        case BINARY: break;
+    }
+    return count;
+}
+
+static fmi3Status check_new_values(Instance *instance, const char *function,
+                                   const VariableInfo *info, const void *values, size_t count) {
+    if (!is_settable(instance, info))
+        return refuse(instance, function, "`%s` cannot be set in %s", info->name,
+                      mode_name(instance->mode));
+    bool is_parameter = info->causality == PARAMETER || info->causality == STRUCTURAL_PARAMETER;
+    if (!is_parameter && !info->is_bounded) return fmi3OK;
+    double value = 0;
+    size_t i = first_outside(info, values, count, &value);
+    if (i == count) return fmi3OK;
+    if (isnan(value))
+        return refuse(instance, function, "element %zu of `%s` is not a number", i, info->name);
+    return refuse(instance, function, "element %zu of `%s` is %.9g, allowed are %.9g to %.9g", i,
+                  info->name, value, info->minimum, info->maximum);
+}
+
+/* ---- access by the importer ---------------------------------------------------------------- */
+
+static fmi3Status check_references(Instance *instance, const char *function, ValueType type,
+                                   const fmi3ValueReference references[], size_t count,
+                                   size_t nValues) {
+    size_t total = 0;
+    for (size_t i = 0; i < count; i++) {
+        if (references[i] >= VARIABLE_COUNT || VARIABLES[references[i]].type != type)
+            return refuse(instance, function, "no variable of this type has the reference %u",
+                          references[i]);
+        total += type == BINARY ? 1 : instance->values[references[i]].count;
+    }
+    if (total == nValues) return fmi3OK;
+    return refuse(instance, function,
+                  "nValues is %zu, but the %zu variables from `%s` on have %zu elements", nValues,
+                  count, count ? VARIABLES[references[0]].name : "", total);
+}
+
+static fmi3Status bring_up_to_date(Instance *instance) {
+    bool is_evaluated = instance->mode == INITIALIZATION || instance->mode == EVENT;
+    return is_evaluated ? refresh_outputs(instance) : fmi3OK;
+}
+
+static bool has_output(const fmi3ValueReference references[], size_t count) {
+    for (size_t i = 0; i < count; i++)
+        if (VARIABLES[references[i]].causality == OUTPUT) return true;
+    return false;
+}
+
+static fmi3Status get_values(Instance *instance, const char *function, ValueType type,
+                             const fmi3ValueReference references[], size_t count, void *values,
+                             size_t nValues) {
+    if (!instance) return fmi3Error;
+    fmi3Status status = check_references(instance, function, type, references, count, nValues);
+    if (status == fmi3OK && has_output(references, count)) status = bring_up_to_date(instance);
+    if (status > fmi3Warning) return status;
+    char *target = values;
+    for (size_t i = 0; i < count; i++) {
+        const Value *value = &instance->values[references[i]];
+        size_t size = value->count * element_size(type);
+        if (VARIABLES[references[i]].causality == INDEPENDENT)
+            memcpy(target, &instance->time, size);
+        else if (size != 0)
+            memcpy(target, value->data, size);
+        target += size;
+    }
+    return status;
+}
+
+/* A parameter that arrives after `begin` changes what `begin` has made of it: once more. */
+static fmi3Status note_change(Instance *instance, VariableCausality causality) {
+    instance->is_stale = true;
+    bool is_late =
+        causality == PARAMETER && instance->mode == INITIALIZATION && instance->has_begun;
+    return is_late ? settle(instance, recreate_model(instance)) : fmi3OK;
+}
+
+static fmi3Status set_values(Instance *instance, const char *function, ValueType type,
+                             const fmi3ValueReference references[], size_t count,
+                             const void *values, size_t nValues) {
+    if (!instance) return fmi3Error;
+    fmi3Status status = check_references(instance, function, type, references, count, nValues);
+    const char *source = values;
+    for (size_t i = 0; i < count && status == fmi3OK; i++) { /* all or nothing */
+        size_t elements = instance->values[references[i]].count;
+        status = check_new_values(instance, function, &VARIABLES[references[i]], source, elements);
+        source += elements * element_size(type);
+    }
+    source = values;
+    for (size_t i = 0; i < count && status <= fmi3Warning; i++) {
+        Value *value = &instance->values[references[i]];
+        size_t size = value->count * element_size(type);
+        if (type == BOOLEAN) /* importers in C may pass any byte but 0 for true */
+            for (size_t k = 0; k < value->count; k++)
+                ((fmi3Boolean *)value->data)[k] = source[k] != 0;
+        else if (size != 0)
+            memcpy(value->data, source, size);
+        source += size;
+        status = note_change(instance, VARIABLES[references[i]].causality);
+    }
+    return status;
+}
+
+#define ACCESS(NAME, TYPE)                                                                     \
+    fmi3Status fmi3Get##NAME(fmi3Instance c, const fmi3ValueReference valueReferences[],       \
+                             size_t nValueReferences, fmi3##NAME values[], size_t nValues) {   \
+        return get_values(c, __func__, TYPE, valueReferences, nValueReferences, values,        \
+                          nValues);                                                            \
+    }                                                                                          \
+    fmi3Status fmi3Set##NAME(fmi3Instance c, const fmi3ValueReference valueReferences[],       \
+                             size_t nValueReferences, const fmi3##NAME values[],               \
+                             size_t nValues) {                                                 \
+        return set_values(c, __func__, TYPE, valueReferences, nValueReferences, values,        \
+                          nValues);                                                            \
+    }
+ACCESS(Float32, FLOAT32)
+ACCESS(Float64, FLOAT64)
+ACCESS(Int8, INT8)
+ACCESS(UInt8, UINT8)
+ACCESS(Int16, INT16)
+ACCESS(UInt16, UINT16)
+ACCESS(Int32, INT32)
+ACCESS(UInt32, UINT32)
+ACCESS(Int64, INT64)
+ACCESS(UInt64, UINT64)
+ACCESS(Boolean, BOOLEAN)
+
+fmi3Status fmi3GetBinary(fmi3Instance c, const fmi3ValueReference valueReferences[],
+                         size_t nValueReferences, size_t valueSizes[], fmi3Binary values[],
+                         size_t nValues) {
+    static const fmi3Byte NOTHING[1]; /* an empty Binary has an address too */
+    Instance *instance = c;
+    if (!instance) return fmi3Error;
+    fmi3Status status = check_references(instance, __func__, BINARY, valueReferences,
+                                         nValueReferences, nValues);
+    if (status == fmi3OK && has_output(valueReferences, nValueReferences))
+        status = bring_up_to_date(instance);
+    for (size_t i = 0; i < nValueReferences && status <= fmi3Warning; i++) {
+        const Binary *binary = &instance->values[valueReferences[i]].binary;
+        valueSizes[i] = binary->size;
+        values[i] = binary->data ? binary->data : NOTHING;
+    }
+    return status;
+}
+
+fmi3Status fmi3SetBinary(fmi3Instance c, const fmi3ValueReference valueReferences[],
+                         size_t nValueReferences, const size_t valueSizes[],
+                         const fmi3Binary values[], size_t nValues) {
+    Instance *instance = c;
+    if (!instance) return fmi3Error;
+    fmi3Status status = check_references(instance, __func__, BINARY, valueReferences,
+                                         nValueReferences, nValues);
+    for (size_t i = 0; i < nValueReferences && status == fmi3OK; i++) { /* all or nothing */
+        const VariableInfo *info = &VARIABLES[valueReferences[i]];
+        if (!is_settable(instance, info))
+            status = refuse(instance, __func__, "`%s` cannot be set in %s", info->name,
+                            mode_name(instance->mode));
+        else if (binary_reserve(&instance->values[valueReferences[i]].binary, valueSizes[i]))
+            status = refuse(instance, __func__, "out of memory for %zu bytes of `%s`",
+                            valueSizes[i], info->name);
+    }
+    for (size_t i = 0; i < nValueReferences && status <= fmi3Warning; i++) {
+        Binary *binary = &instance->values[valueReferences[i]].binary;
+        if (valueSizes[i] != 0) memcpy(binary->data, values[i], valueSizes[i]);
+        binary->size = valueSizes[i];
+        status = note_change(instance, VARIABLES[valueReferences[i]].causality);
+    }
+    return status;
+}

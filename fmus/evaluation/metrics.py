@@ -1,0 +1,139 @@
+"""What happened in a run of the red-light study, as numbers."""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from fmus.evaluation.traces import COLLISION, EGO, SHARING, Array, Traces
+from fmus.records import LINKS, NO_VEHICLE, OUTCOMES, SENSOR_DATA
+
+_RECEIVED: Final = OUTCOMES.index("R")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Roles:
+    """The vehicles of the encounter, `NO_VEHICLE` for one that never entered."""
+
+    ego: int
+    hidden: int
+    sharing: int
+
+
+def compute(traces: Traces) -> dict[str, Any]:
+    """All metrics of the run, ready for JSON; times in seconds.
+
+    `prr.end_to_end` is the share of the sensor data packets sent to the ego that reached it
+    over the chosen route; `prr.direct` the share of the same packets' first transmissions
+    that the ego could decode itself, addressed to it or not. Both are null if none was sent.
+    """
+    roles = Roles(
+        ego=_known(traces.vehicle_with(EGO)),
+        hidden=_known(traces.vehicle_with(COLLISION)),
+        sharing=_known(traces.vehicle_with(SHARING)),
+    )
+    sent, heard = traces.packets, traces.receptions
+    times, collided = traces.scalars("traffic.ego.collision")
+    gaps = traces.gap_to_hidden
+    return {
+        "collision": bool(collided.any()),
+        "collision_time": float(times[np.argmax(collided)]) if collided.any() else None,
+        "min_gap_m": float(gaps[:, 1].min()) if len(gaps) else None,
+        "min_gap_time": float(gaps[np.argmin(gaps[:, 1]), 0]) if len(gaps) else None,
+        "min_speed": float(traces.scalars("traffic.ego.speed")[1].min()),
+        "prr": packet_reception(sent, heard, roles.ego),
+        "links": links(heard, roles),
+        "relay_switches": int(traces.scalars("relay.switches")[1][-1]),
+        "relays": _distinct(traces.scalars("relay.relay")[1]),
+        "packets_sent": len(sent),
+        "bytes_sent": int(sent["size"].sum()),
+        "hidden_vehicle": _hidden(traces, roles),
+        "braking": _braking(traces),
+    }
+
+
+def packet_reception(sent: Array, heard: Array, ego: int) -> dict[str, float | None]:
+    """PRR of the sensor data: over the chosen route and, overheard, on the direct link."""
+    wanted = sent[(sent["kind"] == SENSOR_DATA) & (sent["destination"] == ego)]
+    if len(wanted) == 0:
+        return {"end_to_end": None, "direct": None, "sent": 0}
+    mine = heard[(heard["receiver"] == ego) & (heard["outcome"] == _RECEIVED)]
+    whole = np.isin(wanted["id"], mine["packet"][mine["addressed"] == 1])
+    direct = np.isin(wanted["id"], mine["packet"][mine["hop"] == 0])
+    return {
+        "end_to_end": float(whole.mean()),
+        "direct": float(direct.mean()),
+        "sent": len(wanted),
+    }
+
+
+def links(heard: Array, roles: Roles) -> list[dict[str, Any]]:
+    """PRR and link classes of the links that carried sensor data, busiest first."""
+    used = heard[(heard["addressed"] == 1) | (heard["receiver"] == roles.ego)]
+    found = []
+    for transmitter, receiver in sorted(
+        {(int(r["transmitter"]), int(r["receiver"])) for r in used}
+    ):
+        link = used[(used["transmitter"] == transmitter) & (used["receiver"] == receiver)]
+        counts = np.bincount(link["link"], minlength=len(LINKS))
+        found.append(
+            {
+                "transmitter": transmitter,
+                "receiver": receiver,
+                "packets": len(link),
+                "prr": float((link["outcome"] == _RECEIVED).mean()),
+                "mean_power_dbm": float(link["power_dbm"].mean()),
+                "classes": dict(zip(LINKS, map(int, counts), strict=True)),
+            }
+        )
+    return sorted(found, key=lambda entry: -entry["packets"])
+
+
+def _hidden(traces: Traces, roles: Roles) -> dict[str, Any]:
+    """When the hidden vehicle was first seen, by whom, and when the ego first knew."""
+    first: dict[int, float] = {}
+    for time, table in traces.objects("perception.objects"):
+        for sensor in np.unique(table["sensor"][table["instance"] == roles.hidden]):
+            first.setdefault(int(sensor), time / 1e9)
+    received = None
+    for time, table in traces.objects("facilities.received.objects"):
+        if (table["instance"] == roles.hidden).any():
+            received = time / 1e9
+            break
+    by = min(first, key=lambda sensor: first[sensor]) if first else None
+    return {
+        "id": roles.hidden,
+        "first_seen": first[by] if by is not None else None,
+        "first_seen_by": _who(by, roles),
+        "seen_by_ego": first.get(roles.ego),
+        "received_by_ego": received,
+    }
+
+
+def _braking(traces: Traces) -> dict[str, Any]:
+    """The first brake for a hazard: when, for what, seen by whom, how old the data were."""
+    times, instances = traces.scalars("policy.hazard.instance")
+    braked = np.flatnonzero(instances != NO_VEHICLE)
+    if len(braked) == 0:
+        return {"time": None, "object": None, "seen_by": None, "data_age": None}
+    k = int(braked[0])
+    return {
+        "time": float(times[k]),
+        "object": int(instances[k]),
+        "seen_by": int(traces.scalars("policy.hazard.sensor")[1][k]),
+        "data_age": float(traces.scalars("policy.hazard.age")[1][k]),
+    }
+
+
+def _who(vehicle: int | None, roles: Roles) -> str | None:
+    names = {roles.ego: "ego", roles.sharing: "sharing node"}
+    return None if vehicle is None else names.get(vehicle, f"vehicle {vehicle}")
+
+
+def _known(vehicle: int | None) -> int:
+    return NO_VEHICLE if vehicle is None else vehicle
+
+
+def _distinct(values: Array) -> list[int]:
+    """The relays that were chosen, in order of first choice."""
+    return list(dict.fromkeys(int(v) for v in values if v != NO_VEHICLE))

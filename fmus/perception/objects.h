@@ -1,0 +1,24 @@
+/* Objects: clusters that are vehicles, with their tracked velocities. */
+#ifndef OBJECTS_H
+#define OBJECTS_H
+#include "tracks.h"
+
+typedef struct {
+    uint32_t minimum_points; /* fewest points above the ground that are an object */
+    TrackSettings track;
+} ObjectSettings;
+
+typedef struct {
+    Object *objects;      /* of one sensor, ascending by instance */
+    size_t count, capacity;
+    uint32_t *of_cluster; /* index into objects, or NO_OBJECT, for each cluster of the scan */
+    size_t cluster_capacity;
+} Objects;
+#define NO_OBJECT UINT32_MAX
+
+/* Replace the contents of `objects` by what the scan of `sensor` shows, and update the tracks. */
+int objects_detect(Objects *, Tracks *, const ObjectSettings *, const Sensor *, const Scan *,
+                   Problem *);
+void objects_free(Objects *);
+
+#endif

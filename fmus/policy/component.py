@@ -1,0 +1,243 @@
+"""Rule-based driving: keep the speed, brake for predicted conflicts."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, TypeAlias
+
+import numpy as np
+from typing_extensions import override
+
+from fmus.policy.conflict import Bodies, Ego, Prediction
+from fmus.records import OBJECT, OBJECTS_MIME, unframe
+from orchestrator.component import Component
+from orchestrator.parameters import parameter
+from orchestrator.signal import Array, Causality, Connector, Signals
+from orchestrator.timebase import Duration, Time
+
+_IN: Final = Causality.INPUT
+_OUT: Final = Causality.OUTPUT
+_INPUTS: Final[Mapping[str, Connector]] = {
+    "ego.id": Connector(causality=_IN, dtype=np.int64, start=np.int64(-1)),
+    "ego.position": Connector(causality=_IN, shape=(2,), unit="m"),
+    "ego.speed": Connector(causality=_IN, unit="m/s"),
+    "ego.size": Connector(causality=_IN, shape=(3,), unit="m"),
+    "ego.route": Connector(causality=_IN, shape=("route_vertex", 2), unit="m"),
+    "objects": Connector(causality=_IN, dtype=None, mime_type=OBJECTS_MIME),
+    "received.objects": Connector(causality=_IN, dtype=None, mime_type=OBJECTS_MIME),
+}
+_FEEDTHROUGH: Final = frozenset(_INPUTS)
+_OUTPUTS: Final[Mapping[str, Connector]] = {
+    "command": Connector(
+        causality=_OUT,
+        shape=(3,),
+        feedthrough=_FEEDTHROUGH,
+        description="accelerate 0..1, brake 0..1, steer -1..1",
+    ),
+    "hazard.instance": Connector(
+        causality=_OUT,
+        dtype=np.int64,
+        start=np.int64(-1),
+        feedthrough=_FEEDTHROUGH,
+        description="track number of the object braked for, -1 if there is none",
+    ),
+    "hazard.sensor": Connector(
+        causality=_OUT,
+        dtype=np.int64,
+        start=np.int64(-1),
+        feedthrough=_FEEDTHROUGH,
+        description="the vehicle whose sensor saw that object, -1 if there is none",
+    ),
+    "hazard.age": Connector(
+        causality=_OUT,
+        unit="s",
+        feedthrough=_FEEDTHROUGH,
+        description="age of the scan in which it was seen",
+    ),
+}
+_NOTHING: Final[Signals] = {name: output.start_value() for name, output in _OUTPUTS.items()}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Hazard:
+    distance: float
+    instance: int
+    sensor: int
+    age: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameters:
+    """Parameters of the rule-based policies."""
+
+    cruise_speed: float = parameter(30.0 / 3.6, unit="m/s", minimum=0.1, doc="speed to keep")
+    horizon: float = parameter(4.0, unit="s", minimum=0.1, doc="how far to predict")
+    prediction_step: float = parameter(0.1, unit="s", minimum=0.01, doc="of the prediction")
+    lateral_margin: float = parameter(
+        0.4, unit="m", minimum=0.0, doc="room to keep beside the ego's body"
+    )
+    longitudinal_margin: float = parameter(
+        2.0, unit="m", minimum=0.0, doc="room to keep before and behind the ego's body"
+    )
+    stop_margin: float = parameter(
+        2.0, unit="m", minimum=0.0, doc="where to stop before a conflict"
+    )
+    acceleration: float = parameter(2.0, unit="m/s^2", minimum=0.1, doc="taking up speed")
+    braking: float = parameter(
+        8.0, unit="m/s^2", minimum=0.1, doc="deceleration of full brake; the actuator's limit"
+    )
+    comfortable: float = parameter(
+        3.0, unit="m/s^2", minimum=0.1, doc="braking starts when the conflict needs this much"
+    )
+    moving: float = parameter(
+        1.0, unit="m/s", minimum=0.0, doc="slower tracks count as standing (tracking noise)"
+    )
+    confirmations: int = parameter(
+        2, minimum=1, doc="consecutive steps with a conflict before the brake is used"
+    )
+
+
+class _Driver:
+    """What both policies share: from objects to a command."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._parameters = parameters
+        self._prediction = Prediction(
+            horizon=parameters.horizon,
+            step=parameters.prediction_step,
+            lateral_margin=parameters.lateral_margin,
+            longitudinal_margin=parameters.longitudinal_margin,
+            acceleration=parameters.acceleration,
+            cruise=parameters.cruise_speed,
+        )
+        self._confirmed = 0
+
+    def drive(self, inputs: Signals, objects: Array, now: Time) -> Signals:
+        """The outputs at `now`, given every object to be considered."""
+        route = np.asarray(inputs["ego.route"])
+        size = np.asarray(inputs["ego.size"])
+        ego = Ego(
+            speed=float(np.asarray(inputs["ego.speed"])),
+            length=float(size[0]),
+            width=float(size[1]),
+            route=route,
+        )
+        usable = len(route) > 1 and bool((np.ptp(route, axis=0) > 0).any())
+        hazard = self._worst(ego, objects, now) if usable else None
+        self._confirmed = self._confirmed + 1 if hazard else 0
+        if hazard and self._confirmed >= self._parameters.confirmations:
+            demand = self._deceleration(ego, hazard.distance)
+            if demand >= self._parameters.comfortable or ego.speed < self._parameters.moving:
+                return _outputs(0.0, min(demand / self._parameters.braking, 1.0), hazard)
+        wanted = (self._parameters.cruise_speed - ego.speed) / 1.0  # within one second
+        if wanted >= 0:
+            return _outputs(min(wanted / self._parameters.acceleration, 1.0), 0.0, None)
+        return _outputs(0.0, min(-wanted / self._parameters.braking, 1.0), None)
+
+    def _deceleration(self, ego: Ego, distance: float) -> float:
+        """What it takes to stop `stop_margin` before a conflict [m/s^2]."""
+        room = max(distance - self._parameters.stop_margin, 0.1)
+        return max(ego.speed**2 / (2.0 * room), self._parameters.comfortable / 2.0)
+
+    def _worst(self, ego: Ego, objects: Array, now: Time) -> _Hazard | None:
+        """The object whose conflict comes first."""
+        if len(objects) == 0:
+            return None
+        age = (now - objects["time"]) / 1e9
+        standing = np.hypot(*objects["velocity"].T) < self._parameters.moving
+        velocity = np.where(standing[:, None], 0.0, objects["velocity"])
+        moved = age[:, None] * velocity
+        bodies = Bodies(
+            minimum=objects["minimum"] + moved,
+            maximum=objects["maximum"] + moved,
+            velocity=velocity,
+        )
+        conflicts = self._prediction.first_conflicts(ego, bodies)
+        first = int(np.argmin(conflicts.time))
+        if np.isinf(conflicts.time[first]):
+            return None
+        return _Hazard(
+            distance=float(conflicts.distance[first]),
+            instance=int(objects["instance"][first]),
+            sensor=int(objects["sensor"][first]),
+            age=float(age[first]),
+        )
+
+
+class RuleBased(Component):
+    """Drives along the route and brakes for what the ego sees and what it received.
+
+    Every object is predicted with constant velocity, shared ones from the time of their
+    scan; a conflict with the ego's own motion is braked for when it needs more than a
+    comfortable deceleration.
+    """
+
+    Parameters: TypeAlias = Parameters
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._parameters = parameters
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return {**_INPUTS, **_OUTPUTS}
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._driver = _Driver(self._parameters)
+        self._outputs = _NOTHING
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        received = unframe("OBJS", bytes(inputs["received.objects"]), OBJECT)
+        objects = np.concatenate([_seen(inputs), received[received["instance"] != _ego(inputs)]])
+        self._outputs = self._driver.drive(inputs, objects, t + h)
+
+    @override
+    def outputs(self) -> Signals:
+        return self._outputs
+
+
+class Blind(Component):
+    """The rule-based policy without V2X: it brakes for what the ego's own lidar sees."""
+
+    Parameters: TypeAlias = Parameters
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._parameters = parameters
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return {**_INPUTS, **_OUTPUTS}
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._driver = _Driver(self._parameters)
+        self._outputs = _NOTHING
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._outputs = self._driver.drive(inputs, _seen(inputs), t + h)
+
+    @override
+    def outputs(self) -> Signals:
+        return self._outputs
+
+
+def _ego(inputs: Signals) -> int:
+    return int(np.asarray(inputs["ego.id"]))
+
+
+def _seen(inputs: Signals) -> Array:
+    """The objects of the ego's own sensor."""
+    objects = unframe("OBJS", bytes(inputs["objects"]), OBJECT)
+    return np.asarray(objects[objects["sensor"] == _ego(inputs)])
+
+
+def _outputs(accelerate: float, brake: float, hazard: _Hazard | None) -> Signals:
+    return {
+        "command": np.array([accelerate, brake, 0.0]),
+        "hazard.instance": np.array(hazard.instance if hazard else -1, np.int64),
+        "hazard.sensor": np.array(hazard.sensor if hazard else -1, np.int64),
+        "hazard.age": np.array(hazard.age if hazard else 0.0),
+    }

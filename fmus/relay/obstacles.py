@@ -1,0 +1,178 @@
+"""What the ego knows to stand between radios: the merged mobility-and-height information.
+
+Three sources, in order of trust: BSMs (the sender's own size and motion), the ego's lidar
+objects, and the mobility-and-height layers of received APMs. A body known from one source
+is not added again from the next.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fmus.apm import Apm, layer_height, layer_velocity
+from fmus.records import NO_VEHICLE
+from orchestrator.signal import Array, Signals
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Obstacles:
+    """Oriented boxes on the ground that move.
+
+    Attributes:
+        owner: the vehicle, where its BSM says so, else `NO_VEHICLE`; int64 (obstacle,).
+        center: [m], (obstacle, 2).
+        heading: of the length axis, counter-clockwise from east [rad], (obstacle,).
+        half: half length and half width [m], (obstacle, 2).
+        height: [m], (obstacle,).
+        velocity: [m/s], (obstacle, 2).
+    """
+
+    owner: Array = field(default_factory=lambda: np.empty(0, np.int64))
+    center: Array = field(default_factory=lambda: np.empty((0, 2)))
+    heading: Array = field(default_factory=lambda: np.empty(0))
+    half: Array = field(default_factory=lambda: np.empty((0, 2)))
+    height: Array = field(default_factory=lambda: np.empty(0))
+    velocity: Array = field(default_factory=lambda: np.empty((0, 2)))
+
+    def covers(self, points: Array, margin: float) -> Array:
+        """Whether each point lies in a box grown by `margin` [m].
+
+        Args:
+            points: [m], shape (points, 2).
+            margin: [m].
+
+        Returns:
+            bool, shape (points,).
+        """
+        local = np.abs(_to_boxes(points[:, None, :], self.center, self.heading))
+        inside: Array = np.all(local <= self.half + margin, axis=-1)
+        return np.asarray(inside.any(axis=1))
+
+    def joined(self, other: "Obstacles") -> "Obstacles":
+        """These obstacles followed by `other`."""
+        return Obstacles(
+            owner=np.concatenate([self.owner, other.owner]),
+            center=np.concatenate([self.center, other.center]),
+            heading=np.concatenate([self.heading, other.heading]),
+            half=np.concatenate([self.half, other.half]),
+            height=np.concatenate([self.height, other.height]),
+            velocity=np.concatenate([self.velocity, other.velocity]),
+        )
+
+    def without(self, keep: Array) -> "Obstacles":
+        """Only the obstacles where `keep` is true."""
+        return Obstacles(
+            owner=self.owner[keep],
+            center=self.center[keep],
+            heading=self.heading[keep],
+            half=self.half[keep],
+            height=self.height[keep],
+            velocity=self.velocity[keep],
+        )
+
+    def crossing(self, start: Array, end: Array) -> tuple[Array, Array]:
+        """Where the segment from `start` to `end` runs over each box.
+
+        Args:
+            start: [m], shape (2,).
+            end: [m], shape (2,).
+
+        Returns:
+            Whether it crosses, bool (obstacle,), and the fraction of the segment at the
+            middle of the crossing, (obstacle,); 0 where it does not cross.
+        """
+        first = _to_boxes(start, self.center, self.heading)
+        along = _to_boxes(end, self.center, self.heading) - first
+        with np.errstate(divide="ignore", invalid="ignore"):
+            bounds = np.stack([(-self.half - first) / along, (self.half - first) / along])
+        parallel = along == 0.0
+        inside = np.abs(first) <= self.half
+        enter = np.where(parallel, np.where(inside, -np.inf, np.inf), bounds.min(axis=0))
+        leave = np.where(parallel, np.where(inside, np.inf, -np.inf), bounds.max(axis=0))
+        begin = np.maximum(enter.max(axis=1, initial=-np.inf), 0.0)
+        finish = np.minimum(leave.min(axis=1, initial=np.inf), 1.0)
+        crosses = begin < finish
+        middle = (np.where(crosses, begin, 0.0) + np.where(crosses, finish, 0.0)) / 2.0
+        return crosses, middle
+
+
+def from_bsms(received: Signals) -> Obstacles:
+    """The senders of received BSMs, moved on by the age of the message.
+
+    Args:
+        received: the connectors `received.bsm.*`.
+    """
+    age = np.asarray(received["received.bsm.age"])[:, None]
+    velocity = np.asarray(received["received.bsm.velocity"])
+    size = np.asarray(received["received.bsm.size"])
+    return Obstacles(
+        owner=np.asarray(received["received.bsm.id"]),
+        center=np.asarray(received["received.bsm.position"]) + age * velocity,
+        heading=np.asarray(received["received.bsm.heading"]),
+        half=size[:, :2] / 2.0,
+        height=size[:, 2],
+        velocity=velocity,
+    )
+
+
+def from_objects(objects: Array) -> Obstacles:
+    """The ego's own detections: boxes along the axes of the world.
+
+    Args:
+        objects: `OBJECT` records of the ego's sensor.
+    """
+    count = len(objects)
+    return Obstacles(
+        owner=np.full(count, NO_VEHICLE, np.int64),
+        center=(objects["minimum"] + objects["maximum"]) / 2.0,
+        heading=np.zeros(count),
+        half=(objects["maximum"] - objects["minimum"]) / 2.0,
+        height=objects["height"].copy(),
+        velocity=objects["velocity"].copy(),
+    )
+
+
+def from_layer(apm: Apm) -> Obstacles:
+    """The occupied cells of the mobility-and-height layer of a received APM.
+
+    A cell says that some obstacle of that height stands in it, not where; it counts as a
+    square of half the cell's side at its centre, because taking the whole cell would
+    obstruct links that pass beside the obstacle in the next lane.
+    """
+    if apm.layer is None:
+        return Obstacles()
+    occupied = np.nonzero(apm.layer["height"])
+    cells = apm.layer[occupied]
+    count = len(cells)
+    return Obstacles(
+        owner=np.full(count, NO_VEHICLE, np.int64),
+        center=apm.world(np.stack(occupied, axis=1) + 0.5),
+        heading=np.full(count, apm.heading),
+        half=np.full((count, 2), apm.cell / 4.0),
+        height=layer_height(cells),
+        velocity=layer_velocity(cells),
+    )
+
+
+def merge(sources: Iterable[Obstacles], margin: float) -> Obstacles:
+    """All obstacles, each body once.
+
+    Args:
+        sources: in order of trust.
+        margin: an obstacle whose centre lies in a box already known, grown by this much,
+            is the same body [m].
+    """
+    merged = Obstacles()
+    for source in sources:
+        merged = merged.joined(source.without(~merged.covers(source.center, margin)))
+    return merged
+
+
+def _to_boxes(points: Array, center: Array, heading: Array) -> Array:
+    """`points` in the frame of each box; shape (..., obstacle, 2)."""
+    offset = points - center
+    cos, sin = np.cos(heading), np.sin(heading)
+    along = cos * offset[..., 0] + sin * offset[..., 1]
+    across = -sin * offset[..., 0] + cos * offset[..., 1]
+    return np.stack([along, across], axis=-1)

@@ -1,0 +1,117 @@
+"""The exchange of signals: the participants of a run, and when each of them is due."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from types import MappingProxyType
+
+from orchestrator.algorithm.participant import Participant, participant
+from orchestrator.errors import SystemStructureError
+from orchestrator.randomness import stream
+from orchestrator.signal import Signals
+from orchestrator.system import System
+from orchestrator.timebase import CommunicationGrid, MultiRateGrid, Time
+
+
+@dataclass(frozen=True, slots=True)
+class Due:
+    """Those whose steps end, or start, at one communication point.
+
+    Attributes:
+        names: in the order of the algorithm.
+        participants: the same, in the same order.
+        waves: the same, cut in front of each that reads what the wave before it publishes; those
+            within a wave may step at the same time, and concurrent ones come first.
+    """
+
+    names: tuple[str, ...]
+    participants: tuple[Participant, ...]
+    waves: tuple[tuple[Participant, ...], ...]
+
+
+class Exchange:
+    """All participants of one run, connected to each other.
+
+    Attributes:
+        participants: by name, in the order of the system.
+        values: the published outputs of each component: a view of the present, which the next
+            communication point changes in place. The signals themselves never change.
+    """
+
+    __slots__ = ("participants", "values")
+
+    def __init__(self, system: System) -> None:
+        self.participants: Mapping[str, Participant] = {
+            name: participant(name, component, system.connectors[name], system.step_sizes[name])
+            for name, component in system.components.items()
+        }
+        published = {name: each.published for name, each in self.participants.items()}
+        for name, each in self.participants.items():
+            each.connect(system.feeds[name], published)
+        self.values: Mapping[str, Signals] = MappingProxyType(
+            {name: MappingProxyType(values) for name, values in published.items()}
+        )
+
+    def start(self, order: Sequence[str], start: Time, seed: int) -> None:
+        """Set every component up, then initialise and publish each in `order`."""
+        for name, each in self.participants.items():
+            each.set_up(start, stream(seed, name))
+        for name in order:
+            self.participants[name].initialise(start)
+
+
+class Schedule:
+    """Who is due at which communication point of a run.
+
+    Iterating yields every communication point with those due there, stop included.
+
+    Args:
+        exchange: the participants.
+        order: the names of all of them, in the order they are to take turns.
+        start: the first communication point.
+        stop: the last one.
+
+    Raises:
+        SystemStructureError: a step size does not divide the interval; one sentence for each.
+    """
+
+    __slots__ = ("_grid", "_order", "_participants")
+
+    def __init__(self, exchange: Exchange, order: Sequence[str], start: Time, stop: Time) -> None:
+        problems = []
+        for name, each in exchange.participants.items():
+            try:
+                CommunicationGrid.over(start, stop, each.step_size)
+            except ValueError as error:
+                problems.append(f"component `{name}`: {error}")
+        if problems:
+            raise SystemStructureError(problems)
+        self._order = tuple(order)
+        self._participants = exchange.participants
+        sizes = {each.step_size for each in exchange.participants.values()}
+        self._grid = MultiRateGrid(start, stop, tuple(sorted(sizes)))
+
+    def __iter__(self) -> Iterator[tuple[Time, Due]]:
+        due = cache(self._due)
+        for t, step_sizes in self._grid:
+            yield t, due(step_sizes)
+
+    def _due(self, step_sizes: tuple[int, ...]) -> Due:
+        names = tuple(n for n in self._order if self._participants[n].step_size in step_sizes)
+        participants = tuple(self._participants[name] for name in names)
+        return Due(names, participants, tuple(_waves(participants)))
+
+
+def _waves(participants: tuple[Participant, ...]) -> Iterator[tuple[Participant, ...]]:
+    wave: list[Participant] = []
+    for each in participants:
+        if any(earlier.name in each.sources for earlier in wave):
+            yield _concurrent_first(wave)
+            wave = []
+        wave.append(each)
+    if wave:
+        yield _concurrent_first(wave)
+
+
+def _concurrent_first(wave: Sequence[Participant]) -> tuple[Participant, ...]:
+    return tuple(sorted(wave, key=lambda each: not each.is_concurrent))

@@ -1,0 +1,43 @@
+"""The Jacobi (parallel) algorithm with held inputs."""
+
+from dataclasses import dataclass
+
+from typing_extensions import override
+
+from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.algorithm.exchange import Due
+from orchestrator.component import ConcurrentComponent
+from orchestrator.system import System
+from orchestrator.timebase import Time
+
+
+@dataclass(frozen=True, slots=True)
+class Jacobi(CosimulationAlgorithm):
+    """Every step sees the outputs published at the communication point where it starts.
+
+    A component that steps from `t` to `t + H` reads its inputs at `t`; its outputs are published
+    at `t + H`, not before. The result does not depend on the order of the components.
+    Concurrent components are begun first and waited for where their step ends, so that they
+    run beside the local ones, also beside several shorter steps of them.
+    """
+
+    @override
+    def turns(self, system: System) -> tuple[str, ...]:
+        concurrent = [
+            name
+            for name, component in system.components.items()
+            if isinstance(component, ConcurrentComponent)
+        ]
+        return (*concurrent, *(name for name in system.components if name not in concurrent))
+
+    @override
+    def depart(self, t: Time, due: Due) -> None:
+        for participant in due.participants:
+            participant.begin(t)
+
+    @override
+    def arrive(self, t: Time, due: Due) -> None:
+        for participant in due.participants:
+            participant.finish()
+        for participant in due.participants:
+            participant.publish()

@@ -1,0 +1,208 @@
+"""One component taking part in a co-simulation: its inputs, its step, its published outputs."""
+
+import abc
+from collections.abc import Mapping
+from time import perf_counter_ns
+from typing import ClassVar, Final
+
+import numpy as np
+from typing_extensions import override
+
+from orchestrator.algorithm.outputs import OutputCheck
+from orchestrator.component import Component, ConcurrentComponent
+from orchestrator.errors import ComponentError, CosimError
+from orchestrator.signal import Causality, Connector, Signal, Signals
+from orchestrator.system import Feed
+from orchestrator.timebase import Duration, Time
+
+
+class Participant(abc.ABC):
+    """A component together with its place in the exchange of signals.
+
+    A step takes three calls, so that an algorithm decides when each happens: `begin` reads
+    the inputs and starts the step, `finish` waits for its end and checks the outputs, `publish`
+    makes them visible to others.
+
+    Attributes:
+        name: of the component in its system.
+        step_size: communication step size [ns].
+        is_concurrent: whether the step runs elsewhere between `begin` and `finish`.
+        sources: the names of the components it reads.
+        published: the outputs that others may see now; updated in place by `publish`.
+        wall_time_ns: time spent in calls of the component so far [ns].
+    """
+
+    __slots__ = ("_check_outputs", "_component", "_feeds", "_pending", "_starts", "name",
+                 "published", "sources", "step_size", "wall_time_ns")  # fmt: skip
+
+    is_concurrent: ClassVar[bool]
+
+    def __init__(
+        self,
+        name: str,
+        component: Component,
+        connectors: Mapping[str, Connector],
+        step_size: Duration,
+    ) -> None:
+        self.name: Final = name
+        self.step_size: Final = step_size
+        self.published: Final[dict[str, Signal]] = {}
+        self.sources: frozenset[str] = frozenset()
+        self.wall_time_ns = 0
+        self._component = component
+        self._check_outputs = OutputCheck(connectors).problems
+        self._starts = {
+            input_: connector.start_value()
+            for input_, connector in connectors.items()
+            if connector.causality is Causality.INPUT
+        }
+        self._feeds: tuple[tuple[str, Signals, str], ...] = ()
+        self._pending: Signals = {}
+
+    def connect(self, feeds: tuple[Feed, ...], published: Mapping[str, Signals]) -> None:
+        """Read the inputs in `feeds` from what the components `published`, from now on."""
+        self.sources = frozenset(feed.component for feed in feeds)
+        self._feeds = tuple((feed.input, published[feed.component], feed.output) for feed in feeds)
+
+    def set_up(self, start: Time, rng: np.random.Generator) -> None:
+        """Enter the initial state at `start`."""
+        before = perf_counter_ns()
+        try:
+            self._component.setup(start, rng)
+        except Exception as error:
+            raise self._failure(start, error) from error
+        self.wall_time_ns += perf_counter_ns() - before
+
+    def initialise(self, start: Time) -> None:
+        """Compute and publish the outputs at `start` from the inputs known so far."""
+        inputs = self._starts.copy()
+        for name, values, output in self._feeds:
+            if output in values:
+                inputs[name] = values[output]
+        before = perf_counter_ns()
+        try:
+            self._component.initialise(inputs)
+            outputs = self._component.outputs()
+            self.wall_time_ns += perf_counter_ns() - before
+            self._accept(outputs, start)
+        except Exception as error:
+            raise self._failure(start, error) from error
+        self.publish()
+
+    @abc.abstractmethod
+    def begin(self, t: Time) -> None:
+        """Start the step from `t`, holding the inputs that are published now."""
+
+    @abc.abstractmethod
+    def finish(self) -> None:
+        """Wait until the step that was begun is done, and check its outputs."""
+
+    def publish(self) -> None:
+        """Show the outputs of the step finished last to others."""
+        self.published.update(self._pending)
+
+    def close(self) -> None:
+        """Release what the component holds.
+
+        Raises:
+            ComponentError: the component failed to.
+        """
+        try:
+            self._component.close()
+        except Exception as error:
+            raise self._failure(None, error, "while closing: ") from error
+
+    def _inputs(self) -> Signals:
+        inputs = self._starts.copy()
+        for name, values, output in self._feeds:
+            inputs[name] = values[output]
+        return inputs
+
+    def _accept(self, outputs: Signals, t: Time) -> None:
+        """Keep `outputs` for `publish`, or raise what is wrong with them."""
+        problems = self._check_outputs(outputs, self.published)
+        if problems:
+            raise ComponentError(self.name, t, "; ".join(problems))
+        self._pending = outputs
+
+    def _failure(self, t: Time | None, error: Exception, doing: str = "") -> ComponentError:
+        """`error` with the name of the component and the time it worked from."""
+        if isinstance(error, ComponentError):
+            when = t if error.time is None else error.time
+            return ComponentError(error.component or self.name, when, doing + error.message)
+        kind = "" if isinstance(error, CosimError) else f"{type(error).__name__}: "
+        return ComponentError(self.name, t, f"{doing}{kind}{error}")
+
+
+class LocalParticipant(Participant):
+    """A component that steps in the calling thread: `begin` does all the work."""
+
+    __slots__ = ()
+
+    is_concurrent = False
+
+    @override
+    def begin(self, t: Time) -> None:
+        inputs = self._inputs()
+        before = perf_counter_ns()
+        try:
+            self._component.step(inputs, t, self.step_size)
+            outputs = self._component.outputs()
+            self.wall_time_ns += perf_counter_ns() - before
+            self._accept(outputs, t)
+        except Exception as error:
+            raise self._failure(t, error) from error
+
+    @override
+    def finish(self) -> None:
+        pass
+
+
+class ConcurrentParticipant(Participant):
+    """A component that steps elsewhere between `begin` and `finish`."""
+
+    __slots__ = ("_begun_at", "_concurrent")
+
+    is_concurrent = True
+
+    def __init__(
+        self,
+        name: str,
+        component: ConcurrentComponent,
+        connectors: Mapping[str, Connector],
+        step_size: Duration,
+    ) -> None:
+        super().__init__(name, component, connectors, step_size)
+        self._concurrent = component
+        self._begun_at: Time = 0
+
+    @override
+    def begin(self, t: Time) -> None:
+        inputs = self._inputs()
+        self._begun_at = t
+        before = perf_counter_ns()
+        try:
+            self._concurrent.begin_step(inputs, t, self.step_size)
+        except Exception as error:
+            raise self._failure(t, error) from error
+        self.wall_time_ns += perf_counter_ns() - before
+
+    @override
+    def finish(self) -> None:
+        before = perf_counter_ns()
+        try:
+            self._concurrent.finish_step()
+            outputs = self._concurrent.outputs()
+            self.wall_time_ns += perf_counter_ns() - before
+            self._accept(outputs, self._begun_at)
+        except Exception as error:
+            raise self._failure(self._begun_at, error) from error
+
+
+def participant(
+    name: str, component: Component, connectors: Mapping[str, Connector], step_size: Duration
+) -> Participant:
+    """The participant that suits the capabilities of `component`."""
+    if isinstance(component, ConcurrentComponent):
+        return ConcurrentParticipant(name, component, connectors, step_size)
+    return LocalParticipant(name, component, connectors, step_size)

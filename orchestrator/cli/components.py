@@ -1,0 +1,134 @@
+"""`nlosim components`."""
+
+import json
+from argparse import Namespace
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from orchestrator import registry
+from orchestrator.cli.columns import columns
+from orchestrator.cli.outcome import Outcome
+from orchestrator.errors import ComponentTypeError, CosimError
+from orchestrator.parameters import REQUIRED, ComponentType, Parameter
+from orchestrator.scenario.values import kind_name, written
+from orchestrator.signal import Connector
+
+
+def execute(arguments: Namespace) -> Outcome:
+    """List all types, or describe one."""
+    return _all() if arguments.name is None else _one(arguments.name)
+
+
+def _all() -> Outcome:
+    rows = []
+    for name, offer in registry.installed().items():
+        try:
+            text, error = offer.load().description, None
+        except ComponentTypeError as problem:
+            text, error = f"not usable: {problem}", str(problem)
+        rows.append({"name": name, "origin": offer.origin, "description": text, "error": error})
+    width = max((len(row["name"] or "") for row in rows), default=0)
+    lines = [f"{row['name']:<{width}}  {row['description']}" for row in rows]
+    hint = "\n\n`nlosim components NAME` shows parameters and connectors."
+    return Outcome(
+        text="\n".join(lines) + hint if rows else "no component types are installed",
+        data={"components": rows},
+    )
+
+
+def _one(name: str) -> Outcome:
+    is_path = name.endswith(".fmu") or "/" in name
+    found = registry.fmu_type(Path(name)) if is_path else registry.component_type(name)
+    connectors, reason = _connectors(found, name)
+    parameters = found.parameters
+    lines = [f"{name}: {found.description}", "", "parameters:"]
+    lines += columns([_parameter_row(n, p) for n, p in parameters.items()])
+    lines += ["", "connectors:"]
+    if reason is not None:
+        lines.append(f"  known once the parameters are ({reason})")
+    else:
+        lines += columns([_connector_row(n, c) for n, c in connectors.items()])
+    return Outcome(
+        text="\n".join(lines),
+        data={
+            "name": name,
+            "description": found.description,
+            "parameters": {n: _parameter_data(p) for n, p in parameters.items()},
+            "connectors": None
+            if reason is not None
+            else {n: _connector_data(c) for n, c in connectors.items()},
+        },
+    )
+
+
+def _connectors(found: ComponentType, name: str) -> tuple[Mapping[str, Connector], str | None]:
+    """The connectors of an instance with default parameters, or why there is none."""
+    required = [n for n, p in found.parameters.items() if p.default is REQUIRED]
+    if required:
+        return {}, f"required: {', '.join(f'`{n}`' for n in required)}"
+    try:
+        instance = found.create("example", {})
+    except (CosimError, ValueError) as error:
+        return {}, str(error)
+    try:
+        return dict(instance.connectors), None
+    finally:
+        instance.close()
+
+
+def _bounds(parameter: Parameter) -> str:
+    match parameter.minimum, parameter.maximum:
+        case None, None:
+            return ""
+        case low, None:
+            return f">= {low:g}"
+        case None, high:
+            return f"<= {high:g}"
+        case low, high:
+            return f"{low:g} .. {high:g}"
+
+
+def _parameter_row(name: str, parameter: Parameter) -> tuple[str, ...]:
+    default = "required"
+    if parameter.default is not REQUIRED:
+        default = f"= {_default(parameter)}"
+    return name, kind_name(parameter.type), default, _bounds(parameter), parameter.doc
+
+
+def _default(parameter: Parameter) -> str:
+    match parameter.default:
+        case float() as number:
+            return f"{number:.9g}{'' if parameter.unit == '1' else ' ' + parameter.unit}"
+        case _:
+            value = written(parameter, parameter.default)
+            return value if isinstance(value, str) else json.dumps(value)
+
+
+def _parameter_data(parameter: Parameter) -> dict[str, Any]:
+    is_required = parameter.default is REQUIRED
+    return {
+        "type": kind_name(parameter.type),
+        "unit": parameter.unit,
+        "required": is_required,
+        "default": None if is_required else written(parameter, parameter.default),
+        "minimum": parameter.minimum,
+        "maximum": parameter.maximum,
+        "doc": parameter.doc,
+    }
+
+
+def _connector_row(name: str, connector: Connector) -> tuple[str, ...]:
+    unit = "" if connector.unit == "1" else connector.unit
+    return name, connector.causality.value, connector.kind(), unit, connector.description
+
+
+def _connector_data(connector: Connector) -> dict[str, Any]:
+    return {
+        "causality": connector.causality.value,
+        "type": connector.kind(),
+        "unit": connector.unit,
+        "variability": connector.variability.value,
+        "feedthrough": sorted(connector.feedthrough),
+        "description": connector.description,
+    }

@@ -1,0 +1,104 @@
+"""From an exception to what the user reads: one clear message, never a traceback."""
+
+import os
+import tempfile
+import traceback
+from pathlib import Path
+from typing import Any
+
+from orchestrator.cli.outcome import Exit, Outcome, failure
+from orchestrator.cli.parser import UsageError
+from orchestrator.errors import (
+    ComponentError,
+    CosimError,
+    Problem,
+    ScenarioError,
+)
+from orchestrator.log import LOG
+
+
+def usage(error: UsageError) -> Outcome:
+    """The command line is wrong."""
+    return failure("usage", Exit.WRONG_INPUT, str(error), text=f"{error.usage}error: {error}")
+
+
+def outcome_of(error: BaseException, directory: Path | None = None) -> Outcome:
+    """The outcome of a command that raised `error`.
+
+    Args:
+        error: whatever it was.
+        directory: of the run, if there is one.
+    """
+    where = {} if directory is None else {"out": str(directory)}
+    recorded = "" if directory is None else f"\nrecorded until then: {directory}"
+    match error:
+        case ScenarioError():
+            return _problems(error)
+        case ComponentError():
+            return failure(
+                "component",
+                Exit.COMPONENT_FAILED,
+                str(error),
+                text=f"error: {error}{recorded}",
+                component=error.component,
+                time_s=None if error.time is None else error.time / 1e9,
+                **where,
+            )
+        case KeyboardInterrupt():
+            text = f"interrupted{recorded}"
+            return failure("interrupted", Exit.INTERRUPTED, "interrupted", text=text, **where)
+        case CosimError() | OSError():  # a full disk or a wrong path is no bug of ours
+            return failure("input", Exit.WRONG_INPUT, str(error), **where)
+        case _:
+            kind = type(error).__name__
+            return bug(f"internal error: {kind}: {error}", error, directory)
+
+
+def _problems(error: ScenarioError) -> Outcome:
+    count = len(error.problems)
+    noun = "problem" if count == 1 else "problems"
+    return failure(
+        "scenario",
+        Exit.WRONG_INPUT,
+        f"{count} {noun} in the scenario",
+        text="\n".join(map(str, error.problems)),
+        problems=[problem_data(problem) for problem in error.problems],
+    )
+
+
+def problem_data(problem: Problem) -> dict[str, Any]:
+    """A problem as `nlosim check --json` prints it."""
+    where = problem.where
+    return {
+        "file": where.file,
+        "line": where.line,
+        "column": where.column,
+        "message": problem.what,
+    }
+
+
+def bug(message: str, error: BaseException, directory: Path | None) -> Outcome:
+    """The outcome after something that should not happen; the traceback goes to a file.
+
+    Args:
+        message: what happened.
+        error: its traceback is written, unless there is a run directory: its log has it.
+        directory: of the run, if there is one.
+    """
+    log = _write_traceback(error) if directory is None else directory / LOG
+    return failure(
+        "internal",
+        Exit.INTERNAL_ERROR,
+        message,
+        text=f"{message}\nthis is a bug, please report it together with {log}",
+        log=str(log),
+        **({} if directory is None else {"out": str(directory)}),
+    )
+
+
+def _write_traceback(error: BaseException) -> Path:
+    number, name = tempfile.mkstemp(prefix="nlosim-error-", suffix=".txt")
+    os.close(number)
+    log = Path(name)
+    log.write_text("".join(traceback.format_exception(error)), encoding="utf-8")
+    return log

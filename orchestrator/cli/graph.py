@@ -1,0 +1,103 @@
+"""`nlosim graph`."""
+
+from argparse import Namespace
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict
+from pathlib import Path
+
+from orchestrator.cli.columns import columns
+from orchestrator.cli.drawing import draw
+from orchestrator.cli.outcome import Outcome
+from orchestrator.scenario.build import load_scenario
+from orchestrator.scenario.graph import Edge, Graph, Node, graph_of, grouped
+from orchestrator.scenario.model import Scenario
+from orchestrator.scenario.units import format_duration
+from orchestrator.scenario.wiring import assemble
+
+
+def execute(arguments: Namespace) -> Outcome:
+    """Print the wiring and, if asked to, draw it."""
+    scenario = load_scenario(Path(arguments.scenario), arguments.overrides)
+    assembly = assemble(scenario)
+    try:
+        graph = graph_of(scenario, assembly)
+    finally:
+        assembly.close()
+    text = _text(scenario, graph)
+    if arguments.svg is not None:
+        Path(arguments.svg).write_text(draw(graph, scenario.title), encoding="utf-8")
+        text += f"\n\ndrawn in {arguments.svg}"
+    return Outcome(
+        text=text,
+        data={
+            "algorithm": scenario.coupling["algorithm"],
+            "components": [_component(node) for node in graph.nodes],
+            "connections": [_connection(edge) for edge in graph.edges],
+            "loops": list(graph.loops),
+            "svg": arguments.svg,
+        },
+    )
+
+
+def _component(node: Node) -> dict[str, object]:
+    fields = asdict(node)
+    return {**fields, "step": format_duration(node.step), "step_ns": node.step}
+
+
+def _connection(edge: Edge) -> dict[str, object]:
+    return {
+        "from": edge.source,
+        "to": edge.target,
+        "signals": [{"from": output, "to": input_} for output, input_ in edge.signals],
+        "youngest_ns": edge.youngest,
+        "oldest_ns": edge.oldest,
+    }
+
+
+def _text(scenario: Scenario, graph: Graph) -> str:
+    span = f"{format_duration(scenario.start)} to {format_duration(scenario.stop)}"
+    lines = [
+        f"{scenario.title}: {span}, {scenario.coupling['algorithm']}",
+        "",
+        "components, in the order in which they step:",
+        *columns([_node_row(number, node) for number, node in enumerate(graph.nodes, 1)]),
+        "",
+        "connections, with the age of the values when a step of the target ends:",
+        *columns([_edge_row(edge) for edge in graph.edges]),
+    ]
+    through = [line for node in graph.nodes for line in _feedthrough(node)]
+    lines += ["", "direct feedthrough:", *(through or ["  none"])]
+    lines += ["", "algebraic loops:", *([f"  {loop}" for loop in graph.loops] or ["  none"])]
+    return "\n".join(lines)
+
+
+def _node_row(number: int, node: Node) -> tuple[str, ...]:
+    where = "own process, if a transport is given" if node.process else "this process"
+    return str(number), node.name, node.origin, f"every {format_duration(node.step)}", where
+
+
+def _edge_row(edge: Edge) -> tuple[str, ...]:
+    ends = f"{edge.source} -> {edge.target}"
+    return ends, age(edge), ", ".join(grouped(edge.signals))
+
+
+def _feedthrough(node: Node) -> Iterator[str]:
+    """One line for all outputs that depend on the same inputs."""
+    outputs: dict[tuple[str, ...], list[str]] = defaultdict(list)
+    for output, inputs in node.feedthrough.items():
+        outputs[inputs].append(output)
+    for inputs, names in outputs.items():
+        yield f"  {node.name}: {_names(names)} depends on {_names(inputs)}"
+
+
+def _names(connectors: Iterable[str]) -> str:
+    return ", ".join(grouped([(name, name) for name in connectors]))
+
+
+def age(edge: Edge) -> str:
+    """The age of the values on `edge`, as text."""
+    if edge.youngest == edge.oldest:
+        return format_duration(edge.oldest) if edge.oldest else "0"
+    youngest = format_duration(edge.youngest) if edge.youngest else "0"
+    return f"{youngest} to {format_duration(edge.oldest)}"

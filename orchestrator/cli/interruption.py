@@ -1,0 +1,60 @@
+"""Stopping a run in good order when the user, or the system, asks for it."""
+
+import signal
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from types import FrameType
+
+from typing_extensions import override
+
+from orchestrator.observer import Observer, SimulationResult
+from orchestrator.signal import Signals
+from orchestrator.system import System
+from orchestrator.timebase import Time
+
+
+class StopOnRequest(Observer):
+    """Ends the run at the first communication point after a request.
+
+    There, every recorded signal is complete. Being the last of the observers, it lets the
+    recorder see the communication point first.
+    """
+
+    def __init__(self) -> None:
+        self._requested = False
+        self._is_running = False
+
+    @override
+    def begin(self, system: System, start: Time, stop: Time) -> None:
+        self._is_running = True
+
+    @override
+    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
+        if self._requested:
+            raise KeyboardInterrupt
+
+    @override
+    def end(self, result: SimulationResult) -> None:
+        self._is_running = False
+
+    def request(self, number: int, frame: FrameType | None) -> None:
+        """Handle a signal: note the first, obey the second at once."""
+        del number, frame
+        if self._requested or not self._is_running:
+            raise KeyboardInterrupt
+        self._requested = True
+        sys.stderr.write("\nstopping at the next communication point; again to stop at once\n")
+
+
+@contextmanager
+def stopping() -> Iterator[StopOnRequest]:
+    """While the block runs, Ctrl-C and SIGTERM are requests to stop."""
+    observer = StopOnRequest()
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = {number: signal.signal(number, observer.request) for number in numbers}
+    try:
+        yield observer
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

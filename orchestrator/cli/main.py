@@ -1,0 +1,80 @@
+"""From arguments to an exit code."""
+
+import contextlib
+import importlib
+import json
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from orchestrator.cli import failures
+from orchestrator.cli.outcome import Outcome
+from orchestrator.cli.parser import UsageError, parser
+
+_MODULES: Final = {
+    "run": "orchestrator.cli.run",
+    "check": "orchestrator.cli.check",
+    "graph": "orchestrator.cli.graph",
+    "components": "orchestrator.cli.components",
+    "report": "orchestrator.cli.report",
+}
+"""One module per command, with a function `execute(arguments) -> Outcome`. They are imported
+when they are asked for, so that `nlosim --help` need not wait for NumPy."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Args:
+        argv: the arguments without the program's name; those of the process if `None`.
+
+    Returns:
+        The exit code; see `Exit`.
+    """
+    given = sys.argv[1:] if argv is None else list(argv)
+    is_json = "--json" in given
+    with _output_kept_for_json() if is_json else contextlib.nullcontext():
+        outcome = _outcome(given)
+    try:
+        _write(outcome, is_json=is_json)
+        sys.stdout.flush()
+    except BrokenPipeError:  # `nlosim components | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return int(outcome.exit_code)
+
+
+def _outcome(given: Sequence[str]) -> Outcome:
+    try:
+        arguments = parser().parse_args(given)  # ends the process after the help or the version
+    except UsageError as error:
+        return failures.usage(error)
+    try:
+        module = importlib.import_module(_MODULES[arguments.command])
+        outcome: Outcome = module.execute(arguments)
+    except BaseException as error:  # every error becomes a message and an exit code
+        return failures.outcome_of(error)
+    return outcome
+
+
+def _write(outcome: Outcome, *, is_json: bool) -> None:
+    is_error = "error" in outcome.data
+    if is_json:
+        sys.stdout.write(json.dumps(outcome.data, indent=2, allow_nan=False) + "\n")
+    if outcome.text and (is_error or not is_json):
+        stream = sys.stderr if is_error else sys.stdout
+        stream.write(outcome.text + "\n")
+
+
+@contextlib.contextmanager
+def _output_kept_for_json() -> Iterator[None]:
+    """Send what libraries print, from Python or from C, to standard error."""
+    sys.stdout.flush()
+    saved = os.dup(1)
+    try:
+        os.dup2(2, 1)
+        with contextlib.redirect_stdout(sys.stderr):
+            yield
+    finally:
+        os.dup2(saved, 1)
+        os.close(saved)

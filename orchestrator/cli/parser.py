@@ -1,0 +1,188 @@
+"""The arguments of every command."""
+
+import argparse
+from typing import Final, NoReturn, TypeAlias
+
+from typing_extensions import override
+
+_SET = """\
+PATH=VALUE; replaces or adds a value of the scenario, e.g.
+  --set time.stop=5s
+  --set components.policy.type=policy-blind
+  --set components.channel.parameters.transmit_power="20 dBm"
+VALUE is YAML. May be given several times."""
+
+_EPILOG: Final = """\
+exit codes:
+  0  done
+  2  the input is wrong: the scenario, the command line
+  3  a component failed; what was recorded until then can be read
+  4  interrupted; likewise
+  5  internal error, a bug; the message says how to report it
+
+examples:
+  nlosim check scenarios/red_light.yaml
+  nlosim run scenarios/red_light.yaml --seed 3
+  nlosim run scenarios/red_light.yaml --set components.relay.type=relay-direct --json
+  nlosim graph scenarios/red_light.yaml --svg wiring.svg
+  nlosim components channel
+"""
+
+
+_Commands: TypeAlias = "argparse._SubParsersAction[_Parser]"  # noqa: SLF001 - it has no public name
+
+
+class UsageError(Exception):
+    """The command line cannot be understood.
+
+    Attributes:
+        usage: of the command, for people.
+    """
+
+    def __init__(self, message: str, usage: str) -> None:
+        super().__init__(message)
+        self.usage = usage
+
+
+class _Parser(argparse.ArgumentParser):
+    """Raises instead of ending the process, so that `--json` can report it."""
+
+    @override
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(message, self.format_usage())
+
+
+class _Version(argparse.Action):
+    """Prints the version."""
+
+    @override
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        from orchestrator.provenance import nlosim_version  # noqa: PLC0415 - takes a while
+
+        parser.exit(message=f"nlosim {nlosim_version()}\n")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The parser of `nlosim`."""
+    top = _Parser(
+        prog="nlosim",
+        description="Co-simulation of V2X cooperative perception: scenarios of FMUs and Python "
+        "components.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    top.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
+    commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    _add_run(commands)
+    _add_check(commands)
+    _add_graph(commands)
+    _add_components(commands)
+    _add_report(commands)
+    return top
+
+
+def _command(
+    commands: _Commands,
+    name: str,
+    summary: str,
+    details: str,
+) -> argparse.ArgumentParser:
+    command = commands.add_parser(
+        name,
+        help=summary,
+        description=f"{summary[0].upper()}{summary[1:]}.",
+        epilog=details,
+        formatter_class=argparse.RawTextHelpFormatter,
+        allow_abbrev=False,
+    )
+    command.add_argument(
+        "--json", action="store_true", help="print one JSON object, also after an error"
+    )
+    return command
+
+
+def _add_scenario(command: argparse.ArgumentParser) -> None:
+    command.add_argument("scenario", metavar="SCENARIO", help="a scenario file (YAML)")
+    command.add_argument(
+        "--set", dest="overrides", action="append", default=[], metavar="PATH=VALUE", help=_SET
+    )
+
+
+def _add_run(commands: _Commands) -> None:
+    run = _command(
+        commands,
+        "run",
+        "run a scenario and record it",
+        """\
+The run directory holds the recording, manifest.json, metrics.json, figure.png and log.txt.
+Ctrl-C stops the run at the next communication point; what was recorded can be read.
+
+examples:
+  nlosim run scenarios/red_light.yaml
+  nlosim run scenarios/red_light.yaml --seed 3 --out results/seed-3
+  nlosim run scenarios/red_light.yaml --transport zenoh""",
+    )
+    _add_scenario(run)
+    run.add_argument("--seed", type=int, metavar="N", help="instead of the scenario's seed")
+    run.add_argument(
+        "--out",
+        metavar="DIR",
+        help="the run directory, new or empty (default: runs/SCENARIO-SEED, numbered if it exists)",
+    )
+    run.add_argument(
+        "--transport",
+        default="in-process",
+        metavar="NAME",
+        help="how components marked `process` are reached: in-process (default), loopback,\n"
+        "zenoh; the results are the same bytes",
+    )
+    run.add_argument("--no-figure", action="store_true", help="do not draw the report's figure")
+    run.add_argument("--quiet", action="store_true", help="no progress bar, no warnings")
+
+
+def _add_check(commands: _Commands) -> None:
+    check = _command(
+        commands,
+        "check",
+        "print every problem of a scenario",
+        """\
+Prints FILE:LINE:COLUMN: PROBLEM for each, and exits with code 2 if there are any.
+The components are created, to see whether their connections fit, but nothing runs.""",
+    )
+    _add_scenario(check)
+
+
+def _add_graph(commands: _Commands) -> None:
+    graph = _command(
+        commands,
+        "graph",
+        "print the wiring of a scenario",
+        """\
+Components in the order in which they step, connections and how old the values that travel
+along them are, direct feedthrough and algebraic loops.""",
+    )
+    _add_scenario(graph)
+    graph.add_argument("--svg", metavar="FILE", help="draw it, too")
+
+
+def _add_components(commands: _Commands) -> None:
+    components = _command(
+        commands,
+        "components",
+        "list the installed component types, or describe one",
+        "",
+    )
+    components.add_argument(
+        "name", metavar="NAME", nargs="?", help="an installed type, or the path of an FMU"
+    )
+
+
+def _add_report(commands: _Commands) -> None:
+    report = _command(
+        commands,
+        "report",
+        "compute metrics and figure of a finished run again",
+        "Writes metrics.json and figure.png into the run directory.",
+    )
+    report.add_argument("directory", metavar="DIR", help="a run directory")

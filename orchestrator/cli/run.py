@@ -1,0 +1,77 @@
+"""`nlosim run`."""
+
+from argparse import Namespace
+from pathlib import Path
+
+from orchestrator.cli.failures import bug, outcome_of
+from orchestrator.cli.interruption import stopping
+from orchestrator.cli.outcome import Exit, Outcome, failure
+from orchestrator.errors import CosimError
+from orchestrator.observer import NoProgress, progress_meter
+from orchestrator.run import (
+    ReportFailedError,
+    RunFailedError,
+    RunInterrupted,
+    RunOutcome,
+    run_scenario,
+)
+from orchestrator.scenario.build import load_scenario
+
+
+def execute(arguments: Namespace) -> Outcome:
+    """Load, run, report."""
+    overrides = list(arguments.overrides)
+    if arguments.seed is not None:
+        overrides.append(f"seed={arguments.seed}")
+    scenario = load_scenario(Path(arguments.scenario), overrides)
+    meter = NoProgress() if arguments.quiet else progress_meter()
+    with stopping() as stop:
+        try:
+            outcome = run_scenario(
+                scenario,
+                None if arguments.out is None else Path(arguments.out),
+                transport=arguments.transport,
+                observers=(meter, stop),
+                echo_warnings=not arguments.quiet,
+                figure=not arguments.no_figure,
+            )
+        except RunInterrupted as error:
+            return outcome_of(error, error.directory)
+        except ReportFailedError as error:
+            return _report_failed(error)
+        except RunFailedError as error:
+            return outcome_of(error.__cause__ or error, error.directory)
+    return _success(outcome)
+
+
+def _report_failed(error: ReportFailedError) -> Outcome:
+    """A report that says why it cannot be made is in its right; anything else is a bug."""
+    if isinstance(error.__cause__, CosimError | ValueError):
+        out = str(error.directory)
+        text = f"error: {error}\nrecorded in: {out}"
+        return failure("report", Exit.WRONG_INPUT, str(error), text=text, out=out)
+    return bug(str(error), error, error.directory)
+
+
+def _success(outcome: RunOutcome) -> Outcome:
+    speed = (
+        f"{outcome.simulated:g} s simulated in {outcome.wall:.2f} s ({outcome.speed:.3g} times "
+        "real time)"
+    )
+    lines = [
+        *([outcome.summary.rstrip(), ""] if outcome.summary else []),
+        speed,
+        f"fingerprint  {outcome.fingerprint}",
+        f"recorded in  {outcome.directory}",
+    ]
+    return Outcome(
+        text="\n".join(lines),
+        data={
+            "fingerprint": outcome.fingerprint,
+            "out": str(outcome.directory),
+            "sim_seconds_per_wall_second": outcome.speed,
+            "simulated_s": outcome.simulated,
+            "wall_s": outcome.wall,
+            "metrics": dict(outcome.metrics),
+        },
+    )

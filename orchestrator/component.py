@@ -1,0 +1,106 @@
+"""The contract between the orchestrator and everything it steps.
+
+The life cycle mirrors FMI: create with parameters, `setup`, `initialise`, then any number
+of communication steps, then `close`. Optional capabilities are abstract subclasses, asked
+for once, when a system is assembled.
+"""
+
+import abc
+from collections.abc import Mapping
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from orchestrator.signal import Connector, Signals
+from orchestrator.timebase import Duration, Time
+
+State = TypeVar("State")
+
+
+class Component(abc.ABC):
+    """One subsystem of a co-simulation.
+
+    Guaranteed order of calls: `setup`, `initialise`, (`step`)*, `close`; `outputs` at any
+    point between `initialise` and `close`. `close` is called also after an error.
+
+    Signals are handed over, not copied: an array given to a component is read-only, and an
+    array returned by `outputs` is never written to again by the component (it becomes
+    read-only too). A value that did not change may be the same object as before; receivers
+    use that to skip work.
+
+    A component reads no clock, no environment and no randomness but the generator given to
+    `setup`, so that equal inputs give equal bytes wherever it runs. Anything it raises ends
+    the run with its name and the simulated time.
+    """
+
+    @property
+    @abc.abstractmethod
+    def connectors(self) -> Mapping[str, Connector]:
+        """The signals this component exchanges, by name; constant after creation.
+
+        Names may be structured with dots (`vehicle.position`); a scenario can connect such
+        a group at once.
+        """
+
+    @abc.abstractmethod
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        """Acquire what is needed and enter the initial state at time `start`.
+
+        Called again after `close`, it must repeat the same run.
+
+        Args:
+            start: the first communication point.
+            rng: the component's own random stream; its only source of randomness.
+        """
+
+    def initialise(self, inputs: Signals) -> None:
+        """Compute the outputs at the first communication point from `inputs`.
+
+        Called once, in the order of direct feedthrough, so that inputs driven by outputs
+        already known carry their values and all others their start values. A component
+        without feedthrough has nothing to do.
+        """
+
+    @abc.abstractmethod
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        """Advance from `t` to `t + h`, holding `inputs` constant.
+
+        Args:
+            inputs: every input connector by name; unconnected ones carry start values.
+            t: the current communication point.
+            h: the communication step size, constant over the run.
+        """
+
+    @abc.abstractmethod
+    def outputs(self) -> Signals:
+        """Every output connector by name, at the current communication point. No effect."""
+
+    def close(self) -> None:
+        """Release what `setup` acquired. Calling it twice, or before `setup`, is harmless."""
+
+
+class RestorableComponent(Component, Generic[State]):
+    """A component that can return to an earlier state (FMI: `canGetAndSetFMUState`)."""
+
+    @abc.abstractmethod
+    def save(self) -> State:
+        """A copy of the complete state, random state and pending work included."""
+
+    @abc.abstractmethod
+    def restore(self, state: State) -> None:
+        """Return to `state`, exactly; the state may be restored any number of times."""
+
+
+class ConcurrentComponent(Component):
+    """A component whose step can run while others step, e.g. in another process.
+
+    `step(inputs, t, h)` equals `begin_step(inputs, t, h)` followed by `finish_step()`.
+    """
+
+    @abc.abstractmethod
+    def begin_step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        """Start to advance from `t` to `t + h` and return without waiting."""
+
+    @abc.abstractmethod
+    def finish_step(self) -> None:
+        """Wait until the step that was begun is done; raise what it raised."""

@@ -1,0 +1,74 @@
+"""Every exception raised on purpose, one family per person who can fix it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from typing_extensions import override
+
+
+class CosimError(Exception):
+    """Base class of every error raised on purpose by this package."""
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Location:
+    """A place in a file; lines and columns count from 1."""
+
+    file: str
+    line: int
+    column: int
+
+    @override
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}:{self.column}"
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One thing that is wrong in a file, and where."""
+
+    where: Location
+    what: str
+
+    @override
+    def __str__(self) -> str:
+        return f"{self.where}: {self.what}"
+
+
+class ScenarioError(CosimError):
+    """The scenario file is wrong. Its author can fix it. Exit code 2."""
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        super().__init__("\n".join(map(str, problems)))
+        self.problems = tuple(problems)
+
+
+class SystemStructureError(CosimError):
+    """Components or connections do not fit together. Exit code 2.
+
+    Attributes:
+        problems: one sentence per problem, both ends of a connection named.
+    """
+
+    def __init__(self, problems: Sequence[str]) -> None:
+        super().__init__("\n".join(problems))
+        self.problems = tuple(problems)
+
+
+class ComponentTypeError(CosimError):
+    """A component type cannot be found, loaded or given these parameters. Exit code 2."""
+
+
+class ComponentError(CosimError):
+    """A component failed or broke its contract during a run. Exit code 3.
+
+    Components raise it (or anything else) without knowing their own name or the time; the
+    simulation loop adds both.
+    """
+
+    def __init__(self, component: str, time: int | None, message: str) -> None:
+        when = "" if time is None else f" at t = {time / 1e9:.9g} s"
+        super().__init__(f"component `{component}`{when}: {message}")
+        self.component = component
+        self.time = time
+        self.message = message

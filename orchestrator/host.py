@@ -1,0 +1,192 @@
+"""The host of one component: turns commands into calls, and what comes back into replies.
+
+`orchestrator.host_main` runs one in a process of its own; the loopback has one in this process.
+"""
+
+import abc
+import importlib
+import logging
+import traceback
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from typing_extensions import Buffer
+
+from orchestrator import registry
+from orchestrator.component import Component
+from orchestrator.errors import ComponentError, ComponentTypeError, CosimError
+from orchestrator.parameters import ComponentType, PythonComponentType
+from orchestrator.protocol import (
+    ComponentSpec,
+    Kind,
+    Message,
+    connectors_to_message,
+    generator_from_document,
+)
+from orchestrator.signal import Causality, Connector
+from orchestrator.wire import SignalDecoder, SignalEncoder, WireError
+
+_log = logging.getLogger(__name__)
+
+
+class HostChannel(abc.ABC):
+    """A host's end of a link. Its constructor connects; its arguments come from the transport."""
+
+    @abc.abstractmethod
+    def receive(self) -> bytes:
+        """Wait for the next command; empty when there will be none."""
+
+    @abc.abstractmethod
+    def send(self, reply: bytes) -> None:
+        """Answer the command received last."""
+
+    @abc.abstractmethod
+    def close(self) -> None:
+        """Disconnect."""
+
+
+def component_type_of(spec: ComponentSpec) -> ComponentType:
+    """The component type that `spec` names.
+
+    Raises:
+        ComponentTypeError: there is none, or it cannot be loaded.
+    """
+    if isinstance(spec.type, Path):
+        return registry.fmu_type(spec.type)
+    if ":" in spec.type:
+        return _imported_type(spec.type)
+    return registry.component_type(spec.type)
+
+
+def _imported_type(reference: str) -> ComponentType:
+    module, _, name = reference.partition(":")
+    try:
+        found = getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError) as error:
+        kind = type(error).__name__
+        raise ComponentTypeError(f"cannot load `{reference}`: {kind}: {error}") from error
+    if not (isinstance(found, type) and issubclass(found, Component)):
+        raise ComponentTypeError(f"`{reference}` is not a subclass of `Component`")
+    return PythonComponentType(found)
+
+
+class ComponentHost:
+    """Carries out commands on the component that the first of them creates.
+
+    Args:
+        logs: gives the log records since it was called last, to travel with the reply.
+    """
+
+    def __init__(self, logs: Callable[[], list[tuple[str, int, str]]] = list) -> None:
+        self._logs = logs
+        self._component: Component | None = None
+        self._needs_close = False
+        self._connectors: dict[Causality, dict[str, Connector]] = {}
+        self._inputs = SignalDecoder({})
+        self._outputs = SignalEncoder({})
+        self._actions: Final[Mapping[Kind, Callable[[Message, bytes, int], bytes]]] = {
+            Kind.CREATE: self._create,
+            Kind.SETUP: self._setup,
+            Kind.INITIALISE: self._initialise,
+            Kind.STEP: self._step,
+            Kind.CLOSE: self._close,
+        }
+
+    def handle(self, message: bytes) -> bytes:
+        """Carry out one command and return its reply; errors of the component are replies.
+
+        Raises:
+            WireError: `message` is not a message.
+        """
+        command, offset = Message.decode(message)
+        try:
+            return self._actions[command.kind](command, message, offset)
+        # `exit()` in a component must not look like an orderly end of the host
+        except (Exception, SystemExit) as error:
+            document = {"failure": describe_failure(error), **self._log_document()}
+            return command.reply(Kind.FAILED, document).encode()
+
+    def close(self) -> None:
+        """Close the component if nobody has done so; there is nobody left to tell of errors."""
+        if self._component is not None and self._needs_close:
+            self._needs_close = False
+            try:
+                self._component.close()
+            except Exception:
+                _log.warning("an error while closing a component", exc_info=True)
+
+    def _create(self, command: Message, message: bytes, offset: int) -> bytes:
+        del message, offset
+        spec = ComponentSpec.from_document(command.document)
+        self._component = component_type_of(spec).create(spec.name, spec.values)
+        connectors = dict(self._component.connectors)
+        self._connectors = {
+            causality: {n: c for n, c in connectors.items() if c.causality is causality}
+            for causality in Causality
+        }
+        return connectors_to_message(connectors, command, self._log_document())
+
+    def _setup(self, command: Message, message: bytes, offset: int) -> bytes:
+        del message, offset
+        # a new run: neither end remembers values of the one before
+        self._inputs = SignalDecoder(self._connectors[Causality.INPUT])
+        self._outputs = SignalEncoder(self._connectors[Causality.OUTPUT])
+        document = command.document
+        self._needs_close = True
+        self._created().setup(command.t, generator_from_document(document["rng"]))
+        return self._done(command).encode()
+
+    def _initialise(self, command: Message, message: bytes, offset: int) -> bytes:
+        self._created().initialise(self._inputs.decode(message, offset))
+        return self._done(command).encode(self._output_block())
+
+    def _step(self, command: Message, message: bytes, offset: int) -> bytes:
+        self._created().step(self._inputs.decode(message, offset), command.t, command.h)
+        return self._done(command).encode(self._output_block())
+
+    def _close(self, command: Message, message: bytes, offset: int) -> bytes:
+        del message, offset
+        self._needs_close = False
+        self._created().close()
+        return self._done(command).encode()
+
+    def _created(self) -> Component:
+        if self._component is None:
+            raise WireError("the component was not created yet")
+        return self._component
+
+    def _output_block(self) -> list[Buffer]:
+        outputs = self._created().outputs()
+        try:
+            block = self._outputs.parts(outputs)
+        except WireError as error:
+            raise WireError(f"output {error}") from None
+        for value in outputs.values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)  # as for a component in the importer's process
+        return block
+
+    def _done(self, command: Message) -> Message:
+        return command.reply(Kind.DONE, self._log_document())
+
+    def _log_document(self) -> dict[str, Any]:
+        records = self._logs()
+        return {"logs": records} if records else {}
+
+
+def describe_failure(error: BaseException) -> dict[str, Any]:
+    """`error` as JSON: whose fault it is, what it says, and where it came from."""
+    component, time, text = "", None, str(error)
+    if isinstance(error, ComponentError):
+        component, time, text = error.component, error.time, error.message
+    elif not isinstance(error, CosimError):
+        text = f"{type(error).__name__}: {error}"
+    return {
+        "component": component,
+        "time": time,
+        "text": text,
+        "is_type_error": isinstance(error, ComponentTypeError),
+        "traceback": "".join(traceback.format_exception(error)),
+    }

@@ -1,0 +1,144 @@
+"""How a recording lies on disk.
+
+    manifest.json                           what was run, and what became of it
+    signals/index.json                      the type of every recorded signal
+    signals/<component>/time.npy            int64 [ns]: when each sample was published
+    signals/<component>/<connector>.npy     the values of all samples
+    signals/<component>/<connector>.rows.npy   int64: rows of each sample, if that varies
+    signals/<component>/<connector>.shape.npy  int64: shape of each sample, if more varies
+
+The layout of the values follows from the declared shape; see `Layout`. A signal that is declared
+fixed has one sample, at the first time.
+"""
+
+import enum
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+from urllib.parse import quote
+
+from orchestrator.errors import CosimError
+from orchestrator.signal import Connector, Variability
+
+INDEX: Final = "signals/index.json"
+MANIFEST: Final = "manifest.json"
+
+
+class RecordingError(CosimError):
+    """A recording cannot be written there, or does not hold what was asked for. Exit code 2."""
+
+
+class Layout(enum.Enum):
+    """How the samples of one signal are laid out in its file of values."""
+
+    UNIFORM = "uniform"
+    """No named axis: shape (samples, ...)."""
+
+    RAGGED = "ragged"
+    """The first axis is named: samples joined along it; rows per sample in `.rows.npy`."""
+
+    FLAT = "flat"
+    """Other axes are named: elements in C order; shape (samples, rank) in `.shape.npy`."""
+
+    BINARY = "binary"
+    """uint8, samples joined; bytes per sample in `.rows.npy`."""
+
+    @classmethod
+    def of(cls, connector: Connector) -> "Layout":
+        """The layout of the values of `connector`."""
+        named = [isinstance(axis, str) for axis in connector.shape]
+        if connector.is_binary:
+            return cls.BINARY
+        if not any(named):
+            return cls.UNIFORM
+        return cls.RAGGED if named[0] and not any(named[1:]) else cls.FLAT
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SignalType:
+    """The type of a recorded signal, as `signals/index.json` has it.
+
+    Attributes:
+        layout: the value of a `Layout`.
+        kind: e.g. `float64[vehicle, 3]`, as declared.
+        unit: as declared.
+        fixed: there is one sample only.
+    """
+
+    layout: str
+    kind: str
+    unit: str
+    fixed: bool
+
+    @classmethod
+    def of(cls, connector: Connector) -> "SignalType":
+        """The type of the values of `connector`."""
+        return cls(
+            layout=Layout.of(connector).value,
+            kind=connector.kind(),
+            unit=connector.unit,
+            fixed=connector.variability is Variability.FIXED,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Files:
+    """Where the parts of one signal lie in the run directory `directory`."""
+
+    directory: Path
+    component: str
+    connector: str
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the component."""
+        return self.directory / "signals" / self.component
+
+    @property
+    def times(self) -> Path:
+        """When each sample of the component was published."""
+        return self.folder / "time.npy"
+
+    @property
+    def values(self) -> Path:
+        """The values of all samples."""
+        return self._part("")
+
+    @property
+    def rows(self) -> Path:
+        """The number of rows of each sample."""
+        return self._part(".rows")
+
+    @property
+    def shapes(self) -> Path:
+        """The shape of each sample."""
+        return self._part(".shape")
+
+    def _part(self, suffix: str) -> Path:
+        return self.folder / f"{_stem(self.connector)}{suffix}.npy"
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write `content` so that a reader finds the old file or the new one, never a part."""
+    draft = path.with_name(f"{path.name}.draft")
+    draft.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    draft.replace(path)
+
+
+def write_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
+    """Write the manifest of the run in `directory`, in one piece."""
+    write_json(directory / MANIFEST, manifest)
+
+
+def _stem(connector: str) -> str:
+    """The name of a connector as a file name that no other connector and no part has.
+
+    What file systems do not take is percent-encoded; so is the last letter of a name that would
+    be taken for `time.npy` or for a part.
+    """
+    stem = quote(connector, safe="()[],")
+    if stem == "time" or stem.endswith((".rows", ".shape")):
+        return f"{stem[:-1]}%{ord(stem[-1]):02X}"
+    return stem

@@ -1,0 +1,62 @@
+"""The log of a run: what was logged and warned about, in a file of the run directory."""
+
+import logging
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+
+from typing_extensions import override
+
+LOG: Final = "log.txt"
+
+
+class _Formatter(logging.Formatter):
+    """Time of day in UTC with milliseconds, level, logger, message."""
+
+    default_msec_format = "%s.%03dZ"
+
+    def __init__(self) -> None:
+        super().__init__("%(asctime)s %(levelname)-7s %(name)s: %(message)s")
+        self.converter = time.gmtime
+
+
+class _Brief(logging.Formatter):
+    """One line per record, without a traceback; that is in the file."""
+
+    @override
+    def format(self, record: logging.LogRecord) -> str:
+        return f"{record.levelname.lower()}: {record.getMessage()}"
+
+
+@contextmanager
+def run_log(directory: Path, *, echo: bool) -> Iterator[None]:
+    """Write what is logged to `directory`/log.txt, and Python's warnings, too.
+
+    Args:
+        directory: the run directory; it exists.
+        echo: whether warnings and errors appear on standard error as well.
+    """
+    file = logging.FileHandler(directory / LOG, encoding="utf-8")
+    file.setFormatter(_Formatter())
+    handlers: list[logging.Handler] = [file]
+    if echo:
+        terminal = logging.StreamHandler()
+        terminal.setLevel(logging.WARNING)
+        terminal.setFormatter(_Brief())
+        handlers.append(terminal)
+    root = logging.getLogger()
+    level = root.level
+    root.setLevel(logging.INFO)
+    for handler in handlers:
+        root.addHandler(handler)
+    logging.captureWarnings(capture=True)
+    try:
+        yield
+    finally:
+        logging.captureWarnings(capture=False)
+        root.setLevel(level)
+        for handler in handlers:
+            root.removeHandler(handler)
+            handler.close()

@@ -1,0 +1,161 @@
+"""Observers: they watch a simulation and change nothing."""
+
+import abc
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, NoReturn, TextIO
+
+from tqdm import tqdm
+from typing_extensions import override
+
+from orchestrator.signal import Signals
+from orchestrator.system import System
+from orchestrator.timebase import Time, seconds
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WallTime:
+    """Where the wall time of a run went [s].
+
+    Attributes:
+        components: time spent in the calls of each component; for a concurrent component the
+            time it was waited for.
+        observers: time spent in observers.
+        orchestrator: everything else: gathering, checking and publishing signals.
+    """
+
+    components: Mapping[str, float]
+    observers: float
+    orchestrator: float
+
+    @property
+    def total(self) -> float:
+        """The duration of the run [s]."""
+        return sum(self.components.values()) + self.observers + self.orchestrator
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SimulationResult:
+    """What became of a simulation.
+
+    Attributes:
+        start: the first communication point [ns].
+        time: the last communication point that was reached [ns].
+        values: the outputs published there, by component and connector.
+        wall_time: where the time went.
+        error: what ended the run early, or `None`.
+    """
+
+    start: Time
+    time: Time
+    values: Mapping[str, Signals]
+    wall_time: WallTime
+    error: BaseException | None = None
+
+    @property
+    def status(self) -> str:
+        """`done`, `failed` or `interrupted`."""
+        if self.error is None:
+            return "done"
+        return "failed" if isinstance(self.error, Exception) else "interrupted"
+
+    @property
+    def speed(self) -> float:
+        """Simulated seconds per second of wall time."""
+        return seconds(self.time - self.start) / self.wall_time.total
+
+
+class Observer(abc.ABC):
+    """Watches a simulation from communication point to communication point.
+
+    Order of calls: `begin`, `observe` at every communication point from the first on, `end`.
+    `end` is called also after an error and also if `begin` failed.
+    """
+
+    @abc.abstractmethod
+    def begin(self, system: System, start: Time, stop: Time) -> None:
+        """A run of `system` from `start` to `stop` [ns] begins; no component is set up yet."""
+
+    @abc.abstractmethod
+    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
+        """The simulation is at `t`.
+
+        Args:
+            t: the communication point [ns].
+            published: the components that published outputs at `t`; all at the first point.
+            values: the published outputs of all components. The mappings change at the next
+                communication point; the signals in them never do and may be kept.
+        """
+
+    @abc.abstractmethod
+    def end(self, result: SimulationResult) -> None:
+        """The run is over, and every component is closed."""
+
+
+class ProgressMeter(Observer):
+    """Draws a bar: simulated seconds, simulated seconds per second, remaining time.
+
+    Args:
+        stream: where to draw.
+    """
+
+    REDRAWS: Final = 1000
+    """At most so many over a run."""
+
+    FORMAT: Final = "{l_bar}{bar}| {n:.2f}/{total:.2f} s [{elapsed}<{remaining}, {rate_noinv_fmt}]"
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self._bar: tqdm[NoReturn] | None = None
+        self._drawn: Time = 0
+        self._pause: Time = 0
+
+    @override
+    def begin(self, system: System, start: Time, stop: Time) -> None:
+        self._drawn = start
+        self._pause = max((stop - start) // self.REDRAWS, 1)
+        self._bar = tqdm(
+            total=seconds(stop - start),
+            file=self._stream,
+            unit=" sim-s",
+            bar_format=self.FORMAT,
+        )
+
+    @override
+    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
+        if t - self._drawn >= self._pause:
+            self._draw(t)
+
+    @override
+    def end(self, result: SimulationResult) -> None:
+        if self._bar is not None:
+            self._draw(result.time)
+            self._bar.close()
+
+    def _draw(self, t: Time) -> None:
+        if self._bar is not None:
+            self._bar.update(seconds(t - self._drawn))
+            self._drawn = t
+
+
+class NoProgress(Observer):
+    """Draws nothing."""
+
+    @override
+    def begin(self, system: System, start: Time, stop: Time) -> None:
+        pass
+
+    @override
+    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
+        pass
+
+    @override
+    def end(self, result: SimulationResult) -> None:
+        pass
+
+
+def progress_meter(*, always: bool = False, stream: TextIO | None = None) -> Observer:
+    """A `ProgressMeter` on `stream` (standard error), if that is a terminal or `always` is set."""
+    target = sys.stderr if stream is None else stream
+    return ProgressMeter(target) if always or target.isatty() else NoProgress()

@@ -1,0 +1,133 @@
+"""Component types: what can be instantiated, and with which parameters.
+
+A Python component declares its parameters as a frozen dataclass called `Parameters` nested
+in its class, whose constructor takes one instance of it:
+
+    class Trace(Component):
+        '''Replays a recorded trace.'''
+
+        @dataclass(frozen=True, slots=True, kw_only=True)
+        class Parameters:
+            file: Path = parameter(doc="CSV file with one row per sample")
+            gain: float = parameter(3.0, unit="dB", doc="added to every sample")
+
+        def __init__(self, parameters: Parameters) -> None: ...
+
+Such a class is offered to scenarios by an entry point in the group
+`orchestrator.components`. Other sources of components (FMUs) implement `ComponentType`.
+"""
+
+import abc
+import dataclasses
+import typing
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, Final
+
+from typing_extensions import override
+
+from orchestrator.component import Component
+
+REQUIRED: Final = dataclasses.MISSING
+"""The default of a parameter that a scenario must set."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter:
+    """What a component type says about one parameter.
+
+    Attributes:
+        type: `bool`, `int`, `float`, `str`, `pathlib.Path` (relative to the scenario
+            file), a `typing.Literal` of strings, or `tuple[T, ...]` of one of these.
+        unit: the unit of the value the component receives; scenario files may write any
+            unit of the same quantity. `"1"` for pure numbers and for text.
+        default: the value when the scenario is silent, or `REQUIRED`.
+        minimum, maximum: inclusive bounds of numbers, in `unit`.
+        doc: one sentence.
+    """
+
+    type: Any
+    unit: str = "1"
+    default: Any = REQUIRED
+    minimum: float | None = None
+    maximum: float | None = None
+    doc: str = ""
+
+
+class ComponentType(abc.ABC):
+    """Something a scenario can instantiate."""
+
+    @property
+    @abc.abstractmethod
+    def description(self) -> str:
+        """One sentence for `nlosim components`."""
+
+    @property
+    @abc.abstractmethod
+    def parameters(self) -> Mapping[str, Parameter]:
+        """The parameters on offer, by name."""
+
+    @abc.abstractmethod
+    def create(self, name: str, values: Mapping[str, Any]) -> Component:
+        """Create an instance called `name`.
+
+        Args:
+            name: the instance name, for log messages.
+            values: parameter values in the declared type and unit; missing ones take
+                their defaults. All required ones are present.
+
+        Raises:
+            ComponentTypeError: the values do not fit together.
+        """
+
+
+def parameter(
+    default: Any = REQUIRED,
+    *,
+    unit: str = "1",
+    minimum: float | None = None,
+    maximum: float | None = None,
+    doc: str,
+) -> Any:
+    """A dataclass field that declares a parameter; see the module docstring."""
+    metadata = {"unit": unit, "minimum": minimum, "maximum": maximum, "doc": doc}
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+class PythonComponentType(ComponentType):
+    """The type of a `Component` subclass with a nested `Parameters` dataclass."""
+
+    def __init__(self, component: type[Component]) -> None:
+        self._component = component
+        self._record: Any = getattr(component, "Parameters", None)
+
+    @property
+    @override
+    def description(self) -> str:
+        return (self._component.__doc__ or "").strip().split("\n", 1)[0]
+
+    @property
+    @override
+    def parameters(self) -> Mapping[str, Parameter]:
+        if self._record is None:
+            return MappingProxyType({})
+        hints = typing.get_type_hints(self._record)
+        return MappingProxyType(
+            {
+                field.name: Parameter(
+                    type=hints[field.name], default=field.default, **field.metadata
+                )
+                for field in dataclasses.fields(self._record)
+            }
+        )
+
+    @override
+    def create(self, name: str, values: Mapping[str, Any]) -> Component:
+        build: Any = self._component
+        return typing.cast(
+            "Component", build() if self._record is None else build(self._record(**values))
+        )
+
+
+__all__ = ["REQUIRED", "ComponentType", "Parameter", "PythonComponentType", "parameter"]

@@ -1,0 +1,89 @@
+"""Where the components of a scenario run: in this process, or behind a transport."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from importlib.metadata import EntryPoint, entry_points
+from typing import Final
+
+from orchestrator.component import Component
+from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
+from orchestrator.protocol import ComponentSpec
+from orchestrator.remote import launch
+from orchestrator.scenario.model import ComponentUse, Scenario
+from orchestrator.scenario.wiring import Place, in_process
+from orchestrator.suggestion import suggestion
+from orchestrator.transport import LoopbackTransport, Transport
+
+GROUP: Final = "orchestrator.transports"
+IN_PROCESS: Final = "in-process"
+LOOPBACK: Final = "loopback"
+
+
+def installed() -> Mapping[str, EntryPoint]:
+    """The transports that packages offer, by name; `in-process` and `loopback` are built in."""
+    return {entry.name: entry for entry in entry_points(group=GROUP)}
+
+
+def transport_type(name: str) -> type[Transport]:
+    """Load the transport called `name`.
+
+    Raises:
+        ComponentTypeError: it is not installed, or cannot be loaded.
+    """
+    if name == LOOPBACK:
+        return LoopbackTransport
+    offers = installed()
+    if name not in offers:
+        hint = suggestion(name, {*offers, IN_PROCESS, LOOPBACK})
+        raise ComponentTypeError(f"no transport `{name}` is installed; {hint}")
+    try:
+        found = offers[name].load()
+    except Exception as error:  # whatever a plug-in does when it is imported
+        reason = f"{type(error).__name__}: {error}"
+        raise ComponentTypeError(f"the transport `{name}` cannot be loaded: {reason}") from error
+    if not (isinstance(found, type) and issubclass(found, Transport)):
+        raise ComponentTypeError(f"the transport `{name}` is not a class derived from `Transport`")
+    return found
+
+
+@contextmanager
+def placing(transport: str, scenario: Scenario) -> Iterator[Place]:
+    """What creates the components of `scenario`; when the block is left, all hosts end.
+
+    Args:
+        transport: `in-process`, `loopback`, or an installed one. Components that the
+            scenario marks `process` are reached through it.
+        scenario: whose components will be created.
+
+    Raises:
+        ComponentTypeError: there is no such transport.
+        ScenarioError: a component type refuses its parameters.
+        ComponentError: a host did not start.
+    """
+    if transport == IN_PROCESS:
+        yield in_process
+        return
+    specs = [_spec(use) for use in scenario.components.values() if use.process]
+    with ExitStack() as stack:
+        launching = launch(specs, transport_type(transport)())
+        try:
+            remote: Mapping[str, Component] = stack.enter_context(launching)
+        except ComponentTypeError as error:
+            raise ScenarioError(_located(scenario, str(error))) from error
+        yield lambda use: remote[use.name] if use.process else in_process(use)
+
+
+def _located(scenario: Scenario, errors: str) -> list[Problem]:
+    """One problem per line of `errors`, at the component that it names."""
+    problems = []
+    for line in errors.splitlines():
+        named = [name for name in scenario.components if f"`{name}`" in line]
+        address = ("components", *named[:1])
+        problems.append(Problem(scenario.document.key(address), line))
+    return problems
+
+
+def _spec(use: ComponentUse) -> ComponentSpec:
+    source = use.type_name if use.fmu is None else use.fmu
+    assert source is not None  # noqa: S101 - a component has one of the two
+    return ComponentSpec(name=use.name, type=source, values=use.values)

@@ -1,0 +1,168 @@
+"""Operating-system processes that host components.
+
+A host is spawned, never forked: a fork would share the sessions and threads of libraries that
+do not survive it. Parent and child agree on this:
+
+* The first line on the child's standard input is JSON: how to connect, and what to log. It is
+  not an argument because arguments can be read by every user of the machine.
+* Standard input then stays open and silent. Its end means that the parent is gone, however
+  that came about, and the child ends at once.
+* What the child writes to standard output or error goes to the log of the parent, and the last
+  lines of it into the error message if the child dies.
+"""
+
+import contextlib
+import json
+import logging
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from orchestrator.host import HostChannel
+
+_log = logging.getLogger(__name__)
+
+_TAIL: Final = 20
+"""Lines of output that an error message quotes at most."""
+
+_THREAD_VARIABLES: Final = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+    "NUMEXPR_NUM_THREADS",
+)
+"""Set to 1 unless the user set them: the processes share the cores among them already."""
+
+
+class HostProcess:
+    """One child process that hosts one component.
+
+    Args:
+        component: the name of the component.
+        channel: how the child connects; it is imported there by its name.
+        options: arguments of `channel`, in terms of JSON.
+        on_exit: called from another thread, once, after the child has ended.
+    """
+
+    def __init__(
+        self,
+        component: str,
+        channel: type[HostChannel],
+        options: Mapping[str, Any],
+        on_exit: Callable[[], None],
+    ) -> None:
+        self._component = component
+        self._on_exit = on_exit
+        self._tail: deque[str] = deque(maxlen=_TAIL)
+        self._has_ended = threading.Event()
+        self._process = subprocess.Popen(
+            # -P: a module in the working directory must not replace one of ours
+            [sys.executable, "-P", "-m", "orchestrator.host_main", component],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            env=_environment(),
+            # Ctrl-C in a terminal goes to all processes of its session; ours are ended in order
+            start_new_session=True,
+        )
+        self._reader = threading.Thread(target=self._read, name=f"{component} output", daemon=True)
+        self._reader.start()
+        threading.Thread(target=self._watch, name=f"{component} exit", daemon=True).start()
+        self._tell(
+            {
+                "channel": f"{channel.__module__}:{channel.__qualname__}",
+                "options": dict(options),
+                "log_level": logging.getLogger().getEffectiveLevel(),
+            }
+        )
+
+    @property
+    def pid(self) -> int:
+        """The process id."""
+        return self._process.pid
+
+    def wait(self, timeout: float) -> bool:
+        """Wait up to `timeout` [s] for the process to end; whether it has."""
+        return self._has_ended.wait(timeout)
+
+    def kill(self) -> None:
+        """End the process and what it started, at once, and wait for that."""
+        if not self._has_ended.is_set():
+            with contextlib.suppress(ProcessLookupError):
+                if sys.platform == "win32":
+                    self._process.kill()
+                else:
+                    os.killpg(self._process.pid, signal.SIGKILL)
+            self._has_ended.wait()
+        self._close_input()
+
+    def obituary(self) -> str:
+        """How the process ended, as a predicate, and what it said last."""
+        code = self._process.returncode
+        if code is None:
+            how = "its process is still running"
+        elif code < 0:
+            how = f"its process was killed by {_signal_name(-code)}"
+        else:
+            how = f"its process exited with code {code}"
+        return f"{how}{self.last_words()}"
+
+    def last_words(self) -> str:
+        """The last lines of output, as an appendix to an error message."""
+        lines = "".join(f"\n    {line}" for line in self._tail)
+        return f"; it wrote last:{lines}" if lines else ""
+
+    def _tell(self, instructions: Mapping[str, Any]) -> None:
+        stream = self._process.stdin
+        if stream is not None:
+            # a child that died already is reported by `_watch`
+            with contextlib.suppress(BrokenPipeError):
+                stream.write(json.dumps(instructions).encode() + b"\n")
+                stream.flush()
+
+    def _close_input(self) -> None:
+        if self._process.stdin is not None:
+            with contextlib.suppress(OSError):
+                self._process.stdin.close()
+
+    def _read(self) -> None:
+        stream = self._process.stdout
+        if stream is None:
+            return
+        with stream:
+            for raw in stream:
+                line = raw.decode(errors="replace").rstrip()
+                self._tail.append(line[:500])
+                _log.info("`%s`: %s", self._component, line)
+
+    def _watch(self) -> None:
+        if sys.platform == "linux":
+            # While the process is a zombie its number cannot be given to another one, so this
+            # ends what it started (the simulator behind a component, say) and nothing else.
+            os.waitid(os.P_PID, self._process.pid, os.WEXITED | os.WNOWAIT)
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait()
+        self._reader.join(0.5)
+        self._has_ended.set()
+        self._on_exit()
+
+
+def _environment() -> dict[str, str]:
+    path = os.pathsep.join(entry or str(Path.cwd()) for entry in sys.path)
+    defaults = dict.fromkeys(_THREAD_VARIABLES, "1")
+    return {**defaults, **os.environ, "PYTHONPATH": path, "PYTHONUNBUFFERED": "1"}
+
+
+def _signal_name(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"

@@ -1,0 +1,199 @@
+"""The recorder: an observer that writes signals to disk while the simulation runs."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from fnmatch import fnmatchcase
+from pathlib import Path
+from time import monotonic
+from typing import Any, Final
+
+import numpy as np
+from typing_extensions import override
+
+from orchestrator.errors import SystemStructureError
+from orchestrator.fingerprint import PartDigest, fingerprint
+from orchestrator.layout import INDEX, Files, RecordingError, SignalType, write_json, write_manifest
+from orchestrator.observer import Observer, SimulationResult
+from orchestrator.samples import INT64, Part, SampleWriter, sample_writer
+from orchestrator.signal import Causality, Connector, Signals, Variability
+from orchestrator.suggestion import suggestion
+from orchestrator.system import Endpoint, System
+from orchestrator.timebase import Time
+
+FLUSH_INTERVAL: Final = 0.5
+"""The longest time between two flushes while communication points go by, in wall time [s]."""
+
+
+def select(system: System, include: Sequence[str], exclude: Sequence[str]) -> tuple[Endpoint, ...]:
+    """The outputs of `system` that match a pattern of `include` and none of `exclude`.
+
+    Args:
+        system: the system.
+        include: patterns of `component.connector` with the wildcards `*`, `?` and `[...]`.
+        exclude: the same.
+
+    Raises:
+        SystemStructureError: a pattern of `include` matches no output, or what is selected are
+            Python objects.
+    """
+    outputs = {
+        f"{component}.{name}": Endpoint(component, name)
+        for component, connectors in system.connectors.items()
+        for name, connector in connectors.items()
+        if connector.causality is Causality.OUTPUT
+    }
+    problems = [
+        f"cannot record `{pattern}`: no output matches; {suggestion(pattern, outputs)}"
+        for pattern in include
+        if not any(fnmatchcase(name, pattern) for name in outputs)
+    ]
+    selected = {
+        name: end
+        for name, end in outputs.items()
+        if any(fnmatchcase(name, pattern) for pattern in include)
+        and not any(fnmatchcase(name, pattern) for pattern in exclude)
+    }
+    for name, end in selected.items():
+        connector = system.connectors[end.component][end.connector]
+        if np.dtype(connector.dtype).hasobject:
+            problems.append(f"cannot record `{name}`: {connector.kind()} has no bytes; exclude it")
+    if problems:
+        raise SystemStructureError(problems)
+    return tuple(selected.values())
+
+
+class Recorder(Observer):
+    """Writes the selected outputs, and a manifest that says what was run and how it ended.
+
+    Whatever happens to the process, every file can be read, and what was recorded up to
+    `FLUSH_INTERVAL` before is in it. `Recording` reads it.
+
+    Args:
+        directory: the run directory; it must not hold a recording yet.
+        include: which outputs to record, see `select`.
+        exclude: which of them not to.
+        manifest: what the caller knows about the run; becomes part of the manifest.
+    """
+
+    def __init__(
+        self,
+        directory: Path,
+        *,
+        include: Sequence[str] = ("*",),
+        exclude: Sequence[str] = (),
+        manifest: Mapping[str, Any] | None = None,
+    ) -> None:
+        self._directory = directory
+        self._include = tuple(include)
+        self._exclude = tuple(exclude)
+        self._manifest = dict(manifest or {})
+        self._components: dict[str, _ComponentWriter] = {}
+        self._flushed_at = monotonic()
+        self._interval: dict[str, Time] = {}
+        self._begun = False
+
+    @property
+    def fingerprint(self) -> str:
+        """SHA-256 over everything written so far; see `orchestrator.fingerprint`."""
+        return fingerprint(
+            part for component in self._components.values() for part in component.digests()
+        )
+
+    @override
+    def begin(self, system: System, start: Time, stop: Time) -> None:
+        selected = select(system, self._include, self._exclude)
+        if (self._directory / INDEX).exists():
+            raise RecordingError(f"`{self._directory}` holds a recording; choose another directory")
+        self._begun = True
+        types: dict[str, SignalType] = {}
+        for end in selected:
+            connector = system.connectors[end.component][end.connector]
+            types[str(end)] = SignalType.of(connector)
+            if end.component not in self._components:
+                self._components[end.component] = _ComponentWriter(self._directory, end.component)
+            self._components[end.component].add(end.connector, connector)
+        self._interval = {"start_ns": start, "stop_ns": stop}
+        (self._directory / INDEX).parent.mkdir(parents=True, exist_ok=True)
+        write_json(
+            self._directory / INDEX, {name: asdict(kind) for name, kind in sorted(types.items())}
+        )
+        write_manifest(self._directory, {**self._manifest, **self._interval, "status": "running"})
+
+    @override
+    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
+        for name in published:
+            if name in self._components:
+                self._components[name].write(t, values[name])
+        if monotonic() - self._flushed_at > FLUSH_INTERVAL:
+            self._flush()
+
+    @override
+    def end(self, result: SimulationResult) -> None:
+        if not self._begun:
+            return  # the directory holds somebody else's recording
+        self._flush()
+        wall_time = result.wall_time
+        write_manifest(
+            self._directory,
+            {
+                **self._manifest,
+                **self._interval,
+                "status": result.status,
+                "error": None if result.error is None else str(result.error),
+                "reached_ns": result.time,
+                "fingerprint": self.fingerprint,
+                "wall_time_s": {
+                    "total": wall_time.total,
+                    "orchestrator": wall_time.orchestrator,
+                    "observers": wall_time.observers,
+                    "components": dict(wall_time.components),
+                },
+            },
+        )
+
+    def _flush(self) -> None:
+        for component in self._components.values():
+            component.flush()
+        self._flushed_at = monotonic()
+
+
+class _ComponentWriter:
+    """Writes the signals of one component and the times at which they were published."""
+
+    def __init__(self, directory: Path, component: str) -> None:
+        self._directory = directory
+        self._component = component
+        path = Files(directory, component, "").times
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._times = Part.create(path, INT64)
+        self._parts: list[Part] = []
+        self._once: list[tuple[str, SampleWriter]] = []
+        self._always: list[tuple[str, SampleWriter]] = []
+
+    def add(self, name: str, connector: Connector) -> None:
+        """Record `connector`, called `name`, too."""
+        writer = sample_writer(Files(self._directory, self._component, name), connector)
+        self._parts += writer.parts
+        fixed = connector.variability is Variability.FIXED
+        (self._once if fixed else self._always).append((name, writer))
+
+    def write(self, t: Time, values: Signals) -> None:
+        """Write one sample of every signal."""
+        if self._once:
+            for name, writer in self._once:
+                writer.write(values[name])
+            self._once.clear()
+        for name, writer in self._always:
+            writer.write(values[name])
+        self._times.array.append(t.to_bytes(8, "little", signed=True))
+
+    def flush(self) -> None:
+        """Write everything out, times last: they say how many samples there are."""
+        for part in (*self._parts, self._times):
+            part.array.flush()
+
+    def digests(self) -> Iterator[PartDigest]:
+        """The digests of all files."""
+        for part in (*self._parts, self._times):
+            name = part.path.relative_to(self._directory).as_posix()
+            yield PartDigest(name, part.kind, part.array.digest.hexdigest())

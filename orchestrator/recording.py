@@ -1,0 +1,148 @@
+"""Recordings: what a `Recorder` wrote, read back."""
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from orchestrator.fingerprint import PartDigest, fingerprint
+from orchestrator.layout import INDEX, MANIFEST, Files, Layout, RecordingError, SignalType
+from orchestrator.samples import Samples, load, parts, read_samples
+from orchestrator.signal import Array, Signal
+from orchestrator.suggestion import suggestion
+from orchestrator.system import Endpoint
+from orchestrator.timebase import Time, seconds
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """The samples of one signal over time.
+
+    `series[k]` is sample `k`, counted from the start or, if negative, from the end; iterating
+    yields all samples. Arrays are read-only views of the file.
+
+    Attributes:
+        name: `component.connector`.
+        kind: the declared type, e.g. `float64[vehicle, 3]`.
+        unit: of the values.
+        times: when each sample was published [ns]; int64, ascending.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    times: Array
+    _samples: Samples
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def __getitem__(self, k: int) -> Signal:
+        if not -len(self) <= k < len(self):
+            raise IndexError(f"`{self.name}` has {len(self)} samples, there is no sample {k}")
+        return self._samples[k % len(self)]
+
+    def __iter__(self) -> Iterator[Signal]:
+        return map(self._samples.__getitem__, range(len(self)))
+
+    def at(self, t: Time) -> Signal:
+        """The newest value at or before `t` [ns].
+
+        Raises:
+            RecordingError: there is none yet.
+        """
+        k = int(np.searchsorted(self.times, t, side="right")) - 1
+        if k < 0:
+            first = (
+                f"the first is at {seconds(int(self.times[0]))} s" if len(self) else "it is empty"
+            )
+            raise RecordingError(f"`{self.name}` has no value at {seconds(t)} s; {first}")
+        return self._samples[k]
+
+    @property
+    def values(self) -> Array:
+        """All samples in one array.
+
+        Stacked, shape (samples, ...), if their shape is constant; otherwise joined along their
+        first axis or, if other axes vary too, flattened.
+        """
+        return self._samples.values[: self._samples.ends[len(self)]]
+
+
+class Recording:
+    """The recording in a run directory.
+
+    It can be read while the run goes on and after it was killed; what is complete on disk when
+    a series is opened is in it.
+
+    Raises:
+        RecordingError: `directory` holds none.
+    """
+
+    def __init__(self, directory: Path) -> None:
+        self._directory = Path(directory)
+        try:
+            index: dict[str, dict[str, Any]] = json.loads(
+                (self._directory / INDEX).read_text(encoding="utf-8")
+            )
+        except FileNotFoundError:
+            raise RecordingError(f"`{directory}` holds no recording: no `{INDEX}`") from None
+        self._types = {name: SignalType(**fields) for name, fields in index.items()}
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """The recorded signals, `component.connector`, sorted."""
+        return tuple(self._types)
+
+    @cached_property
+    def manifest(self) -> dict[str, Any]:
+        """What was run, and what became of it, as it was when first asked for."""
+        content: dict[str, Any] = json.loads(
+            (self._directory / MANIFEST).read_text(encoding="utf-8")
+        )
+        return content
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._types
+
+    def __getitem__(self, name: str) -> Series:
+        """The series of the signal `component.connector`.
+
+        Raises:
+            RecordingError: it was not recorded.
+        """
+        if name not in self._types:
+            hint = suggestion(name, self._types)
+            raise RecordingError(f"`{self._directory}` has no signal `{name}`; {hint}")
+        kind = self._types[name]
+        files = self._files(name)
+        samples = read_samples(files, Layout(kind.layout))
+        times = load(files.times)
+        count = min(len(samples), len(times))
+        return Series(name, kind.kind, kind.unit, times[:count], samples)
+
+    def fingerprint(self) -> str:
+        """The fingerprint of the files as they are, for comparison with the manifest's."""
+        return fingerprint(self._digests())
+
+    def _files(self, name: str) -> Files:
+        end = Endpoint.parse(name)
+        return Files(self._directory, end.component, end.connector)
+
+    def _digests(self) -> Iterator[PartDigest]:
+        times = {self._files(name).times for name in self._types}
+        yield from (self._digest(path, "") for path in times)
+        for name, kind in self._types.items():
+            values, *lengths = parts(self._files(name), Layout(kind.layout))
+            yield self._digest(values, kind.kind)
+            yield from (self._digest(path, "") for path in lengths)
+
+    def _digest(self, path: Path, kind: str) -> PartDigest:
+        name = path.relative_to(self._directory).as_posix()
+        rows = load(path).reshape(-1).view(np.uint8)
+        return PartDigest(name, kind, hashlib.sha256(rows.data).hexdigest())

@@ -1,0 +1,276 @@
+"""Components in other processes: they look like any other component.
+
+    specs = [ComponentSpec(name="traffic", type="sumo-traffic", values={...}), ...]
+    with launch(specs, ZenohTransport()) as remote:
+        system = System({**local, **remote}, ...)
+        simulate(system, ...)
+
+Nothing started by `launch` outlives its `with` block.
+"""
+
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from time import monotonic
+from types import MappingProxyType
+from typing import Any, NoReturn
+
+import numpy as np
+from typing_extensions import Buffer, override
+
+from orchestrator.component import ConcurrentComponent
+from orchestrator.errors import ComponentError, ComponentTypeError
+from orchestrator.protocol import (
+    ComponentSpec,
+    Kind,
+    Message,
+    connectors_from_message,
+    generator_to_document,
+)
+from orchestrator.signal import Causality, Connector, Signals
+from orchestrator.timebase import Duration, Time
+from orchestrator.transport import Link, LinkLostError, Transport
+from orchestrator.wire import SignalDecoder, SignalEncoder, WireError
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Deadlines:
+    """How long a host may take before it counts as hung, in seconds of wall-clock time.
+
+    Attributes:
+        create: to start, and to create, set up or initialise its component [s].
+        step: for one communication step [s].
+        close: to close its component [s].
+        interrupted: to finish a step that nobody waits for any more [s].
+    """
+
+    create: float = 60.0
+    step: float = 30.0
+    close: float = 5.0
+    interrupted: float = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class _Reply:
+    message: Message
+    raw: bytes
+    offset: int
+
+
+class _Dialogue:
+    """Commands to one host and its replies, told apart by epoch and sequence number."""
+
+    def __init__(self, name: str, link: Link) -> None:
+        self.name = name
+        self.epoch = 0
+        self.awaiting: Message | None = None
+        self._link = link
+        self._sequence = 0
+        self._is_over = False
+
+    def ask(
+        self,
+        kind: Kind,
+        *,
+        t: Time = 0,
+        h: Duration = 0,
+        document: Mapping[str, Any] = MappingProxyType({}),
+        block: Sequence[Buffer] = (),
+    ) -> None:
+        """Send a command."""
+        if self._is_over:
+            raise ComponentError(self.name, None, "its process has ended")
+        self._sequence += 1
+        command = Message(
+            kind=kind, epoch=self.epoch, sequence=self._sequence, t=t, h=h, document=document
+        )
+        self.awaiting = command
+        try:
+            self._link.send(command.encode(block))
+        except LinkLostError as error:
+            self._fail(command, str(error))
+
+    def answer(self, timeout: float) -> _Reply:
+        """Wait for the reply to the command sent last; raise what the component raised."""
+        command = self.awaiting
+        if command is None:
+            raise RuntimeError("`answer` without `ask`")
+        deadline = monotonic() + timeout
+        while True:
+            try:
+                raw = self._link.receive(max(0.0, deadline - monotonic()))
+                message, offset = Message.decode(raw)
+            except LinkLostError as error:
+                self._fail(command, str(error))
+            except WireError as error:
+                self._fail(command, f"its process sent something unreadable: {error}")
+            except TimeoutError:
+                doing = command.kind.name.lower()
+                self._fail(command, f"did not answer within {timeout:g} s (to `{doing}`)")
+            if (message.epoch, message.sequence) == (command.epoch, command.sequence):
+                break
+            _log.debug("`%s`: dropped a reply to an earlier command: %s", self.name, message)
+        self.awaiting = None
+        if message.document:
+            _replay(self.name, message.document.get("logs", ()))
+            if message.kind is Kind.FAILED:
+                self._raise(command, message.document["failure"])
+        return _Reply(message, raw, offset)
+
+    def abandon(self) -> None:
+        """End the host by force, once."""
+        if not self._is_over:
+            self._is_over = True
+            self.awaiting = None
+            self._link.abandon()
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the host can no longer be asked anything."""
+        return self._is_over
+
+    def _fail(self, command: Message, text: str) -> NoReturn:
+        self.abandon()
+        raise ComponentError(self.name, _time_of(command), text) from None
+
+    def _raise(self, command: Message, failure: Mapping[str, Any]) -> NoReturn:
+        _log.debug("`%s`: traceback in its host:\n%s", self.name, failure["traceback"])
+        if failure["is_type_error"]:
+            raise ComponentTypeError(failure["text"])
+        time = _time_of(command) if failure["time"] is None else failure["time"]
+        raise ComponentError(failure["component"] or self.name, time, failure["text"])
+
+
+class RemoteComponent(ConcurrentComponent):
+    """A component hosted at the other end of a link; `launch` creates it."""
+
+    def __init__(self, dialogue: _Dialogue, created: _Reply, deadlines: Deadlines) -> None:
+        self._dialogue = dialogue
+        self._deadlines = deadlines
+        self._connectors = MappingProxyType(
+            connectors_from_message(created.message.document, created.raw, created.offset)
+        )
+        self._inputs = SignalEncoder({})
+        self._outputs = SignalDecoder({})
+        self._values: Signals = {}
+        self._is_set_up = False
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return self._connectors
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._dialogue.epoch += 1
+        self._inputs = SignalEncoder(self._only(Causality.INPUT))
+        self._outputs = SignalDecoder(self._only(Causality.OUTPUT))
+        self._values = {}
+        self._is_set_up = True
+        document = {"rng": generator_to_document(rng)}
+        self._dialogue.ask(Kind.SETUP, t=start, document=document)
+        self._dialogue.answer(self._deadlines.create)
+
+    @override
+    def initialise(self, inputs: Signals) -> None:
+        self._dialogue.ask(Kind.INITIALISE, block=self._inputs.parts(inputs))
+        self._accept(self._dialogue.answer(self._deadlines.create))
+
+    @override
+    def begin_step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._dialogue.ask(Kind.STEP, t=t, h=h, block=self._inputs.parts(inputs))
+
+    @override
+    def finish_step(self) -> None:
+        self._accept(self._dialogue.answer(self._deadlines.step))
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self.begin_step(inputs, t, h)
+        self.finish_step()
+
+    @override
+    def outputs(self) -> Signals:
+        return self._values
+
+    @override
+    def close(self) -> None:
+        if self._dialogue.awaiting is not None:
+            # The run ended in the middle of this step, which may take long or fail as well.
+            with suppress(ComponentError):
+                self._dialogue.answer(self._deadlines.interrupted)
+        if self._is_set_up and not self._dialogue.is_over:
+            self._is_set_up = False
+            self._dialogue.ask(Kind.CLOSE)
+            self._dialogue.answer(self._deadlines.close)
+
+    def _only(self, causality: Causality) -> dict[str, Connector]:
+        return {n: c for n, c in self._connectors.items() if c.causality is causality}
+
+    def _accept(self, reply: _Reply) -> None:
+        self._values = self._outputs.decode(reply.raw, reply.offset)
+
+
+@contextmanager
+def launch(
+    specs: Sequence[ComponentSpec],
+    transport: Transport,
+    *,
+    deadlines: Deadlines | None = None,
+) -> Iterator[Mapping[str, RemoteComponent]]:
+    """Create remote components, all at the same time, and end their hosts with the block.
+
+    Args:
+        specs: one per component; names are unique.
+        transport: closed with the block, too.
+        deadlines: when a silent host counts as hung.
+
+    Yields:
+        The components by name, in the order of `specs`.
+
+    Raises:
+        ComponentTypeError: types or parameters are wrong; all of these in one text.
+        ComponentError: a host did not start, or died.
+    """
+    limits = Deadlines() if deadlines is None else deadlines
+    documents = {spec.name: spec.to_document() for spec in specs}
+    with transport:
+        links = transport.open(tuple(documents), limits.create)
+        dialogues = {name: _Dialogue(name, links[name]) for name in documents}
+        for name, dialogue in dialogues.items():
+            dialogue.ask(Kind.CREATE, document=documents[name])
+        yield _created(dialogues, limits)
+
+
+def _created(
+    dialogues: Mapping[str, _Dialogue], deadlines: Deadlines
+) -> Mapping[str, RemoteComponent]:
+    components = {}
+    errors: list[str] = []
+    for name, dialogue in dialogues.items():
+        try:
+            created = dialogue.answer(deadlines.create)
+            components[name] = RemoteComponent(dialogue, created, deadlines)
+        except ComponentTypeError as error:
+            errors.append(f"component `{name}`: {error}")
+    if errors:
+        raise ComponentTypeError("\n".join(errors))
+    return MappingProxyType(components)
+
+
+def _time_of(command: Message) -> Time | None:
+    """The simulated time a command works from, if it says so."""
+    return command.t if command.kind in (Kind.SETUP, Kind.STEP) else None
+
+
+def _replay(component: str, records: Sequence[tuple[str, int, str]]) -> None:
+    """Log here what a host logged."""
+    for name, level, text in records:
+        logger = logging.getLogger(name)
+        if logger.isEnabledFor(level):
+            record = logger.makeRecord(name, level, component, 0, text, (), None)
+            record.processName = component
+            logger.handle(record)

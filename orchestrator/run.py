@@ -1,0 +1,221 @@
+"""One run of a scenario, in a directory of its own.
+
+manifest.json   the resolved scenario, versions, host, how the run ended and where the time went
+signals/        the recording; see `orchestrator.layout`
+metrics.json    what the scenario's report found in it
+figure.png      the report's figure
+log.txt         what components and the orchestrator logged
+"""
+
+import itertools
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from orchestrator.errors import CosimError
+from orchestrator.findings import make_report
+from orchestrator.layout import RecordingError
+from orchestrator.log import run_log
+from orchestrator.observer import Observer
+from orchestrator.placement import IN_PROCESS, placing
+from orchestrator.provenance import provenance
+from orchestrator.recorder import Recorder
+from orchestrator.scenario.model import Scenario
+from orchestrator.scenario.wiring import Assembly, assemble
+from orchestrator.simulation import simulate
+from orchestrator.timebase import seconds
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunOutcome:
+    """A run that came to its end.
+
+    Attributes:
+        directory: of the run.
+        fingerprint: of everything that was recorded.
+        simulated: simulated time [s].
+        wall: the duration of the simulation [s].
+        speed: simulated seconds per second of wall time.
+        metrics: of the scenario's report; empty without one.
+        summary: the report's lines for the terminal; empty without one.
+    """
+
+    directory: Path
+    fingerprint: str
+    simulated: float
+    wall: float
+    speed: float
+    metrics: Mapping[str, Any]
+    summary: str
+
+
+class RunFailedError(CosimError):
+    """A run ended early; the cause is chained.
+
+    Attributes:
+        directory: what was recorded until then can be read there.
+    """
+
+    def __init__(self, message: str, directory: Path) -> None:
+        super().__init__(message)
+        self.directory = directory
+
+
+class ReportFailedError(RunFailedError):
+    """The run is complete; its report is at fault."""
+
+
+class RunInterrupted(KeyboardInterrupt):
+    """A run was interrupted from outside.
+
+    Attributes:
+        directory: what was recorded until then can be read there.
+    """
+
+    def __init__(self, directory: Path) -> None:
+        super().__init__("interrupted")
+        self.directory = directory
+
+
+def new_directory(parent: Path, name: str) -> Path:
+    """Create a directory called `name`, or `name-2`, `name-3`, ... if that exists."""
+    for number in itertools.count(1):
+        directory = parent / (name if number == 1 else f"{name}-{number}")
+        try:
+            directory.mkdir(parents=True)
+        except FileExistsError:
+            continue
+        return directory
+    raise AssertionError  # count() does not end
+
+
+def claim_directory(directory: Path) -> Path:
+    """Create `directory`, or take it if it is empty.
+
+    Raises:
+        RecordingError: there is something in it, or it cannot be created.
+    """
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        is_empty = not any(directory.iterdir())
+    except OSError as error:
+        raise RecordingError(f"`{directory}` cannot be created: {error.strerror}") from error
+    if not is_empty:
+        raise RecordingError(f"`{directory}` is not empty; choose another directory")
+    return directory
+
+
+def run_scenario(
+    scenario: Scenario,
+    directory: Path | None = None,
+    *,
+    transport: str = IN_PROCESS,
+    observers: Sequence[Observer] = (),
+    echo_warnings: bool = False,
+    figure: bool = True,
+) -> RunOutcome:
+    """Run `scenario` and write everything about it to a directory.
+
+    Args:
+        scenario: as `load_scenario` returns it.
+        directory: empty or to be created; by default `runs/<scenario>-<seed>`, numbered.
+        transport: how components marked `process` are reached; see `orchestrator.placement`.
+        observers: watch the run, after the recorder.
+        echo_warnings: whether what is logged as a warning appears on standard error, too.
+        figure: whether the report draws its figure.
+
+    Raises:
+        ScenarioError: the components do not fit together. No directory was created.
+        RecordingError: the directory cannot be used.
+        RunFailedError: the run ended early.
+        ReportFailedError: the run is complete, but its report failed.
+        RunInterrupted: something raised `KeyboardInterrupt`; the run was ended in good order.
+    """
+    with placing(transport, scenario) as place:
+        assembly = assemble(scenario, place)
+        try:
+            if directory is None:
+                directory = new_directory(Path("runs"), f"{scenario.name}-{scenario.seed}")
+            else:
+                directory = claim_directory(directory)
+        except BaseException:
+            assembly.close()
+            raise
+        with run_log(directory, echo=echo_warnings):
+            return _run(scenario, assembly, directory, transport, observers, figure=figure)
+
+
+def _run(
+    scenario: Scenario,
+    assembly: Assembly,
+    directory: Path,
+    transport: str,
+    observers: Sequence[Observer],
+    *,
+    figure: bool,
+) -> RunOutcome:
+    """Simulate, record and report; the log is open."""
+    recorder = Recorder(
+        directory,
+        include=scenario.include,
+        exclude=scenario.exclude,
+        manifest=_manifest(scenario, transport),
+    )
+    logger.info("running %s with seed %d", scenario.path, scenario.seed)
+    for remark in scenario.remarks:
+        logger.warning("%s", remark)
+    try:
+        result = simulate(
+            assembly.system,
+            assembly.algorithm,
+            start=scenario.start,
+            stop=scenario.stop,
+            seed=scenario.seed,
+            observers=(recorder, *observers),
+        )
+    except BaseException as error:
+        logger.info("the run ended early: %r", error, exc_info=error)
+        _report_anyway(scenario, directory)
+        if isinstance(error, KeyboardInterrupt):
+            raise RunInterrupted(directory) from error
+        raise RunFailedError(str(error), directory) from error
+    logger.info("done; fingerprint %s", recorder.fingerprint)
+    try:
+        findings = make_report(scenario.report, directory, figure=figure)
+    except Exception as error:  # a report is a plug-in and may raise anything
+        logger.info("the report failed: %r", error, exc_info=error)
+        reason = f"{type(error).__name__}: {error}"
+        message = f"the run is complete; its report `{scenario.report}` failed: {reason}"
+        raise ReportFailedError(message, directory) from error
+    return RunOutcome(
+        directory=directory,
+        fingerprint=recorder.fingerprint,
+        simulated=seconds(result.time - result.start),
+        wall=result.wall_time.total,
+        speed=result.speed,
+        metrics=findings.metrics,
+        summary=findings.summary,
+    )
+
+
+def _manifest(scenario: Scenario, transport: str) -> Mapping[str, Any]:
+    return {
+        **provenance(),
+        "scenario_file": str(scenario.path.absolute()),
+        "overrides": list(scenario.overrides),
+        "seed": scenario.seed,
+        "transport": transport,
+        "scenario": scenario.resolved(),
+    }
+
+
+def _report_anyway(scenario: Scenario, directory: Path) -> None:
+    """Report on what there is; what ended the run matters more than a report that fails."""
+    try:
+        make_report(scenario.report, directory, figure=True)
+    except Exception as error:
+        logger.info("no report of the truncated recording: %r", error)

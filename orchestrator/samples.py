@@ -1,0 +1,196 @@
+"""The samples of one signal on disk: how each `Layout` is written and read."""
+
+import abc
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from typing_extensions import override
+
+from orchestrator.growing import GrowingArray
+from orchestrator.layout import Files, Layout
+from orchestrator.signal import Array, Connector, Signal
+
+INT64: Final = np.dtype("<i8")
+"""The type of times, row counts and shapes."""
+
+UINT8: Final = np.dtype(np.uint8)
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One file of a recording while it is written.
+
+    Attributes:
+        path: of the file.
+        kind: the declared type of the signal; empty for times, row counts and shapes.
+        array: the growing content.
+    """
+
+    path: Path
+    kind: str
+    array: GrowingArray
+
+    @classmethod
+    def create(
+        cls, path: Path, dtype: "np.dtype[Any]", row_shape: tuple[int, ...] = (), kind: str = ""
+    ) -> "Part":
+        """Create the file."""
+        return cls(path, kind, GrowingArray(path, dtype, row_shape))
+
+
+class SampleWriter(abc.ABC):
+    """Writes the samples of one signal.
+
+    Attributes:
+        parts: its files, in the order in which they are to be flushed: values first, so that
+            row counts and shapes never promise values that are not there.
+    """
+
+    __slots__ = ("parts",)
+
+    parts: tuple[Part, ...]
+
+    @abc.abstractmethod
+    def write(self, value: Any) -> None:
+        """Append one sample, which fits the connector."""
+
+
+class _UniformWriter(SampleWriter):
+    __slots__ = ("_append",)
+
+    def __init__(self, files: Files, connector: Connector) -> None:
+        shape = tuple(n for n in connector.shape if isinstance(n, int))
+        values = Part.create(files.values, np.dtype(connector.dtype), shape, connector.kind())
+        self.parts = (values,)
+        self._append = values.array.append
+
+    @override
+    def write(self, value: Array) -> None:
+        self._append(value.tobytes())
+
+
+class _RaggedWriter(SampleWriter):
+    __slots__ = ("_append", "_append_rows")
+
+    def __init__(self, files: Files, connector: Connector) -> None:
+        shape = tuple(n for n in connector.shape if isinstance(n, int))
+        values = Part.create(files.values, np.dtype(connector.dtype), shape, connector.kind())
+        rows = Part.create(files.rows, INT64)
+        self.parts = (values, rows)
+        self._append = values.array.append
+        self._append_rows = rows.array.append
+
+    @override
+    def write(self, value: Array) -> None:
+        rows = len(value)
+        self._append(value.tobytes(), rows)
+        self._append_rows(rows.to_bytes(8, "little"))
+
+
+class _FlatWriter(SampleWriter):
+    __slots__ = ("_append", "_append_shape")
+
+    def __init__(self, files: Files, connector: Connector) -> None:
+        values = Part.create(files.values, np.dtype(connector.dtype), kind=connector.kind())
+        shapes = Part.create(files.shapes, INT64, (len(connector.shape),))
+        self.parts = (values, shapes)
+        self._append = values.array.append
+        self._append_shape = shapes.array.append
+
+    @override
+    def write(self, value: Array) -> None:
+        self._append(value.tobytes(), value.size)
+        self._append_shape(np.array(value.shape, INT64).tobytes())
+
+
+class _BinaryWriter(SampleWriter):
+    __slots__ = ("_append", "_append_rows")
+
+    def __init__(self, files: Files, connector: Connector) -> None:
+        values = Part.create(files.values, UINT8, kind=connector.kind())
+        rows = Part.create(files.rows, INT64)
+        self.parts = (values, rows)
+        self._append = values.array.append
+        self._append_rows = rows.array.append
+
+    @override
+    def write(self, value: bytes) -> None:
+        size = len(value)
+        self._append(value, size)
+        self._append_rows(size.to_bytes(8, "little"))
+
+
+def sample_writer(files: Files, connector: Connector) -> SampleWriter:
+    """Create the files of one signal and the writer of its samples."""
+    match Layout.of(connector):
+        case Layout.UNIFORM:
+            return _UniformWriter(files, connector)
+        case Layout.RAGGED:
+            return _RaggedWriter(files, connector)
+        case Layout.FLAT:
+            return _FlatWriter(files, connector)
+        case Layout.BINARY:
+            return _BinaryWriter(files, connector)
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """The samples of one signal, memory-mapped.
+
+    Attributes:
+        values: the file of values as it is.
+        ends: sample `k` lies in `values[ends[k] : ends[k + 1]]`.
+        decode: makes the sample `k` of that.
+    """
+
+    values: Array
+    ends: Sequence[int] | Array
+    decode: Callable[[int, Array], Signal]
+
+    def __len__(self) -> int:
+        return len(self.ends) - 1
+
+    def __getitem__(self, k: int) -> Signal:
+        return self.decode(k, self.values[self.ends[k] : self.ends[k + 1]])
+
+
+def read_samples(files: Files, layout: Layout) -> Samples:
+    """Open the samples of one signal."""
+    values = load(files.values)
+    match layout:
+        case Layout.UNIFORM:
+            return Samples(
+                values, range(len(values) + 1), lambda _, rows: rows.reshape(rows.shape[1:])
+            )
+        case Layout.RAGGED:
+            return Samples(values, _ends(load(files.rows)), lambda _, rows: rows)
+        case Layout.FLAT:
+            shapes = load(files.shapes)
+            ends = _ends(shapes.prod(axis=1))
+            return Samples(values, ends, lambda k, rows: rows.reshape(shapes[k]))
+        case Layout.BINARY:
+            return Samples(values, _ends(load(files.rows)), lambda _, rows: rows.tobytes())
+
+
+def parts(files: Files, layout: Layout) -> tuple[Path, ...]:
+    """The files of one signal, values first."""
+    match layout:
+        case Layout.UNIFORM:
+            return (files.values,)
+        case Layout.RAGGED | Layout.BINARY:
+            return (files.values, files.rows)
+        case Layout.FLAT:
+            return (files.values, files.shapes)
+
+
+def load(path: Path) -> Array:
+    """The array in `path`, memory-mapped and read-only."""
+    return np.asarray(np.load(path, mmap_mode="r"))
+
+
+def _ends(lengths: Array) -> Array:
+    """Where each sample begins, and where the last one ends."""
+    return np.concatenate(([0], np.cumsum(lengths, dtype=np.int64)))

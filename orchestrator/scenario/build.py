@@ -1,0 +1,235 @@
+"""From a scenario file to a `Scenario`: every problem of the file at once, each at its place."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from pydantic import ValidationError
+
+from orchestrator import registry, report
+from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.algorithm.gauss_seidel import GaussSeidel
+from orchestrator.algorithm.jacobi import Jacobi
+from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
+from orchestrator.parameters import REQUIRED, ComponentType
+from orchestrator.scenario import diagnosis, overrides as overriding, schema, values
+from orchestrator.scenario.document import Address, Document
+from orchestrator.scenario.model import ComponentUse, ConnectionUse, Scenario
+from orchestrator.scenario.units import format_duration
+from orchestrator.suggestion import suggestion
+from orchestrator.timebase import CommunicationGrid
+
+
+def load_scenario(path: Path, overrides: Sequence[str] = ()) -> Scenario:
+    """Read and check a scenario file.
+
+    Args:
+        path: of the file; paths in it are relative to its folder.
+        overrides: `PATH=VALUE`, as `nlosim run --set` takes them.
+
+    Raises:
+        ScenarioError: all problems, each at its place. Whether the connections fit is known
+            only once the components exist; see `wiring.assemble`.
+    """
+    document = overriding.apply(Document.read(path), overrides)
+    return _Build(path, tuple(overrides), document).scenario()
+
+
+@dataclass(slots=True)
+class _Build:
+    """One reading of a document, collecting problems."""
+
+    path: Path
+    overrides: tuple[str, ...]
+    document: Document
+    problems: list[Problem] = field(default_factory=list)
+    remarks: list[Problem] = field(default_factory=list)
+
+    def scenario(self) -> Scenario:
+        try:
+            file = schema.ScenarioFile.model_validate(self.document.data)
+        except ValidationError as error:
+            self.problems += diagnosis.problems(self.document, schema.ScenarioFile, error)
+            file = None
+        components = self._components()
+        if file is None:
+            raise self._error()
+        self._check_times(file.time, components)
+        self._check_names(file)
+        if file.report is not None:
+            try:
+                report.report_type(file.report)
+            except ComponentTypeError as error:
+                self._add(("report",), str(error))
+        if self.problems:
+            raise self._error()
+        return Scenario(
+            path=self.path,
+            overrides=self.overrides,
+            title=file.title,
+            description=file.description,
+            start=file.time.start,
+            stop=file.time.stop,
+            seed=file.seed,
+            algorithm=_algorithm(file.coupling),
+            coupling=MappingProxyType(file.coupling.model_dump(exclude_none=True)),
+            components=MappingProxyType(components),
+            connections=tuple(ConnectionUse(c.source, c.target) for c in file.connections),
+            include=tuple(file.recording.include),
+            exclude=tuple(file.recording.exclude),
+            report=file.report,
+            remarks=tuple(self.remarks),
+            document=self.document,
+        )
+
+    def _error(self) -> ScenarioError:
+        return ScenarioError(sorted(set(self.problems), key=lambda p: (p.where, p.what)))
+
+    def _add(self, address: Address, what: str, *, at_key: bool = False) -> None:
+        where = self.document.key(address) if at_key else self.document.value(address)
+        self.problems.append(Problem(where, f"{diagnosis.spell(address)}: {what}"))
+
+    def _components(self) -> dict[str, ComponentUse]:
+        """The components that are sound, also when others, or other parts, are not."""
+        data = self.document.data
+        entries = data.get("components") if isinstance(data, dict) else None
+        found = {}
+        for name, raw in entries.items() if isinstance(entries, dict) else ():
+            try:
+                entry = schema.ComponentEntry.model_validate(raw)
+            except ValidationError:
+                continue  # reported by the validation of the whole file
+            use = self._component(name, entry)
+            if use is not None:
+                found[name] = use
+        return found
+
+    def _component(self, name: str, entry: schema.ComponentEntry) -> ComponentUse | None:
+        address = ("components", name)
+        if (entry.type is None) == (entry.fmu is None):
+            both = "has both `type` and `fmu`; write one of them"
+            neither = "`type` (an installed type) or `fmu` (a path) is missing"
+            self._add(address, neither if entry.type is None else both, at_key=True)
+            return None
+        fmu = None if entry.fmu is None else (self.path.parent / entry.fmu).absolute()
+        try:
+            found = _type(entry.type, fmu)
+        except ComponentTypeError as error:
+            self._add((*address, "type" if fmu is None else "fmu"), str(error))
+            return None
+        return ComponentUse(
+            name=name,
+            type_name=entry.type,
+            fmu=fmu,
+            type=found,
+            step=entry.step,
+            process=entry.process,
+            values=self._values((*address, "parameters"), found, entry.parameters),
+        )
+
+    def _values(
+        self, address: Address, found: ComponentType, given: Mapping[str, Any]
+    ) -> Mapping[str, Any]:
+        """The parameters given, converted; problems with them, and with those not given."""
+        declared = found.parameters
+        converted = {}
+        for name, value in given.items():
+            if name not in declared:
+                self._unknown((*address, name), name, declared)
+                continue
+            try:
+                converted[name] = values.convert(declared[name], value, self.path.parent)
+            except values.ValueProblem as problem:
+                self._add((*address, name), str(problem))
+        for name, parameter in declared.items():
+            if parameter.default is REQUIRED and name not in given:
+                kind = values.kind_name(parameter.type)
+                unit = "" if parameter.unit == "1" else f" [{parameter.unit}]"
+                what = f"the parameter `{name}` is missing: {kind}{unit}, {parameter.doc}"
+                self._add(address, what, at_key=True)
+        return MappingProxyType(converted)
+
+    def _unknown(self, address: Address, name: str, declared: Collection[str]) -> None:
+        """A parameter that the type does not have.
+
+        If an override has just replaced the type, the file's parameters of the old one are no
+        mistake.
+        """
+        entry, place = address[:2], self.document.key(address)
+        types = [self.document.places.get((*entry, key)) for key in ("type", "fmu")]
+        is_swapped = any(p is not None and p.value.file != self.document.file for p in types)
+        if is_swapped and place.file == self.document.file:
+            what = f"{diagnosis.spell(address)}: ignored, the type that was set has no `{name}`"
+            self.remarks.append(Problem(place, what))
+        else:
+            what = f"there is no parameter `{name}`; {suggestion(name, declared)}"
+            self._add(address, what, at_key=True)
+
+    def _check_times(self, time: schema.TimeSpan, components: Mapping[str, ComponentUse]) -> None:
+        if time.stop <= time.start:
+            start, stop = format_duration(time.start), format_duration(time.stop)
+            self._add(("time", "stop"), f"{stop} is not after the start at {start}")
+            return
+        for name, use in components.items():
+            try:
+                CommunicationGrid.over(time.start, time.stop, use.step)
+            except ValueError:
+                span = format_duration(time.stop - time.start)
+                rest = format_duration((time.stop - time.start) % use.step)
+                what = (
+                    f"{format_duration(use.step)} does not divide the simulated {span} "
+                    f"({rest} are left over); change the step or `time.stop`"
+                )
+                self._add(("components", name, "step"), what)
+
+    def _check_names(self, file: schema.ScenarioFile) -> None:
+        """The names of components in the coupling, the connections and the recording."""
+        names = tuple(file.components)
+        self._check_order(file.coupling, names)
+        for index, connection in enumerate(file.connections):
+            for key, end in (("from", connection.source), ("to", connection.target)):
+                self._check_name(("connections", index, key), end.partition(".")[0], names)
+        for key, patterns in (
+            ("include", file.recording.include),
+            ("exclude", file.recording.exclude),
+        ):
+            for index, pattern in enumerate(patterns):
+                first = pattern.partition(".")[0]
+                if not set(first) & set("*?["):
+                    self._check_name(("recording", key, index), first, names)
+
+    def _check_name(self, address: Address, name: str, names: Sequence[str]) -> None:
+        if name not in names:
+            self._add(address, f"there is no component `{name}`; {suggestion(name, names)}")
+
+    def _check_order(self, coupling: schema.Coupling, names: Sequence[str]) -> None:
+        order = coupling.order
+        if order is None:
+            return
+        if coupling.algorithm == "jacobi":
+            what = "Jacobi has no order; remove it, or write `algorithm: gauss-seidel`"
+            self._add(("coupling", "order"), what, at_key=True)
+            return
+        for index, name in enumerate(order):
+            self._check_name(("coupling", "order", index), name, names)
+            if name in order[:index]:
+                self._add(("coupling", "order", index), f"`{name}` is named twice")
+        absent = [f"`{name}`" for name in names if name not in order]
+        if absent:
+            what = f"{', '.join(absent)} missing; name every component, or leave `order` out"
+            self._add(("coupling", "order"), what, at_key=True)
+
+
+def _type(name: str | None, fmu: Path | None) -> ComponentType:
+    if fmu is not None:
+        return registry.fmu_type(fmu)
+    assert name is not None  # noqa: S101 - one of the two is given, checked by the caller
+    return registry.component_type(name)
+
+
+def _algorithm(coupling: schema.Coupling) -> CosimulationAlgorithm:
+    if coupling.algorithm == "jacobi":
+        return Jacobi()
+    return GaussSeidel(None if coupling.order is None else tuple(coupling.order))

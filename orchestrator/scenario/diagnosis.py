@@ -1,0 +1,104 @@
+"""What pydantic found, in sentences for the author of the file."""
+
+from collections.abc import Sequence
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from orchestrator.errors import Location, Problem
+from orchestrator.scenario.document import Address, Document
+from orchestrator.suggestion import suggestion
+
+_KINDS = {
+    "string_type": "text",
+    "int_type": "a whole number",
+    "bool_type": "`true` or `false`",
+    "dict_type": "a mapping of `key: value` lines",
+    "model_type": "a mapping of `key: value` lines",
+    "list_type": "a list, `[a, b]` or lines that begin with `- `",
+}
+
+
+def problems(document: Document, model: type[BaseModel], error: ValidationError) -> list[Problem]:
+    """Every error at the place of the key or value that has to change."""
+    return [_problem(document, model, each) for each in error.errors(include_url=False)]
+
+
+def _problem(document: Document, model: type[BaseModel], error: ErrorDetails) -> Problem:
+    address = error["loc"]
+    if address[-1:] == ("[key]",):  # pydantic's way to say that the key itself is wrong
+        name = address[-2]
+        what = f"`{name}` cannot be a name; write letters, digits, `_` and `-` (not first)"
+        return Problem(document.key(address[:-1]), f"{spell(address[:-2])}: {what}")
+    parent, key = address[:-1], address[-1] if address else ""
+    if error["type"] == "missing":
+        return Problem(_inside(document, parent), f"{spell(parent)}: `{key}` is missing")
+    if error["type"] == "extra_forbidden":
+        hint = suggestion(str(key), _keys(model, parent))
+        what = f"`{key}` is not a key here; {hint}"
+        return Problem(document.key(address), f"{spell(parent)}: {what}")
+    return Problem(document.value(address), f"{spell(address)}: {_describe(error)}")
+
+
+def _inside(document: Document, parent: Address) -> Location:
+    """The place to add a key: the key that holds the mapping, or the mapping itself."""
+    return document.key(parent)
+
+
+def _describe(error: ErrorDetails) -> str:
+    """What is wrong with one value."""
+    kind, found = error["type"], error["input"]
+    context: Any = error.get("ctx", {})
+    if kind in _KINDS:
+        quotes = kind == "string_type" and isinstance(found, int | float)
+        hint = f"; write '{found}' in quotes" if quotes else ""
+        return f"expected {_KINDS[kind]}, got {show(found)}{hint}"
+    if kind == "value_error":
+        return str(context["error"])
+    if kind in {"too_short", "string_too_short"}:
+        return "must not be empty"
+    sentences = {
+        "literal_error": f"expected {context.get('expected', '')}".replace("'", "`"),
+        "greater_than_equal": f"must be at least {context.get('ge')}",
+        "string_pattern_mismatch": "expected `component.connector`",
+    }
+    return f"{sentences.get(kind, error['msg'])}, got {show(found)}"
+
+
+def show(value: object) -> str:
+    """A value of a document as its author would write it, shortened."""
+    match value:
+        case None:
+            return "nothing"
+        case bool():
+            return "`true`" if value else "`false`"
+        case str():
+            return f'"{value}"' if len(value) <= 60 else f'"{value[:57]}..."'
+        case dict():
+            return "a mapping"
+        case list():
+            return "a list"
+        case _:
+            text = repr(value)
+            return text if len(text) <= 40 else f"{text[:37]}..."
+
+
+def spell(address: Sequence[str | int]) -> str:
+    """An address as text: `connections[0].from`."""
+    text = ""
+    for step in address:
+        text += f"[{step}]" if isinstance(step, int) else f".{step}"
+    return text.removeprefix(".") or "the scenario"
+
+
+def _keys(model: type[BaseModel], address: Sequence[str | int]) -> list[str]:
+    """The keys that the model at `address` knows."""
+    at: Any = model
+    for step in address:
+        if isinstance(at, type) and issubclass(at, BaseModel):
+            fields = {f.alias or name: f for name, f in at.model_fields.items()}
+            at = fields[str(step)].annotation
+        else:
+            at = get_args(at)[-1]  # the values of dict[...], the items of list[...]
+    return [field.alias or name for name, field in at.model_fields.items()]

@@ -1,0 +1,162 @@
+"""The wiring of an assembled scenario as a graph: who feeds whom, and how late."""
+
+import math
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from orchestrator.feedthrough import describe, loops
+from orchestrator.scenario.model import Scenario
+from orchestrator.scenario.wiring import Assembly
+from orchestrator.timebase import Duration
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Node:
+    """One component.
+
+    Attributes:
+        origin: its installed type, or the path of its FMU.
+        step: communication step size [ns].
+        process: whether it runs in a process of its own where a transport is given.
+        layer: the number of components before it on the longest chain without delay.
+        feedthrough: for each output that has any, the inputs it depends on at the same time.
+    """
+
+    name: str
+    origin: str
+    step: Duration
+    process: bool
+    layer: int
+    feedthrough: Mapping[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Edge:
+    """All connections from one component to another.
+
+    Attributes:
+        signals: pairs of output and input.
+        youngest, oldest: the age of the values at the end of the target's steps [ns].
+        is_forward: whether the source takes its turn first.
+    """
+
+    source: str
+    target: str
+    signals: tuple[tuple[str, str], ...]
+    youngest: Duration
+    oldest: Duration
+    is_forward: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Graph:
+    """The wiring.
+
+    Attributes:
+        nodes: in the order in which they take turns.
+        edges: in the order of their sources, then of their targets.
+        loops: one sentence per algebraic loop.
+    """
+
+    nodes: tuple[Node, ...]
+    edges: tuple[Edge, ...]
+    loops: tuple[str, ...]
+
+
+def graph_of(scenario: Scenario, assembly: Assembly) -> Graph:
+    """The graph of `scenario`, whose components are those of `assembly`."""
+    turn = {name: index for index, name in enumerate(assembly.turns)}
+    edges = _edges(scenario, assembly, turn)
+    layers = _layers(assembly.turns, edges)
+    nodes = tuple(
+        Node(
+            name=name,
+            origin=scenario.components[name].origin(),
+            step=scenario.components[name].step,
+            process=scenario.components[name].process,
+            layer=layers[name],
+            feedthrough=_feedthrough(assembly, name),
+        )
+        for name in assembly.turns
+    )
+    return Graph(nodes, edges, tuple(map(describe, loops(assembly.system))))
+
+
+def _edges(scenario: Scenario, assembly: Assembly, turn: Mapping[str, int]) -> tuple[Edge, ...]:
+    signals: dict[tuple[str, str], list[tuple[str, str]]] = defaultdict(list)
+    for link in assembly.system.connections:
+        pair = link.source.component, link.target.component
+        signals[pair].append((link.source.connector, link.target.connector))
+    edges = []
+    for source, target in sorted(signals, key=lambda pair: (turn[pair[0]], turn[pair[1]])):
+        steps = scenario.components[source].step, scenario.components[target].step
+        is_parallel = scenario.coupling["algorithm"] == "jacobi"
+        is_forward = turn[source] < turn[target]
+        youngest, oldest = ages(*steps, is_parallel=is_parallel, is_forward=is_forward)
+        edges.append(
+            Edge(
+                source=source,
+                target=target,
+                signals=tuple(signals[source, target]),
+                youngest=youngest,
+                oldest=oldest,
+                is_forward=is_forward and not is_parallel,
+            )
+        )
+    return tuple(edges)
+
+
+def ages(
+    source: Duration, target: Duration, *, is_parallel: bool, is_forward: bool
+) -> tuple[Duration, Duration]:
+    """The least and the greatest age of the value that a step has used when it ends.
+
+    Communication points of the two meet at multiples of the greatest common divisor `g` of
+    their step sizes. A value published at or before a point `t` is between 0 and `source - g`
+    old there, one published before `t` between `g` and `source`.
+
+    Args:
+        source: communication step size of the component that writes [ns].
+        target: of the component that reads [ns].
+        is_parallel: inputs are read where a step starts (Jacobi), not where it ends.
+        is_forward: the source takes its turn before the target.
+    """
+    divisor = math.gcd(source, target)
+    if is_parallel:
+        return target, target + source - divisor
+    return (0, source - divisor) if is_forward else (divisor, source)
+
+
+def _layers(turns: Sequence[str], edges: Sequence[Edge]) -> dict[str, int]:
+    layers = dict.fromkeys(turns, 0)
+    for name in turns:
+        for edge in edges:
+            if edge.target == name and edge.is_forward:
+                layers[name] = max(layers[name], layers[edge.source] + 1)
+    return layers
+
+
+def _feedthrough(assembly: Assembly, name: str) -> dict[str, tuple[str, ...]]:
+    return {
+        output: tuple(sorted(connector.feedthrough))
+        for output, connector in assembly.system.connectors[name].items()
+        if connector.feedthrough
+    }
+
+
+def grouped(signals: Sequence[tuple[str, str]]) -> list[str]:
+    """Pairs as text; what lies beneath one group on both sides becomes one entry.
+
+    >>> grouped([("vehicle.x", "vehicle.x"), ("vehicle.y", "vehicle.y"), ("a", "b")])
+    ['vehicle.* (2)', 'a -> b']
+    """
+    groups: dict[str, list[str]] = defaultdict(list)
+    for output, input_ in signals:
+        prefix, dot, _ = output.partition(".")
+        single = output if output == input_ else f"{output} -> {input_}"
+        groups[f"{prefix}.*" if dot and output == input_ else single].append(single)
+    return [
+        f"{group} ({len(members)})" if len(members) > 1 else members[0]
+        for group, members in groups.items()
+    ]

@@ -1,0 +1,125 @@
+"""A scenario with everything resolved: types found, values in their units, times in nanoseconds.
+
+Nothing in here knows YAML; `document` serves only to say where an error found later belongs.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.errors import Problem
+from orchestrator.parameters import REQUIRED, ComponentType
+from orchestrator.scenario.document import Document
+from orchestrator.scenario.units import format_duration
+from orchestrator.scenario.values import written
+from orchestrator.timebase import Duration, Time
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComponentUse:
+    """One component of a scenario.
+
+    Attributes:
+        type_name: the installed type, or `None` for an FMU given by its path.
+        fmu: the FMU's absolute path, or `None`.
+        type: what creates it.
+        step: communication step size [ns].
+        process: whether it runs in a process of its own where a transport is given.
+        values: the parameters that the scenario sets, in their declared type and unit.
+    """
+
+    name: str
+    type_name: str | None
+    fmu: Path | None
+    type: ComponentType
+    step: Duration
+    process: bool
+    values: Mapping[str, Any]
+
+    def all_values(self) -> Mapping[str, Any]:
+        """The parameters that the scenario sets, and the defaults of all others."""
+        defaults = {
+            name: parameter.default
+            for name, parameter in self.type.parameters.items()
+            if parameter.default is not REQUIRED
+        }
+        return {**defaults, **self.values}
+
+    def origin(self) -> str:
+        """The type's name, or the FMU's path."""
+        return self.type_name if self.type_name is not None else str(self.fmu)
+
+
+@dataclass(frozen=True, slots=True)
+class ConnectionUse:
+    """One connection, or group of connections, as written."""
+
+    source: str
+    target: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scenario:
+    """What a scenario file means, overrides included.
+
+    Attributes:
+        path: of the file.
+        overrides: as written on the command line.
+        start, stop: the first and the last communication point [ns].
+        include, exclude: patterns of the outputs that are recorded.
+        report: the name of an installed report, or `None`.
+        remarks: what is not wrong, but may not be meant.
+        document: where everything was written.
+    """
+
+    path: Path
+    overrides: tuple[str, ...]
+    title: str
+    description: str
+    start: Time
+    stop: Time
+    seed: int
+    algorithm: CosimulationAlgorithm
+    coupling: Mapping[str, Any]
+    components: Mapping[str, ComponentUse]
+    connections: tuple[ConnectionUse, ...]
+    include: tuple[str, ...]
+    exclude: tuple[str, ...]
+    report: str | None
+    remarks: tuple[Problem, ...]
+    document: Document = field(repr=False, compare=False)
+
+    @property
+    def name(self) -> str:
+        """The name of the file without its suffix."""
+        return self.path.stem
+
+    def resolved(self) -> dict[str, Any]:
+        """The scenario as a scenario file: overrides applied, defaults written out.
+
+        Reading it again gives the same run, wherever relative paths start.
+        """
+        return {
+            "schema": 1,
+            "title": self.title,
+            "description": self.description,
+            "time": {"start": format_duration(self.start), "stop": format_duration(self.stop)},
+            "seed": self.seed,
+            "coupling": dict(self.coupling),
+            "components": {name: _resolved(use) for name, use in self.components.items()},
+            "connections": [{"from": c.source, "to": c.target} for c in self.connections],
+            "recording": {"include": list(self.include), "exclude": list(self.exclude)},
+            **({} if self.report is None else {"report": self.report}),
+        }
+
+
+def _resolved(use: ComponentUse) -> dict[str, Any]:
+    declared = use.type.parameters
+    return {
+        **({"type": use.type_name} if use.fmu is None else {"fmu": str(use.fmu)}),
+        "step": format_duration(use.step),
+        "process": use.process,
+        "parameters": {n: written(declared[n], v) for n, v in use.all_values().items()},
+    }

@@ -1,0 +1,169 @@
+"""The shape of a scenario file; pydantic is used here and nowhere else.
+
+The docstrings of the fields are the text of the JSON Schema that editors show.
+"""
+
+from typing import Annotated, Any, Final, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+
+from orchestrator.scenario import units
+from orchestrator.timebase import Duration
+
+VERSION: Final = 1
+"""Of the form of scenario files; a change that breaks them has another number."""
+
+_TIME_PATTERN: Final = (
+    r"^\s*[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]{1,3})?\s*[a-zA-Zµμ]+\s*$"
+)
+
+
+def _duration(value: object) -> Duration:
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        raise ValueError(f"expected a time such as `50 ms`, got {value!r}")  # noqa: TRY004
+    return units.duration(value)
+
+
+def _positive(value: object) -> Duration:
+    time = _duration(value)
+    if time <= 0:
+        raise ValueError(f"must be longer than 0 s, got {units.format_duration(time)}")
+    return time
+
+
+def _time_schema(*examples: str) -> WithJsonSchema:
+    return WithJsonSchema(
+        {
+            "anyOf": [{"type": "number"}, {"type": "string", "pattern": _TIME_PATTERN}],
+            "examples": list(examples),
+        }
+    )
+
+
+Moment = Annotated[int, BeforeValidator(_duration), _time_schema("0 s", "20 s")]
+StepSize = Annotated[int, BeforeValidator(_positive), _time_schema("50 ms", "0.1 s")]
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_-]*$")]
+Port = Annotated[
+    str,
+    Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_-]*\.[^.\s].*$", examples=["traffic.vehicle"]),
+]
+Text = Annotated[str, Field(min_length=1)]
+
+
+class _Mapping(BaseModel):
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, use_attribute_docstrings=True
+    )
+
+
+class TimeSpan(_Mapping):
+    """When the simulation starts and stops."""
+
+    start: Moment = 0
+    """The first communication point, as a time with its unit or a number of seconds."""
+
+    stop: Moment
+    """The last communication point. Every step size must fit between start and stop a whole
+    number of times."""
+
+
+class Coupling(_Mapping):
+    """Who steps when, and which outputs it sees (the co-simulation algorithm)."""
+
+    algorithm: Literal["gauss-seidel", "jacobi"] = "gauss-seidel"
+    """`gauss-seidel`: components take turns and see the newest outputs of those before them.
+    `jacobi`: all see the outputs of the previous communication point, so the order is
+    irrelevant and processes work at the same time."""
+
+    order: Annotated[list[Text], Field(min_length=1)] | None = None
+    """For Gauss-Seidel, the names of all components, first to step first. Without it: the order
+    of direct feedthrough."""
+
+
+class ComponentEntry(_Mapping):
+    """One component: what it is, its communication step size and its parameters."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"oneOf": [{"required": ["type"]}, {"required": ["fmu"]}]}
+    )
+
+    type: Annotated[Text | None, Field(examples=["sumo-traffic", "channel"])] = None
+    """The name of an installed component type; `nlosim components` lists them."""
+
+    fmu: Annotated[Text | None, Field(examples=["units/channel.fmu"])] = None
+    """Instead of `type`: an FMU for co-simulation (FMI 2.0 or 3.0), relative to this file."""
+
+    step: StepSize
+    """The communication step size."""
+
+    process: bool = False
+    """Whether the component runs in a process of its own when `nlosim run --transport` names a
+    transport. The results are the same bytes."""
+
+    parameters: dict[str, Any] = {}
+    """Parameters by name; `nlosim components TYPE` lists them. A number is in the unit of the
+    parameter; text such as `26 dBm` or `400 mW` is converted."""
+
+
+class ConnectionEntry(_Mapping):
+    """An output that drives an input, or all outputs of a group that drive its inputs."""
+
+    source: Annotated[Port, Field(alias="from")]
+    """`component.connector`, or a group such as `traffic.vehicle`."""
+
+    target: Annotated[Port, Field(alias="to")]
+    """`component.connector`, or a group: every input beneath it is connected to the output of
+    the same name beneath `from`."""
+
+
+class Recording(_Mapping):
+    """Which outputs are recorded, by patterns of `component.connector` (`*`, `?`, `[...]`)."""
+
+    include: Annotated[list[Text], Field(examples=[["*"]])] = ["*"]
+    """Record what matches one of these ..."""
+
+    exclude: Annotated[list[Text], Field(examples=[["lidar.points"]])] = []
+    """... and none of these."""
+
+
+class ScenarioFile(_Mapping):
+    """A co-simulation: components, their parameters and connections, and what is recorded."""
+
+    version: Annotated[Literal[1], Field(alias="schema")]
+    """The version of the form of this file."""
+
+    title: Annotated[Text, Field(examples=["Red light"])]
+    """One line for people."""
+
+    description: str = ""
+    """What the scenario is about."""
+
+    time: TimeSpan
+
+    seed: Annotated[int, Field(ge=0)] = 1
+    """Every component draws from a random stream of its own, made from this number and its
+    name. `nlosim run --seed` overrides it."""
+
+    coupling: Coupling = Coupling()
+
+    components: Annotated[dict[Name, ComponentEntry], Field(min_length=1)]
+    """By name. The order breaks ties in the order of stepping."""
+
+    connections: list[ConnectionEntry] = []
+    """Inputs without a connection keep their start value."""
+
+    recording: Recording = Recording()
+
+    report: Annotated[Text | None, Field(examples=["red-light"])] = None
+    """The installed report that makes metrics and a figure of the recording."""
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema of scenario files (draft 2020-12), for editors."""
+    generated = ScenarioFile.model_json_schema(by_alias=True)
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **generated,
+        "title": "nlosim scenario",
+    }

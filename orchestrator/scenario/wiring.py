@@ -1,0 +1,166 @@
+"""From a `Scenario` to components that exist and are connected."""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.component import Component
+from orchestrator.errors import (
+    ComponentError,
+    ComponentTypeError,
+    CosimError,
+    Location,
+    Problem,
+    ScenarioError,
+    SystemStructureError,
+)
+from orchestrator.recorder import select
+from orchestrator.scenario.diagnosis import spell
+from orchestrator.scenario.document import Address
+from orchestrator.scenario.model import ComponentUse, Scenario
+from orchestrator.system import Connection, System, expand
+
+Place: TypeAlias = Callable[[ComponentUse], Component]
+"""Creates a component somewhere: in this process, or in another one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Assembly:
+    """What a simulation needs.
+
+    Attributes:
+        system: the components, connected.
+        algorithm: checked against `system`.
+        turns: the components in the order in which `algorithm` lets them step.
+    """
+
+    system: System
+    algorithm: CosimulationAlgorithm
+    turns: tuple[str, ...]
+
+    def close(self) -> None:
+        """Close every component; for assemblies that are looked at and never simulated."""
+        for component in self.system.components.values():
+            component.close()
+
+
+def in_process(use: ComponentUse) -> Component:
+    """Create a component in this process."""
+    return use.type.create(use.name, use.values)
+
+
+def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
+    """Create the components of `scenario` and connect them.
+
+    Args:
+        scenario: as `load_scenario` returns it.
+        place: creates each component.
+
+    Raises:
+        ScenarioError: parameters or connections do not fit together; every problem is located
+            at the connection or the component in the file.
+        ComponentError: a component cannot be created, for a reason of its own.
+    """
+    with _closing_on_error() as components:
+        _create(scenario, place, components)
+        origins = _connections(scenario, components)
+        step_sizes = {name: use.step for name, use in scenario.components.items()}
+        where = _Places(scenario, origins)
+        try:
+            system = System(components, step_sizes, tuple(origins))
+        except SystemStructureError as error:
+            raise ScenarioError([where.locate(what) for what in error.problems]) from error
+        try:
+            turns = scenario.algorithm.turns(system)
+        except SystemStructureError as error:
+            raise scenario_error(scenario, ("coupling",), error) from error
+        try:
+            select(system, scenario.include, scenario.exclude)
+        except SystemStructureError as error:
+            raise scenario_error(scenario, ("recording",), error) from error
+        return Assembly(system, scenario.algorithm, turns)
+
+
+@contextmanager
+def _closing_on_error() -> Iterator[dict[str, Component]]:
+    """Components that are closed if the assembly fails halfway."""
+    components: dict[str, Component] = {}
+    try:
+        yield components
+    except BaseException:
+        for component in components.values():
+            with suppress(Exception):  # the first error is the one to report
+                component.close()
+        raise
+
+
+def _create(scenario: Scenario, place: Place, components: dict[str, Component]) -> None:
+    """Fill `components`; parameters that a type refuses are problems of the scenario."""
+    problems = []
+    for name, use in scenario.components.items():
+        address = ("components", name)
+        try:
+            components[name] = place(use)
+        except (ComponentTypeError, ValueError) as error:
+            where = scenario.document.key((*address, "parameters"))
+            problems.append(Problem(where, f"{spell(address)}: {error}"))
+        except CosimError:
+            raise
+        except Exception as error:  # anything else is a defect of the component
+            reason = f"cannot be created: {type(error).__name__}: {error}"
+            raise ComponentError(name, None, reason) from error
+    if problems:
+        raise ScenarioError(problems)
+
+
+def _connections(
+    scenario: Scenario, components: Mapping[str, Component]
+) -> dict[Connection, Location]:
+    """Every connection and the place in the file that asks for it."""
+    found: dict[Connection, Location] = {}
+    problems = []
+    for index, use in enumerate(scenario.connections):
+        address = ("connections", index)
+        where = scenario.document.value(address)
+        try:
+            expanded = expand(components, use.source, use.target)
+        except SystemStructureError as error:
+            problems += [Problem(where, f"{spell(address)}: {what}") for what in error.problems]
+            continue
+        for connection in expanded:
+            if connection in found:
+                what = f"{connection} is connected in line {found[connection].line} already"
+                problems.append(Problem(where, f"{spell(address)}: {what}"))
+            found[connection] = where
+    if problems:
+        raise ScenarioError(problems)
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class _Places:
+    """Finds the place in the file that a sentence about the system is about."""
+
+    scenario: Scenario
+    origins: Mapping[Connection, Location]
+
+    def locate(self, what: str) -> Problem:
+        """The place of the connection that `what` names, else of the component, else the top."""
+        document = self.scenario.document
+        for connection, where in self.origins.items():
+            if f"connect {connection}:" in what:
+                return Problem(where, what)
+        for name in self.scenario.components:
+            if f"`{name}." in what or f"`{name}`" in what:
+                return Problem(document.key(("components", name)), what)
+        return Problem(document.key(("components",)), what)
+
+
+def scenario_error(
+    scenario: Scenario, address: Address, error: SystemStructureError
+) -> ScenarioError:
+    """`error` as problems of one part of the scenario file."""
+    where = scenario.document.key(address)
+    return ScenarioError([Problem(where, f"{spell(address)}: {p}") for p in error.problems])

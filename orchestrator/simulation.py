@@ -1,0 +1,133 @@
+"""The simulation loop."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from time import perf_counter_ns
+
+from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.algorithm.exchange import Exchange, Schedule
+from orchestrator.feedthrough import feedthrough_order
+from orchestrator.observer import Observer, SimulationResult, WallTime
+from orchestrator.signal import Signals
+from orchestrator.system import System
+from orchestrator.timebase import Time, seconds
+
+
+def simulate(
+    system: System,
+    algorithm: CosimulationAlgorithm,
+    *,
+    start: Time,
+    stop: Time,
+    seed: int,
+    observers: Sequence[Observer] = (),
+) -> SimulationResult:
+    """Simulate `system` from `start` to `stop`.
+
+    Whatever happens, every component is closed, then every observer that began is ended. An
+    error raised meanwhile does not hide an earlier one; it becomes a note on it.
+
+    Args:
+        system: the components and their connections.
+        algorithm: who steps when, and which values it sees.
+        start: the first communication point [ns].
+        stop: the last one [ns].
+        seed: the origin of every component's random stream.
+        observers: called at every communication point, in this order.
+
+    Raises:
+        SystemStructureError: step sizes do not fit the interval, or the algorithm the system.
+        ComponentError: a component failed or broke its contract; it says which, and when.
+    """
+    exchange = Exchange(system)
+    schedule = Schedule(exchange, algorithm.turns(system), start, stop)
+    run = _Run(exchange, start)
+    audience = _Audience(observers)
+    with run.guarded("simulating"):
+        audience.begin(system, start, stop)
+        exchange.start(feedthrough_order(system), start, seed)
+        for t, due in schedule:
+            if t != start:
+                algorithm.arrive(t, due)
+            run.time = t
+            audience.observe(t, due.names, exchange.values)
+            if t != stop:
+                algorithm.depart(t, due)
+    for name, participant in exchange.participants.items():
+        with run.guarded(f"closing `{name}`"):
+            participant.close()
+    for observer in audience.begun:
+        with run.guarded(f"ending {type(observer).__name__}"), audience.timed():
+            observer.end(run.result(audience.wall_time_ns))
+    if run.error is not None:
+        raise run.error
+    return run.result(audience.wall_time_ns)
+
+
+class _Audience:
+    """The observers, and the time they take."""
+
+    def __init__(self, observers: Sequence[Observer]) -> None:
+        self.begun: list[Observer] = []
+        self.wall_time_ns = 0
+        self._observers = tuple(observers)
+
+    def begin(self, system: System, start: Time, stop: Time) -> None:
+        with self.timed():
+            for observer in self._observers:
+                self.begun.append(observer)
+                observer.begin(system, start, stop)
+
+    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
+        before = perf_counter_ns()
+        for observer in self._observers:
+            observer.observe(t, published, values)
+        self.wall_time_ns += perf_counter_ns() - before
+
+    @contextmanager
+    def timed(self) -> Iterator[None]:
+        before = perf_counter_ns()
+        try:
+            yield
+        finally:
+            self.wall_time_ns += perf_counter_ns() - before
+
+
+class _Run:
+    """How far a run came, what went wrong, and where the time went."""
+
+    def __init__(self, exchange: Exchange, start: Time) -> None:
+        self.time = start
+        self.error: BaseException | None = None
+        self._exchange = exchange
+        self._start = start
+        self._began_at_ns = perf_counter_ns()
+
+    @contextmanager
+    def guarded(self, doing: str) -> Iterator[None]:
+        """Keep the first error; note later ones on it."""
+        try:
+            yield
+        except BaseException as error:
+            if self.error is None:
+                self.error = error
+            else:
+                kind = type(error).__name__
+                self.error.add_note(f"then, while {doing}, {kind}: {error}")
+
+    def result(self, observers_ns: int) -> SimulationResult:
+        total = seconds(perf_counter_ns() - self._began_at_ns)
+        participants = self._exchange.participants
+        components = {name: seconds(p.wall_time_ns) for name, p in participants.items()}
+        observers = seconds(observers_ns)
+        return SimulationResult(
+            start=self._start,
+            time=self.time,
+            values={name: dict(values) for name, values in self._exchange.values.items()},
+            wall_time=WallTime(
+                components=components,
+                observers=observers,
+                orchestrator=total - observers - sum(components.values()),
+            ),
+            error=self.error,
+        )

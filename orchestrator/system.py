@@ -1,0 +1,315 @@
+"""A system: components, their step sizes and the connections between their connectors.
+
+The words are those of SSP. Everything that can be known to be wrong before the first step is
+found when a `System` is created, and all of it is reported at once.
+"""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Final
+
+from typing_extensions import override
+
+from orchestrator.component import Component
+from orchestrator.errors import SystemStructureError
+from orchestrator.signal import Causality, Connector
+from orchestrator.suggestion import suggestion
+from orchestrator.timebase import Duration
+
+Connectors = Mapping[str, Connector]
+
+_NAME: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]*")
+"""Component names become folders of a recording and keys of a transport."""
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Endpoint:
+    """One connector of one component, written `component.connector`."""
+
+    component: str
+    connector: str
+
+    @classmethod
+    def parse(cls, text: str) -> "Endpoint":
+        """Split `text` at its first dot; the name of a connector may contain further ones.
+
+        Raises:
+            ValueError: there is nothing before or behind the first dot.
+        """
+        component, _, connector = text.partition(".")
+        if not component or not connector:
+            raise ValueError(f"`{text}` names no connector; write `component.connector`")
+        return cls(component, connector)
+
+    @override
+    def __str__(self) -> str:
+        return f"{self.component}.{self.connector}"
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Connection:
+    """The output `source` drives the input `target`."""
+
+    source: Endpoint
+    target: Endpoint
+
+    @override
+    def __str__(self) -> str:
+        return f"`{self.source}` to `{self.target}`"
+
+
+@dataclass(frozen=True, slots=True)
+class Feed:
+    """Where one driven input of a component comes from."""
+
+    input: str
+    component: str
+    output: str
+
+
+@dataclass(frozen=True, slots=True)
+class System:
+    """Components and connections that fit together; checked once, here.
+
+    Attributes:
+        components: by name; their order breaks ties wherever an order is needed.
+        step_sizes: communication step size of each component [ns].
+        connections: at most one per input. Inputs without one keep their start value.
+        connectors: of each component, asked for once.
+        feeds: the driven inputs of each component, in the order of its connectors.
+
+    Raises:
+        SystemStructureError: one sentence per problem, all of them.
+    """
+
+    components: Mapping[str, Component]
+    step_sizes: Mapping[str, Duration]
+    connections: Sequence[Connection]
+    connectors: Mapping[str, Connectors] = field(init=False, repr=False)
+    feeds: Mapping[str, tuple[Feed, ...]] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        connectors = {
+            name: MappingProxyType(dict(component.connectors))
+            for name, component in self.components.items()
+        }
+        drivers = {link.target: link.source for link in self.connections}
+        problems = [
+            *_component_problems(self.components, self.step_sizes),
+            *_start_problems(connectors),
+            *_feedthrough_problems(connectors),
+            *_connection_problems(connectors, self.connections),
+            *_axis_problems(connectors, drivers),
+            *_event_problems(connectors, self.step_sizes, self.connections),
+        ]
+        if problems:
+            raise SystemStructureError(problems)
+        for name, value in (
+            ("components", MappingProxyType(dict(self.components))),
+            ("step_sizes", MappingProxyType(dict(self.step_sizes))),
+            ("connections", tuple(self.connections)),
+            ("connectors", MappingProxyType(connectors)),
+            ("feeds", MappingProxyType(_feeds(connectors, drivers))),
+        ):
+            object.__setattr__(self, name, value)
+
+
+def expand(components: Mapping[str, Component], source: str, target: str) -> tuple[Connection, ...]:
+    """The connections that a scenario means by `from: source` and `to: target`.
+
+    If `target` names a connector, this is one connection. Otherwise it names a group: every
+    input beneath it (`channel.vehicle` has `channel.vehicle.position` beneath it) is connected
+    to the output of the same name beneath `source`.
+
+    Raises:
+        SystemStructureError: an end does not exist, `target` has no inputs beneath it, or an
+            input beneath it finds no output beneath `source`; one sentence per problem.
+    """
+    try:
+        ends = Endpoint.parse(source), Endpoint.parse(target)
+    except ValueError as error:
+        raise SystemStructureError([f"cannot connect `{source}` to `{target}`: {error}"]) from None
+    whole = Connection(*ends)
+    for end in ends:
+        if end.component not in components:
+            hint = suggestion(end.component, components)
+            raise SystemStructureError(
+                [f"cannot connect {whole}: there is no component `{end.component}`; {hint}"]
+            )
+    outputs = components[whole.source.component].connectors
+    inputs = components[whole.target.component].connectors
+    pairs = [whole] if whole.target.connector in inputs else _group(whole, inputs)
+    missing = [
+        f"cannot connect {pair}: {_unknown(pair.source, outputs)}"
+        for pair in pairs
+        if pair.source.connector not in outputs
+    ]
+    if missing:
+        raise SystemStructureError(missing)
+    return tuple(pairs)
+
+
+def _group(whole: Connection, inputs: Connectors) -> list[Connection]:
+    """One connection for every input beneath the target of `whole`."""
+    source, target = whole.source, whole.target
+    beneath = [
+        name.removeprefix(target.connector)
+        for name, connector in inputs.items()
+        if name.startswith(f"{target.connector}.") and connector.causality is Causality.INPUT
+    ]
+    if not beneath:
+        groups = {name[:dot] for name in inputs for dot in _dots(name)}
+        hint = suggestion(target.connector, {*inputs, *groups})
+        problem = f"`{target.component}` has no input `{target.connector}`, nor any beneath it"
+        raise SystemStructureError([f"cannot connect {whole}: {problem}; {hint}"])
+    return [
+        Connection(
+            Endpoint(source.component, source.connector + rest),
+            Endpoint(target.component, target.connector + rest),
+        )
+        for rest in beneath
+    ]
+
+
+def _dots(name: str) -> list[int]:
+    return [index for index, character in enumerate(name) if character == "."]
+
+
+def _unknown(end: Endpoint, connectors: Connectors) -> str:
+    hint = suggestion(end.connector, connectors)
+    return f"`{end.component}` has no connector `{end.connector}`; {hint}"
+
+
+def _component_problems(
+    components: Mapping[str, Component], step_sizes: Mapping[str, Duration]
+) -> Iterator[str]:
+    if not components:
+        yield "the system has no components"
+    for name in components:
+        if not _NAME.fullmatch(name):
+            yield (
+                f"`{name}` cannot be the name of a component; "
+                "write letters, digits, `_` and `-` (not first)"
+            )
+        if name not in step_sizes:
+            yield f"component `{name}` has no step size"
+        elif step_sizes[name] <= 0:
+            yield f"component `{name}`: its step size must be positive, got {step_sizes[name]} ns"
+    names: dict[int, str] = {}
+    for name, component in components.items():
+        if names.setdefault(id(component), name) != name:
+            yield f"`{names[id(component)]}` and `{name}` are one and the same instance"
+    for name in step_sizes:
+        if name not in components:
+            yield f"a step size is given for `{name}`; {suggestion(name, components)}"
+
+
+def _start_problems(connectors: Mapping[str, Connectors]) -> Iterator[str]:
+    for component, own in connectors.items():
+        for name, connector in own.items():
+            try:
+                violations = connector.violations(connector.start_value())
+            except (TypeError, ValueError) as error:
+                violations = [str(error)]
+            for violation in violations:
+                yield f"`{component}.{name}`: its start value {violation}"
+
+
+def _feedthrough_problems(connectors: Mapping[str, Connectors]) -> Iterator[str]:
+    for component, own in connectors.items():
+        inputs = [name for name, c in own.items() if c.causality is Causality.INPUT]
+        for name, connector in own.items():
+            for cause in sorted(connector.feedthrough.difference(inputs)):
+                yield (
+                    f"`{component}.{name}` declares feedthrough from `{cause}`, which is not an "
+                    f"input of `{component}`; {suggestion(cause, inputs)}"
+                )
+
+
+def _connection_problems(
+    connectors: Mapping[str, Connectors], connections: Sequence[Connection]
+) -> Iterator[str]:
+    first: dict[Endpoint, Endpoint] = {}
+    for link in connections:
+        differences = list(_end_problems(connectors, link))
+        if not differences:
+            output = connectors[link.source.component][link.source.connector]
+            input_ = connectors[link.target.component][link.target.connector]
+            differences = output.differences(input_)
+        if link.target in first:
+            differences.append(f"`{first[link.target]}` drives it already")
+        first.setdefault(link.target, link.source)
+        if differences:
+            yield f"cannot connect {link}: {'; '.join(differences)}"
+
+
+def _end_problems(connectors: Mapping[str, Connectors], link: Connection) -> Iterator[str]:
+    for end in (link.source, link.target):
+        if end.component not in connectors:
+            hint = suggestion(end.component, connectors)
+            yield f"there is no component `{end.component}`; {hint}"
+        elif end.connector not in connectors[end.component]:
+            yield _unknown(end, connectors[end.component])
+
+
+def _axis_problems(
+    connectors: Mapping[str, Connectors], drivers: Mapping[Endpoint, Endpoint]
+) -> Iterator[str]:
+    """Inputs without a source whose length cannot follow that of their driven siblings.
+
+    `Connector.shape` promises equal lengths along equally named axes of a component; an input
+    that keeps its start value while another one grows would break that promise at run time.
+    """
+    for component, own in connectors.items():
+        driven: dict[str, Endpoint] = {}
+        held: dict[str, list[Endpoint]] = {}
+        for name, connector in own.items():
+            end = Endpoint(component, name)
+            for axis in connector.shape:
+                if isinstance(axis, int) or connector.causality is not Causality.INPUT:
+                    continue
+                if end in drivers:
+                    driven.setdefault(axis, end)
+                else:
+                    held.setdefault(axis, []).append(end)
+        for axis, ends in held.items():
+            if axis in driven:
+                names = ", ".join(f"`{end}`" for end in ends)
+                yield (
+                    f"{names}: no source, but `{driven[axis]}` along the same axis `{axis}` has "
+                    f"one; connect all inputs along `{axis}` or none"
+                )
+
+
+def _event_problems(
+    connectors: Mapping[str, Connectors],
+    step_sizes: Mapping[str, Duration],
+    connections: Sequence[Connection],
+) -> Iterator[str]:
+    """Events that would be replaced before their reader looks at them."""
+    for link in connections:
+        output = connectors.get(link.source.component, {}).get(link.source.connector)
+        if output is None or not output.carries_events:
+            continue
+        written, read = (step_sizes.get(e.component, 0) for e in (link.source, link.target))
+        if read > written > 0:
+            yield (
+                f"cannot connect {link}: it carries events, and `{link.target.component}` with a "
+                f"step size of {read} ns would miss those of `{link.source.component}`, which "
+                f"steps every {written} ns; give both the same step size"
+            )
+
+
+def _feeds(
+    connectors: Mapping[str, Connectors], drivers: Mapping[Endpoint, Endpoint]
+) -> dict[str, tuple[Feed, ...]]:
+    return {
+        component: tuple(
+            Feed(name, drivers[end].component, drivers[end].connector)
+            for name in own
+            if (end := Endpoint(component, name)) in drivers
+        )
+        for component, own in connectors.items()
+    }

@@ -1,0 +1,123 @@
+"""How the hosts of components are reached: bytes there, bytes back, and news of their death.
+
+A transport knows nothing of components, signals or time, so it can be replaced: the loopback
+here, Zenoh in `adapters`. Entry points in the group `orchestrator.transports` offer others.
+"""
+
+import abc
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType, TracebackType
+from typing import Self
+
+from typing_extensions import override
+
+from orchestrator.errors import CosimError
+from orchestrator.host import ComponentHost
+
+
+class LinkLostError(CosimError):
+    """The host at the other end of a link is gone; the text says how, as a predicate."""
+
+
+class Link(abc.ABC):
+    """The way to the host of one component: one command there, one reply back."""
+
+    @abc.abstractmethod
+    def send(self, message: bytes) -> None:
+        """Send a command; do not wait for the reply.
+
+        Raises:
+            LinkLostError: the host is known to be gone.
+        """
+
+    @abc.abstractmethod
+    def receive(self, timeout: float) -> bytes:
+        """The next reply.
+
+        Args:
+            timeout: how long to wait [s].
+
+        Raises:
+            TimeoutError: none came in time.
+            LinkLostError: the host is gone, known within milliseconds of its death.
+        """
+
+    @abc.abstractmethod
+    def abandon(self) -> None:
+        """End the host at once, without asking it: it hangs, or was interrupted."""
+
+
+class Transport(abc.ABC):
+    """Starts hosts for components, connects to them, and ends them.
+
+    No host outlives `close`, nor the process that called `open`, however that ends.
+    """
+
+    @abc.abstractmethod
+    def open(self, names: Sequence[str], timeout: float) -> Mapping[str, Link]:
+        """Start one host for each name, all at the same time, and wait until they can be reached.
+
+        Args:
+            names: of the components; unique.
+            timeout: how long all of this may take [s].
+
+        Raises:
+            ComponentError: a host did not start; it says which, and what it said last.
+        """
+
+    @abc.abstractmethod
+    def close(self) -> None:
+        """End all hosts: those that listen in their own way, the others by force. Idempotent."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+class LoopbackTransport(Transport):
+    """Hosts in this process, but through the same bytes as anywhere else.
+
+    It shows that encoding changes nothing, without processes or a network.
+    """
+
+    def __init__(self) -> None:
+        self._links: dict[str, _LoopbackLink] = {}
+
+    @override
+    def open(self, names: Sequence[str], timeout: float) -> Mapping[str, Link]:
+        self._links = {name: _LoopbackLink() for name in names}
+        return MappingProxyType(self._links)
+
+    @override
+    def close(self) -> None:
+        links, self._links = self._links, {}
+        for link in links.values():
+            link.abandon()
+
+
+class _LoopbackLink(Link):
+    def __init__(self) -> None:
+        self._host = ComponentHost()
+        self._reply: bytes | None = None
+
+    @override
+    def send(self, message: bytes) -> None:
+        self._reply = self._host.handle(message)
+
+    @override
+    def receive(self, timeout: float) -> bytes:
+        if self._reply is None:
+            raise TimeoutError
+        reply, self._reply = self._reply, None
+        return reply
+
+    @override
+    def abandon(self) -> None:
+        self._host.close()

@@ -1,0 +1,48 @@
+"""FMUs for the tests of the importer: FMI 3.0 by our shell, FMI 2.0 by hand."""
+
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import fmpy
+import pytest
+
+from adapters.fmi.unpacked import host_folder
+from fmus.common.build import build_fmu, fmi_headers, load_unit
+from fmus.common.targets import compile_library, select_targets
+
+HERE = Path(__file__).parent
+UNITS = HERE.parent.parent / "fmus" / "units"
+
+
+@pytest.fixture(scope="session")
+def fmu(request: pytest.FixtureRequest) -> Callable[[str], Path]:
+    """Build the test unit of that name for this host; kept while nothing changes."""
+    assert request.config.cache is not None
+    out = Path(request.config.cache.mkdir("nlosim-test-units"))
+
+    def build(name: str) -> Path:
+        unit = load_unit(str(UNITS / name))
+        return build_fmu(unit, out, targets=select_targets(["host"])).path
+
+    return build
+
+
+@pytest.fixture(scope="session")
+def lag2(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMI 2.0 FMU in the folder `lag2`."""
+    folder = tmp_path_factory.mktemp("lag2")
+    target = select_targets(["host"])[0]
+    library = folder / f"lag2{fmpy.sharedLibraryExtension}"
+    compile_library(
+        target,
+        sources=[HERE / "lag2" / "lag2.c"],
+        include=[HERE / "lag2"],
+        system_include=fmi_headers(),
+        library=library,
+    )
+    path = folder / "lag2.fmu"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.write(HERE / "lag2" / "modelDescription.xml", "modelDescription.xml")
+        archive.write(library, f"binaries/{host_folder(2)}/{library.name}")
+    return path

@@ -1,0 +1,169 @@
+/* T dx/dt = u - x behind the FMI 2.0 co-simulation interface; written for the tests. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmi2Functions.h"
+
+typedef struct {
+    fmi2Real time_constant, fail_at, u, x, t;
+    fmi2Integer fail_as, count;
+    fmi2Boolean flag, rollback;
+    const fmi2CallbackFunctions *callbacks;
+} Lag;
+
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+const char *fmi2GetVersion(void) { return fmi2Version; }
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String k[]) {
+    (void)c, (void)on, (void)n, (void)k;
+    return fmi2OK;
+}
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions *callbacks, fmi2Boolean visible,
+                              fmi2Boolean logging) {
+    (void)name, (void)resources, (void)visible, (void)logging;
+    if (type != fmi2CoSimulation || strcmp(guid, "{lag2-test}") != 0) return NULL;
+    Lag *lag = callbacks->allocateMemory(1, sizeof *lag);
+    if (!lag) return NULL;
+    *lag = (Lag){.time_constant = 2, .fail_at = 1e9, .fail_as = 3, .count = 7,
+                 .x = 1, .callbacks = callbacks};
+    return lag;
+}
+void fmi2FreeInstance(fmi2Component c) {
+    Lag *lag = c;
+    if (lag) lag->callbacks->freeMemory(lag);
+}
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean td, fmi2Real tol, fmi2Real start,
+                               fmi2Boolean sd, fmi2Real stop) {
+    (void)td, (void)tol, (void)sd, (void)stop;
+    ((Lag *)c)->t = start;
+    return fmi2OK;
+}
+fmi2Status fmi2EnterInitializationMode(fmi2Component c) { (void)c; return fmi2OK; }
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) { (void)c; return fmi2OK; }
+fmi2Status fmi2Terminate(fmi2Component c) { (void)c; return fmi2OK; }
+fmi2Status fmi2Reset(fmi2Component c) { (void)c; return fmi2Error; }
+
+static fmi2Real *real(Lag *lag, fmi2ValueReference r) {
+    fmi2Real *fields[] = {&lag->time_constant, &lag->fail_at, &lag->u, &lag->x};
+    return r < 4 ? fields[r] : NULL;
+}
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real v[]) {
+    for (size_t i = 0; i < n; i++) v[i] = *real(c, r[i]);
+    return fmi2OK;
+}
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Real v[]) {
+    for (size_t i = 0; i < n; i++) *real(c, r[i]) = v[i];
+    return fmi2OK;
+}
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Integer v[]) {
+    for (size_t i = 0; i < n; i++) v[i] = r[i] == 0 ? ((Lag *)c)->fail_as : ((Lag *)c)->count;
+    return fmi2OK;
+}
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference r[], size_t n,
+                          const fmi2Integer v[]) {
+    for (size_t i = 0; i < n; i++) *(r[i] == 0 ? &((Lag *)c)->fail_as : &((Lag *)c)->count) = v[i];
+    return fmi2OK;
+}
+fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Boolean v[]) {
+    for (size_t i = 0; i < n; i++) v[i] = r[i] == 2 ? ((Lag *)c)->rollback : ((Lag *)c)->flag;
+    return fmi2OK;
+}
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference r[], size_t n,
+                          const fmi2Boolean v[]) {
+    (void)r;
+    for (size_t i = 0; i < n; i++) ((Lag *)c)->flag = v[i];
+    return fmi2OK;
+}
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2String v[]) {
+    (void)c, (void)r;
+    for (size_t i = 0; i < n; i++) v[i] = "lag";
+    return fmi2OK;
+}
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference r[], size_t n,
+                         const fmi2String v[]) {
+    (void)c, (void)r, (void)n, (void)v;
+    return fmi2Error;
+}
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s) {
+    if (!*s) *s = malloc(sizeof(Lag));
+    if (!*s) return fmi2Error;
+    memcpy(*s, c, sizeof(Lag));
+    return fmi2OK;
+}
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate s) {
+    memcpy(c, s, sizeof(Lag));
+    return fmi2OK;
+}
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *s) {
+    (void)c;
+    free(*s);
+    *s = NULL;
+    return fmi2OK;
+}
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate s, size_t *n) {
+    (void)c, (void)s, (void)n;
+    return fmi2Error;
+}
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n) {
+    (void)c, (void)s, (void)b, (void)n;
+    return fmi2Error;
+}
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s) {
+    (void)c, (void)b, (void)n, (void)s;
+    return fmi2Error;
+}
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference u[], size_t n,
+                                        const fmi2ValueReference k[], size_t m, const fmi2Real d[],
+                                        fmi2Real e[]) {
+    (void)c, (void)u, (void)n, (void)k, (void)m, (void)d, (void)e;
+    return fmi2Error;
+}
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n,
+                                       const fmi2Integer o[], const fmi2Real v[]) {
+    (void)c, (void)r, (void)n, (void)o, (void)v;
+    return fmi2Error;
+}
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n,
+                                        const fmi2Integer o[], fmi2Real v[]) {
+    (void)c, (void)r, (void)n, (void)o, (void)v;
+    return fmi2Error;
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_set_state) {
+    Lag *lag = c;
+    if (t + h > lag->fail_at) {
+        lag->callbacks->logger(lag->callbacks->componentEnvironment, "lag", lag->fail_as,
+                               "logStatusError", "told to fail as %d at %s", lag->fail_as, "once");
+        return lag->fail_as;
+    }
+    lag->rollback = !no_set_state;
+    lag->x = lag->u + (lag->x - lag->u) * exp(-h / lag->time_constant);
+    lag->t = t + h;
+    return fmi2OK;
+}
+fmi2Status fmi2CancelStep(fmi2Component c) { (void)c; return fmi2Error; }
+fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind k, fmi2Status *v) {
+    (void)c, (void)k, (void)v;
+    return fmi2Discard;
+}
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k, fmi2Real *v) {
+    (void)k;
+    *v = ((Lag *)c)->t;
+    return fmi2OK;
+}
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind k, fmi2Integer *v) {
+    (void)c, (void)k, (void)v;
+    return fmi2Discard;
+}
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind k, fmi2Boolean *v) {
+    (void)c, (void)k;
+    *v = fmi2True;
+    return fmi2OK;
+}
+fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind k, fmi2String *v) {
+    (void)c, (void)k, (void)v;
+    return fmi2Discard;
+}

@@ -1,0 +1,167 @@
+"""The formulas of the channel, compiled from the sources of the FMU, on arrays."""
+
+import ctypes
+from collections.abc import Sequence
+from ctypes import c_bool, c_double, c_int64, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from fmus.common.build import COMMON, fmi_headers, load_unit
+from fmus.common.targets import compile_library, select_targets
+from orchestrator.signal import Array
+
+LIGHT_SPEED: Final = 299_792_458.0
+WITH_FMI: Final = frozenset(  # sources that need the FMI shell
+    {"channel.c", "parameters.c", "scene.c", "link.c", "packets.c", "transmission.c",
+     "receptions.c", "state.c"}
+)  # fmt: skip
+
+
+def _pointer(array: Array) -> c_void_p:
+    assert array.flags.c_contiguous
+    return array.ctypes.data_as(c_void_p)
+
+
+def _floats(values: object) -> Array:
+    return np.ascontiguousarray(values, float)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ring:
+    """A building."""
+
+    corners: Sequence[Sequence[float]]
+    height: float = np.inf
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Body:
+    """A vehicle: centre on the ground [m], heading [rad], length, width, height [m]."""
+
+    center: tuple[float, float, float]
+    heading: float
+    size: tuple[float, float, float]
+
+
+class Primitives:
+    """The compiled library; links are arrays of shape (n, 3) [m]."""
+
+    def __init__(self, folder: Path) -> None:
+        unit = load_unit("channel")
+        (target,) = select_targets(["host"])
+        library = folder / f"primitives{target.suffix}"
+        own = [path for path in unit.sources() if path.parent == unit.folder]
+        compile_library(
+            target,
+            sources=[*(p for p in own if p.name not in WITH_FMI), Path(__file__).with_suffix(".c")],
+            include=[unit.folder, COMMON],
+            system_include=fmi_headers(),
+            library=library,
+        )
+        self._library = ctypes.CDLL(str(library))
+        self._library.profile_loss.restype = c_double
+        self._library.duration.restype = c_int64
+
+    def path_loss(
+        self, a: object, b: object, frequency: object, exponent: object, lossless_distance: float
+    ) -> Array:
+        """Path loss [dB], shape (n,)."""
+        tx, rx = _floats(a), _floats(b)
+        wavelength = LIGHT_SPEED / _floats(frequency)
+        loss = np.empty(len(tx))
+        self._library.path_losses(
+            c_size_t(len(tx)), _pointer(tx), _pointer(rx), _pointer(wavelength),
+            _pointer(_floats(exponent)), c_double(lossless_distance), _pointer(loss),
+        )  # fmt: skip
+        return loss
+
+    def penetration(
+        self, rings: Sequence[Ring], a: object, b: object, *, finite: bool = False
+    ) -> tuple[Array, Array]:
+        """Walls and metres indoors, shape (n,) each."""
+        tx, rx = _floats(a), _floats(b)
+        corner = _floats([corner for ring in rings for corner in ring.corners])
+        index = np.array([k for k, ring in enumerate(rings) for _ in ring.corners], np.int32)
+        height = _floats([ring.height for ring in rings])
+        walls, indoors = np.empty(len(tx)), np.empty(len(tx))
+        failed = self._library.penetrations(
+            c_size_t(len(index)), _pointer(corner), _pointer(index), c_size_t(len(rings)),
+            _pointer(height), c_bool(finite), c_size_t(len(tx)), _pointer(tx), _pointer(rx),
+            _pointer(walls), _pointer(indoors),
+        )  # fmt: skip
+        assert not failed
+        return walls, indoors
+
+    def shadow(
+        self,
+        bodies: Sequence[Body],
+        a: object,
+        b: object,
+        *,
+        own: Sequence[tuple[int, int]] | None = None,
+        frequency: object = 5.9e9,
+        reciprocal: bool = True,
+        factor: float = 2.0,
+    ) -> tuple[Array, Array]:
+        """Loss [dB] and whether the line of sight is blocked, shape (n,) each."""
+        tx, rx = _floats(a), _floats(b)
+        owners = np.array(own or [(-1, -1)] * len(tx), np.int64)
+        own_a, own_b = np.ascontiguousarray(owners[:, 0]), np.ascontiguousarray(owners[:, 1])
+        center = _floats([body.center for body in bodies])
+        heading = _floats([body.heading for body in bodies])
+        size = _floats([body.size for body in bodies])
+        wavelength = _floats(LIGHT_SPEED / np.broadcast_to(_floats(frequency), len(tx)))
+        loss, blocked = np.empty(len(tx)), np.empty(len(tx), np.bool_)
+        failed = self._library.shadows(
+            c_size_t(len(bodies)), _pointer(center), _pointer(heading), _pointer(size),
+            c_bool(reciprocal), c_double(factor), c_size_t(len(tx)), _pointer(tx), _pointer(rx),
+            _pointer(own_a), _pointer(own_b), _pointer(wavelength), _pointer(loss),
+            _pointer(blocked),
+        )  # fmt: skip
+        assert not failed
+        return loss, blocked
+
+    def profile_loss(self, profile: object, frequency: float, factor: float = 2.0) -> float:
+        """Loss over a profile of (distance, height) from antenna to antenna [dB]."""
+        points = _floats(profile)
+        distance, height = np.ascontiguousarray(points[:, 0]), np.ascontiguousarray(points[:, 1])
+        loss: float = self._library.profile_loss(
+            c_size_t(len(points)), _pointer(distance), _pointer(height),
+            c_double(LIGHT_SPEED / frequency), c_double(factor),
+        )  # fmt: skip
+        return loss
+
+    def success(self, bitrate: float, snir_db: object, bits: object) -> tuple[Array, Array, Array]:
+        """Probability that `bits` bits, a header, a frame of so many bits are decoded."""
+        snir, n = 10 ** (_floats(snir_db) / 10), len(_floats(snir_db))
+        chunk, header, payload = np.empty(n), np.empty(n), np.empty(n)
+        failed = self._library.successes(
+            c_double(bitrate), c_size_t(n), _pointer(snir), _pointer(_floats(bits)),
+            _pointer(chunk), _pointer(header), _pointer(payload),
+        )  # fmt: skip
+        assert not failed
+        return chunk, header, payload
+
+    def duration(self, bitrate: float, size: int) -> int:
+        """Of a frame of `size` bytes [ns]."""
+        return int(self._library.duration(c_double(bitrate), c_uint32(size)))
+
+    def philox(self, counter: Sequence[int], key: Sequence[int]) -> list[int]:
+        """One block of the generator."""
+        out = np.empty(4, np.uint32)
+        self._library.philox(
+            _pointer(np.array(counter, np.uint32)), _pointer(np.array(key, np.uint32)),
+            _pointer(out),
+        )  # fmt: skip
+        return [int(word) for word in out]
+
+    def uniforms(self, seed: int, packet: int, hop: int, receivers: int) -> Array:
+        """The two draws of each receiver, shape (receivers, 2)."""
+        out = np.empty((receivers, 2))
+        self._library.uniforms(
+            c_uint64(seed), c_int64(packet), c_uint8(hop), c_size_t(receivers), _pointer(out)
+        )
+        return out

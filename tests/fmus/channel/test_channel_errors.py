@@ -1,0 +1,157 @@
+"""Wrong input is refused with a message that names it."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from fmus.records import PACKET
+
+from .harness import Building, Channel, Library, Refused, Scene, Vehicle, packet, packets
+
+TRIANGLE = ((50.0, 0.0), (60.0, 0.0), (55.0, 9.0))
+CARS = (Vehicle(id=4), Vehicle(id=7, position=(10.0, 0.0, 0.0)))
+NAN, INF = float("nan"), float("inf")
+
+
+def _with(**change: object) -> Scene:
+    """Two cars, the second one changed."""
+    return Scene(vehicles=[CARS[0], dataclasses.replace(CARS[1], **change)])  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("scene", "message"),
+    [
+        (_with(position=(0.0, NAN, 0.0)), "vehicle.position[1, 1] is nan; it must lie between"),
+        (_with(position=(INF, 0.0, 0.0)), "vehicle.position[1, 0] is inf"),
+        (_with(position=(0.0, 0.0, -1e9)), "vehicle.position[1, 2] is -1e+09"),
+        (_with(heading=NAN), "vehicle.heading[1] is nan"),
+        (_with(size=(4.0, -2.0, 1.0)), "vehicle.size[1, 1] is -2; it must lie between 0 and"),
+        (_with(size=(4.0, 2.0, INF)), "vehicle.size[1, 2] is inf"),
+        (_with(antenna_height=-1.0), "vehicle.antenna_height[1] is -1"),
+        (_with(id=4), "vehicle.id[1] is 4 after 4; ids must ascend"),
+        (_with(id=3), "vehicle.id[1] is 3 after 4; ids must ascend"),
+        (_with(id=2**31), "vehicle.id[1] is 2147483648; ids are 0 to 2147483647"),
+        (
+            Scene(buildings=[Building(ring=TRIANGLE), Building(ring=TRIANGLE[:2])]),
+            "building.index names building 1 2 times; a building has at least 3 corners",
+        ),
+        (
+            Scene(buildings=[Building(ring=(*TRIANGLE, (NAN, 1.0)))]),
+            "building.vertex[3, 0] is nan",
+        ),
+        (Scene(buildings=[Building(ring=TRIANGLE, height=NAN)]), "building.height[0] is nan"),
+        (Scene(buildings=[Building(ring=TRIANGLE, height=-1.0)]), "building.height[0] is -1"),
+    ],
+)
+def test_wrong_scenes(library: Library, scene: Scene, message: str) -> None:
+    with Channel(library, scene) as channel, pytest.raises(Refused, match=re.escape(message)):
+        channel.step(0.0, 0.1, [])
+
+
+@pytest.mark.parametrize(
+    ("index", "message"),
+    [
+        ([0, 0, 0, 1, 1, 2], "building.index[5] is 2; there are 2 buildings"),
+        ([0, 0, 0, 1, 1, -1], "building.index[5] is -1; there are 2 buildings"),
+        ([0, 0, 1, 1, 0, 1], "building.index[4] is 0 after 1; it must ascend"),
+        ([1, 1, 1, 1, 1, 1], "building.index names building 0 0 times"),
+    ],
+)
+def test_wrong_building_numbers(library: Library, index: list[int], message: str) -> None:
+    scene = Scene(vehicles=CARS, buildings=[Building(ring=TRIANGLE), Building(ring=TRIANGLE)])
+    with Channel(library, scene) as channel:
+        channel.set("building.index", np.array(index))
+        with pytest.raises(Refused, match=re.escape(message)):
+            channel.step(0.0, 0.1, [])
+
+
+@pytest.mark.parametrize(
+    ("record", "message"),
+    [
+        (packet(1, 5, to=7), None),  # 5 has left, for all the channel knows
+        (packet(1, 8), "packets[1].source: there is no vehicle 8"),
+        (packet(1, -1), "packets[1].source: there is no vehicle -1"),
+        (packet(1, 4, size=5000), "packets[1].size: 5000 bytes and 38 of headers do not fit"),
+        (packet(1, 4, size=2**32 - 1), "packets[1].size: 4294967295 bytes"),
+        (packet(1, 4, to=-2), "packets[1]: -2 is no vehicle"),
+        (packet(1, 4, to=4), "packets[1]: vehicle 4 stands twice on the way"),
+        (packet(1, 4, to=7, via=[7]), "packets[1]: vehicle 7 stands twice on the way"),
+        (packet(1, 4, to=7, via=[-1, 5]), "packets[1].route: the second relay without a first"),
+        (packet(0, 4), "packets: id 0 appears twice; ids are unique in a run"),
+    ],
+)
+def test_wrong_packets(library: Library, record: np.ndarray, message: str | None) -> None:
+    with Channel(library, Scene(vehicles=CARS)) as channel:
+        if message is None:
+            channel.step(0.0, 0.1, [packet(0, 4), record])
+            return
+        with pytest.raises(Refused, match=re.escape(message)):
+            channel.step(0.0, 0.1, [packet(0, 4), record])
+
+
+def test_a_source_without_a_radio(library: Library) -> None:
+    with (
+        Channel(library, _with(equipped=False)) as channel,
+        pytest.raises(Refused, match=r"packets\[0\]\.source: vehicle 7 is not equipped"),
+    ):
+        channel.step(0.0, 0.1, [packet(1, 7)])
+
+
+def test_a_wrong_access_category(library: Library) -> None:
+    record = packet(1, 4)
+    record["access_category"] = 4
+    with (
+        Channel(library, Scene(vehicles=CARS)) as channel,
+        pytest.raises(Refused, match=r"packets\[0\]\.access_category is 4; it must be 0 to 3"),
+    ):
+        channel.step(0.0, 0.1, [record])
+
+
+GOOD = packets([packet(1, 4)])
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"PK", "packets: 2 bytes are too few"),
+        (b"RCPT" + GOOD[4:], "packets: not a `PKTS` frame of version 1"),
+        (GOOD[:4] + b"\2" + GOOD[5:], "packets: not a `PKTS` frame of version 1"),
+        (GOOD[:12] + b"\x30" + GOOD[13:], "packets: records have 56 bytes, not 48"),
+        (GOOD[:-1], "packets: a frame of 1 records has 72 bytes, not 71"),
+        (GOOD + b"\0", "packets: a frame of 1 records has 72 bytes, not 73"),
+        (GOOD[:8] + b"\xff" * 4 + GOOD[12:], "packets: a frame of 4294967295 records"),
+    ],
+)
+def test_malformed_frames(library: Library, data: bytes, message: str) -> None:
+    with Channel(library, Scene(vehicles=CARS)) as channel:
+        channel.send(data)
+        with pytest.raises(Refused, match=re.escape(message)):
+            channel.step(0.0, 0.1)
+
+
+def test_an_empty_signal_is_no_packets(library: Library) -> None:
+    with Channel(library, Scene(vehicles=CARS)) as channel:
+        channel.send(b"")
+        assert len(channel.step(0.0, 0.1)) == 0
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"bitrate": 5e6}, "bitrate is 5e+06 bit/s; the rates of a 10 MHz channel are 3e6, 4.5e6"),
+        ({"bitrate": NAN}, "`bitrate` is not a number"),
+        ({"noise_floor": NAN}, "`noise_floor` is not a number"),
+        ({"wall_loss": -1.0}, "wall_loss"),
+        ({"maximum_range": INF}, "maximum_range"),
+        ({"carrier_frequency": 0.0}, "carrier_frequency"),
+    ],
+)
+def test_wrong_parameters(library: Library, parameters: dict[str, float], message: str) -> None:
+    with pytest.raises(Refused, match=re.escape(message)):
+        Channel(library, Scene(vehicles=CARS), **parameters)
+
+
+def test_the_record_layout_is_the_one_these_tests_damage() -> None:
+    assert PACKET.itemsize == 56

@@ -1,0 +1,120 @@
+/* Lives a whole life of an instance again and again, each time with the next allocation failing.
+ * Nothing may crash, nothing may leak, and with enough memory everything must succeed.
+ * Linked with the shell and the unit `lag`, whose malloc, calloc, realloc and free are these. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmi3Functions.h"
+#include "variables.h"
+
+extern const char INSTANTIATION_TOKEN[];
+
+static long countdown, live;
+
+static int is_refused(void) { return countdown-- == 0; }
+void *test_malloc(size_t size) {
+    void *memory = is_refused() ? NULL : malloc(size);
+    live += memory != NULL;
+    return memory;
+}
+void *test_calloc(size_t count, size_t size) {
+    void *memory = is_refused() ? NULL : calloc(count, size);
+    live += memory != NULL;
+    return memory;
+}
+void *test_realloc(void *old, size_t size) {
+    void *memory = is_refused() ? NULL : realloc(old, size);
+    live += memory != NULL && old == NULL;
+    return memory;
+}
+void test_free(void *memory) {
+    live -= memory != NULL;
+    free(memory);
+}
+
+static int failures, messages;
+static void on_message(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
+                       fmi3String message) {
+    (void)environment, (void)category, (void)message;
+    messages += status >= fmi3Error;
+}
+static void note(fmi3Status status) { failures += status > fmi3Warning; }
+
+static void step(fmi3Instance c, double t) {
+    bool event, terminate, early;
+    double last;
+    note(fmi3DoStep(c, t, 0.1, true, &event, &terminate, &early, &last));
+}
+
+static void move_state(fmi3Instance from, fmi3Instance to) {
+    fmi3FMUState saved = NULL, arrived = NULL;
+    size_t size = 0;
+    note(fmi3GetFMUState(from, &saved));
+    if (!saved) return;
+    note(fmi3SerializedFMUStateSize(from, saved, &size));
+    uint8_t *bytes = malloc(size);
+    note(fmi3SerializeFMUState(from, saved, bytes, size));
+    note(fmi3DeserializeFMUState(to, bytes, size, &arrived));
+    free(bytes);
+    if (arrived) note(fmi3SetFMUState(to, arrived));
+    note(fmi3FreeFMUState(from, &saved));
+    note(fmi3FreeFMUState(to, &arrived));
+}
+
+static void initialise(fmi3Instance c, uint64_t channels) {
+    const fmi3ValueReference size = VR_n_channel;
+    note(fmi3EnterConfigurationMode(c));
+    note(fmi3SetUInt64(c, &size, 1, &channels, 1));
+    note(fmi3ExitConfigurationMode(c));
+    note(fmi3EnterInitializationMode(c, false, 0, 0, false, 0));
+    note(fmi3ExitInitializationMode(c));
+}
+
+static fmi3Instance instantiate(void) {
+    fmi3Instance c = fmi3InstantiateCoSimulation("lag", INSTANTIATION_TOKEN, NULL, false, true,
+                                                 false, false, NULL, 0, NULL, on_message, NULL);
+    failures += c == NULL;
+    return c;
+}
+
+static void live_once(void) {
+    fmi3Instance one = instantiate(), two = instantiate();
+    if (one && two) {
+        initialise(one, 5);
+        initialise(two, 2);
+        double u[5] = {1, 2, 3, 4, 5}, x[5];
+        const fmi3ValueReference in = VR_u, out = VR_x;
+        note(fmi3SetFloat64(one, &in, 1, u, 5));
+        step(one, 0);
+        note(fmi3GetFloat64(one, &out, 1, x, 5));
+        move_state(one, two);
+        step(two, 0.1);
+        note(fmi3Reset(one));
+        initialise(one, 3);
+        step(one, 0);
+        note(fmi3Terminate(one));
+    }
+    fmi3FreeInstance(one);
+    fmi3FreeInstance(two);
+}
+
+int main(void) {
+    for (long n = 0;; n++) {
+        countdown = n;
+        failures = messages = 0;
+        live_once();
+        if (live != 0) {
+            printf("allocation %ld: %ld blocks leak\n", n, live);
+            return 1;
+        }
+        if (countdown >= 0) { /* nothing was refused */
+            printf("%ld allocations, %d failures with all of them\n", n, failures);
+            return failures != 0;
+        }
+        if (failures == 0 || messages == 0) {
+            printf("allocation %ld: nobody noticed or nobody said so\n", n);
+            return 1;
+        }
+    }
+}

@@ -1,0 +1,187 @@
+"""Metrics of hand-made recordings with known results."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+from fmus.evaluation import figure, metrics
+from fmus.evaluation.polygons import polygon_distance
+from fmus.evaluation.traces import COLLISION, EGO, SHARING, Traces
+from fmus.records import (
+    LINKS,
+    OBJECT,
+    OUTCOMES,
+    PACKET,
+    RECEPTION,
+    SENSOR_DATA,
+    frame,
+)
+
+TENTH = 100_000_000
+
+
+class Samples:
+    """A recorded signal made of a list."""
+
+    def __init__(self, values: Sequence[Any]) -> None:
+        self._values = values
+        self.times = np.arange(len(values)) * TENTH
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __getitem__(self, index: int) -> Any:
+        return self._values[index]
+
+    def at(self, t: int) -> Any:
+        return self._values[int(np.searchsorted(self.times, t, side="right")) - 1]
+
+
+def packet(number: int) -> Any:
+    row = np.zeros(1, PACKET)
+    row["id"], row["source"], row["destination"], row["kind"] = number, 3, 1, SENSOR_DATA
+    row["size"] = 200
+    return row
+
+
+def reception(number: int, receiver: int, outcome: str, hop: int = 0, addressed: int = 1) -> Any:
+    row = np.zeros(1, RECEPTION)
+    row["packet"], row["receiver"], row["hop"] = number, receiver, hop
+    row["transmitter"], row["kind"] = 3 if hop == 0 else 7, SENSOR_DATA
+    row["outcome"], row["addressed"] = OUTCOMES.index(outcome), addressed
+    row["link"], row["power_dbm"] = LINKS.index("NLOSv"), -90
+    return row
+
+
+def seen(sensor: int, instance: int) -> Any:
+    row = np.zeros(1, OBJECT)
+    row["sensor"], row["instance"] = sensor, instance
+    return row
+
+
+def recording() -> dict[str, Samples]:
+    """Three samples; ego 1, collision vehicle 2, sharing node 3, relay 7.
+
+    The ego drives north at 10 m/s, the collision vehicle stands 20 m ahead of its start.
+    """
+    position = [np.array([[0, 10.0 * k, 0], [0, 20, 0], [30, 30, 0]]) for k in range(3)]
+    none = np.empty(0, OBJECT)
+    heard = [
+        np.empty(0, RECEPTION),
+        np.concatenate(
+            [reception(0, 1, "R"), reception(1, 1, "N", addressed=0), reception(1, 7, "R")]
+        ),
+        np.concatenate([reception(1, 1, "R", hop=1), reception(2, 1, "N")]),
+    ]
+    columns: dict[str, Sequence[Any]] = {
+        "traffic.vehicle.id": [np.array([1, 2, 3])] * 3,
+        "traffic.vehicle.position": position,
+        "traffic.vehicle.heading": [np.array([np.pi / 2, 0, 0])] * 3,
+        "traffic.vehicle.velocity": [np.zeros((3, 2))] * 3,
+        "traffic.vehicle.size": [np.array([[4.0, 2, 1.5]] * 3)] * 3,
+        "traffic.vehicle.role": [np.array([EGO, COLLISION, SHARING])] * 3,
+        "traffic.building.vertex": [np.array([[40.0, 0], [50, 0], [50, 10]])] * 3,
+        "traffic.building.index": [np.zeros(3, np.int32)] * 3,
+        "traffic.ego.collision": [np.array(False), np.array(False), np.array(True)],
+        "traffic.ego.speed": [np.array(10.0), np.array(10.0), np.array(9.0)],
+        "relay.relay": [np.array(-1), np.array(7), np.array(7)],
+        "relay.switches": [np.array(0), np.array(1), np.array(1)],
+        "facilities.packets": [
+            frame("PKTS", np.concatenate([packet(0), packet(1)])),
+            frame("PKTS", packet(2)),
+            b"",
+        ],
+        "channel.receptions": [frame("RCPT", rows) for rows in heard],
+        "perception.objects": [
+            frame("OBJS", none),
+            frame("OBJS", seen(3, 2)),
+            frame("OBJS", seen(1, 2)),
+        ],
+        "perception.apms": [b""] * 3,
+        "perception.match.sharer": [np.array([3])] * 3,
+        "perception.blind_zone.center": [np.zeros((2, 2))] * 3,
+        "perception.blind_zone.range": [np.array([5.0, 0.0])] * 3,
+        "facilities.received.objects": [b"", b"", frame("OBJS", seen(3, 2))],
+        "policy.hazard.instance": [np.array(-1), np.array(-1), np.array(2)],
+        "policy.hazard.sensor": [np.array(-1), np.array(-1), np.array(3)],
+        "policy.hazard.age": [np.array(0.0), np.array(0.0), np.array(0.15)],
+    }
+    return {name: Samples(values) for name, values in columns.items()}
+
+
+def test_metrics_of_a_known_run() -> None:
+    found = metrics.compute(Traces(recording()))
+    assert found["collision"]
+    assert found["collision_time"] == pytest.approx(0.2)
+    assert found["min_gap_m"] == 0.0
+    assert found["prr"] == {
+        "end_to_end": pytest.approx(2 / 3),
+        "direct": pytest.approx(1 / 3),
+        "sent": 3,
+    }
+    assert found["relay_switches"] == 1
+    assert found["relays"] == [7]
+    assert found["bytes_sent"] == 600
+    assert found["hidden_vehicle"] == {
+        "id": 2,
+        "first_seen": pytest.approx(0.1),
+        "first_seen_by": "sharing node",
+        "seen_by_ego": pytest.approx(0.2),
+        "received_by_ego": pytest.approx(0.2),
+    }
+    assert found["braking"] == {
+        "time": pytest.approx(0.2),
+        "object": 2,
+        "seen_by": 3,
+        "data_age": pytest.approx(0.15),
+    }
+
+
+def test_links_count_every_transmission_once() -> None:
+    found = {
+        (e["transmitter"], e["receiver"]): e for e in metrics.compute(Traces(recording()))["links"]
+    }
+    assert found[3, 1]["packets"] == 3
+    assert found[3, 1]["prr"] == pytest.approx(1 / 3)
+    assert found[7, 1]["prr"] == 1.0
+    assert found[3, 7]["classes"] == {"LOS": 0, "NLOSv": 1, "NLOSb": 0}
+
+
+def test_a_run_without_sensor_data_has_no_prr() -> None:
+    empty = recording() | {"facilities.packets": Samples([b""] * 3)}
+    assert metrics.compute(Traces(empty))["prr"] == {"end_to_end": None, "direct": None, "sent": 0}
+
+
+def test_the_gap_is_the_distance_of_the_bodies() -> None:
+    """Fronts at y = 2, the other body's lower side at y = 19: 17 m, then 7 m, then overlap."""
+    np.testing.assert_allclose(Traces(recording()).gap_to_hidden[:, 1], [17.0, 7.0, 0.0])
+
+
+@given(st.floats(-20, 20), st.floats(-20, 20), st.floats(0, 2 * np.pi), st.floats(0, 2 * np.pi))
+def test_polygon_distance_is_symmetric_and_invariant(
+    x: float, y: float, turn: float, rotation: float
+) -> None:
+    box = np.array([[2.0, 1], [-2, 1], [-2, -1], [2, -1]])
+
+    def rotated(points: Any, angle: float) -> Any:
+        cos, sin = np.cos(angle), np.sin(angle)
+        return points @ np.array([[cos, sin], [-sin, cos]])
+
+    other = rotated(box, turn) + np.array([x, y])
+    distance = polygon_distance(box, other)
+    assert polygon_distance(other, box) == pytest.approx(distance, abs=1e-9)
+    moved = polygon_distance(rotated(box, rotation), rotated(other, rotation))
+    assert moved == pytest.approx(distance, abs=1e-9)
+    assert distance <= max(np.hypot(x, y), 0.0)
+
+
+def test_the_figure_is_drawn_at_the_decisive_moment(tmp_path: Path) -> None:
+    data = Traces(recording())
+    found = metrics.compute(data)
+    assert figure.decisive_moment(found, data) == 2 * TENTH
+    figure.draw(data, found, tmp_path / "run.png")
+    assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")

@@ -1,0 +1,240 @@
+"""Objects are where their points are, and move as their sides do."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from fmus.records import BUILDING
+from orchestrator.signal import Array
+
+from .harness import Library, Perception, Refused
+from .scene import SENSOR_HEIGHT, Box, Scan, car, cloud, look
+
+EGO = 1
+PERIOD = 0.1  # of the scans [s]
+Scenery = Callable[[float], list[Box]]
+
+
+def track(
+    library: Library,
+    scenery: Scenery,
+    instance: int,
+    scans: int,
+    *,
+    sensor: Callable[[float], tuple[float, float]] = lambda _: (0.0, 0.0),
+    noise: float = 0.0,
+) -> Array:
+    """The objects called `instance` in the given number of scans, one record per scan."""
+    rng = np.random.default_rng(4)
+    found = []
+    with Perception(library) as unit:
+        for k in range(scans):
+            t = k * PERIOD
+            scan = look(EGO, sensor(t), scenery(t), time=round(t * 1e9))
+            scan.points[:] += noise * rng.standard_normal(scan.points.shape)
+            objects = unit.step(cloud(scan)).objects
+            found.append(objects[objects["instance"] == instance])
+    return np.concatenate(found)
+
+
+def test_an_object_is_the_box_around_its_points_above_the_ground(library: Library) -> None:
+    scan = look(EGO, (20.0, -3.0), [car(8, 30, 4), car(7, 10, -9, height=2.6)], time=5)
+    with Perception(library) as unit:
+        objects = unit.step(cloud(scan)).objects
+    assert objects["instance"].tolist() == [7, 8]
+    assert objects["sensor"].tolist() == [EGO, EGO]
+    assert objects["time"].tolist() == [5, 5]
+    for found in objects:
+        points = scan.points[scan.instances == found["instance"]]
+        points = points[points[:, 2] > 0.2]
+        assert found["points"] == len(points)
+        np.testing.assert_allclose(found["minimum"], points[:, :2].min(axis=0), atol=1e-5)
+        np.testing.assert_allclose(found["maximum"], points[:, :2].max(axis=0), atol=1e-5)
+        assert found["height"] == pytest.approx(points[:, 2].max(), abs=1e-5)
+        assert found["velocity"].tolist() == [0, 0]
+
+
+def test_ground_buildings_the_own_body_and_few_points_are_no_objects(library: Library) -> None:
+    points = np.array([[x, 5.0, z] for x in range(6) for z in (0.1, 0.15, 1.0)])
+    labels = {"ground": -1, "building": BUILDING - 1, "own body": EGO}
+    with Perception(library, minimum_points=7) as unit:
+        for instance in labels.values():
+            result = unit.step(cloud(Scan(vehicle=EGO, points=points, instances=instance)))
+            assert not len(result.objects)
+        result = unit.step(cloud(Scan(vehicle=EGO, points=points, instances=4)))
+        assert not len(result.objects)  # six points above the ground
+    with Perception(library, minimum_points=6) as unit:
+        result = unit.step(cloud(Scan(vehicle=EGO, points=points, instances=4)))
+        assert result.objects["points"].tolist() == [6]
+
+
+@pytest.mark.parametrize("velocity", [(10.0, 0.0), (-10.0, 0.0), (0.0, 10.0), (6.0, -8.0)])
+@pytest.mark.parametrize("start", [(15.0, 12.0), (-22.0, 14.0), (10.0, -25.0)])
+def test_a_car_in_the_open_is_tracked_within_half_a_second(
+    library: Library, velocity: tuple[float, float], start: tuple[float, float]
+) -> None:
+    def scenery(t: float) -> list[Box]:
+        return [car(5, start[0] + velocity[0] * t, start[1] + velocity[1] * t)]
+
+    found = track(library, scenery, 5, 6, noise=0.01)
+    assert found["velocity"][0].tolist() == [0, 0]
+    np.testing.assert_allclose(found["velocity"][-1], velocity, atol=0.5)
+
+
+def test_without_noise_two_scans_are_enough(library: Library) -> None:
+    found = track(library, lambda t: [car(5, 12 - 10 * t, 6)], 5, 3)
+    np.testing.assert_allclose(found["velocity"][1], [-10, 0], atol=0.3)
+
+
+def test_a_moving_sensor_does_not_move_what_stands(library: Library) -> None:
+    found = track(
+        library, lambda _: [car(5, 25, 5)], 5, 20, sensor=lambda t: (9.0 * t, 0.0), noise=0.01
+    )
+    assert np.abs(found["velocity"][5:]).max() < 0.5
+
+
+WALL = Box(instance=BUILDING, low=(8.0, 4.0), high=(9.0, 30.0), height=8.0)
+"""Stands between the sensor and the road on its far side."""
+
+
+def test_a_car_that_emerges_from_behind_a_wall_has_its_speed(library: Library) -> None:
+    def scenery(t: float) -> list[Box]:  # towards -y, out of the shadow of the wall
+        y = 22 - 10 * t
+        return [WALL, Box(instance=5, low=(18, y - 2.25), high=(19.8, y + 2.25))]
+
+    found = track(library, scenery, 5, 20)
+    emerging = found[(found["maximum"] - found["minimum"])[:, 1] < 4.0]
+    assert len(emerging) >= 3, "the scene must show the car while it is partly hidden"
+    for record in emerging[2:]:
+        assert record["velocity"][1] == pytest.approx(-10, abs=0.5)
+    assert np.abs(found["velocity"][2:] - (0, -10)).max() < 1.0
+
+
+def test_a_car_that_enters_a_shadow_does_not_stop(library: Library) -> None:
+    def scenery(t: float) -> list[Box]:
+        y = -2 + 10 * t
+        return [WALL, Box(instance=5, low=(18, y - 2.25), high=(19.8, y + 2.25))]
+
+    found = track(library, scenery, 5, 16)
+    hiding = found[found["maximum"][:, 1] - found["minimum"][:, 1] < 4.0]
+    assert len(hiding) >= 3
+    np.testing.assert_allclose(hiding["velocity"], [(0, 10)] * len(hiding), atol=0.6)
+
+
+def test_a_parked_car_does_not_move_when_a_bus_uncovers_it(library: Library) -> None:
+    def scenery(t: float) -> list[Box]:
+        bus = Box(instance=9, low=(-6 + 8 * t, 5.0), high=(6 + 8 * t, 7.5), height=3.2)
+        return [bus, car(5, 2.0, 14.0)]
+
+    found = track(library, scenery, 5, 20)
+    assert len(found) < 20, "the bus must hide the car at first"
+    width = found["maximum"][:, 0] - found["minimum"][:, 0]
+    assert width[0] < 3, "and uncover it slowly"
+    assert width[-1] > 4.4
+    assert np.abs(found["velocity"]).max() < 0.3
+
+
+def test_rings_that_end_on_the_roof_do_not_slow_a_car_down(library: Library) -> None:
+    # the sensor's rings cross the roof at fixed distances, so the rear end of the points stands
+    # still until the next ring reaches the roof; the front is a face and moves with the car
+    rings = np.array([14.0, 17.0, 21.0, 26.0, 33.0])
+    side = np.linspace(-0.9, 0.9, 7)
+    for speed in (-10.0, 10.0):
+        with Perception(library) as unit:
+            for k in range(6):
+                front = 17.5 + speed * k * PERIOD
+                ring = rings[(rings > front) & (rings < front + 4.5)]
+                x = np.concatenate([np.full(3, front), ring])
+                z = np.concatenate([[0.4, 0.8, 1.2], np.full(len(ring), 1.5)])
+                points = np.array([(a, y, b) for a, b in zip(x, z, strict=True) for y in side])
+                scan = Scan(vehicle=EGO, points=points, instances=5, time=k * 10**8)
+                (found,) = unit.step(cloud(scan)).objects
+        assert found["velocity"] == pytest.approx([speed, 0], abs=0.5)
+
+
+def test_a_low_obstacle_hides_nothing_of_a_high_one(library: Library) -> None:
+    # a row of parked cars in front of a passing bus, which is seen above them
+    def points(t: float) -> Scan:
+        parked = look(EGO, (0, 0), [car(6, 0, 6, length=60)])
+        bus = look(EGO, (0, 0), [Box(instance=5, low=(9 * t - 3, 9), high=(9 * t + 9, 11.5),
+                                     height=3.4)])  # fmt: skip
+        visible = bus.points[:, 2] > 1.0
+        return Scan(
+            vehicle=EGO,
+            points=np.concatenate([parked.points, bus.points[visible]]),
+            instances=np.concatenate(
+                [np.asarray(parked.instances), np.asarray(bus.instances)[visible]]
+            ),
+            time=round(t * 1e9),
+        )
+
+    with Perception(library) as unit:
+        for k in range(8):
+            objects = unit.step(cloud(points(k * PERIOD))).objects
+    assert objects["velocity"][0] == pytest.approx([9, 0], abs=0.5)
+
+
+@pytest.mark.parametrize(("gap", "is_known"), [(0.9, True), (1.0, True), (1.1, False)])
+def test_a_track_is_forgotten_after_a_second(
+    library: Library, *, gap: float, is_known: bool
+) -> None:
+    times = [0.0, 0.1, 0.2, 0.2 + gap]
+    with Perception(library) as unit:
+        for t in times:
+            scan = look(EGO, (0, 0), [car(5, 12 - 10 * t, 6)], time=round(t * 1e9))
+            (found,) = unit.step(cloud(scan)).objects
+    assert found["velocity"] == pytest.approx([-10, 0] if is_known else [0, 0], abs=0.3)
+
+
+def test_sensors_track_on_their_own(library: Library) -> None:
+    with Perception(library) as unit:
+        for k in range(5):
+            boxes = [car(5, 12 - k, 6)]
+            scans = [look(s, (s * 2.0, 0), boxes, time=k * 10**8) for s in (1, 2) if k >= 3 * s - 3]
+            objects = unit.step(cloud(*scans)).objects
+    assert objects["sensor"].tolist() == [1, 2]
+    assert objects["velocity"][0] == pytest.approx([-10, 0], abs=0.3)
+    assert objects["velocity"][1] == pytest.approx([-10, 0], abs=0.5)
+
+
+def test_the_same_scan_again_changes_nothing(library: Library) -> None:
+    with Perception(library) as unit:
+        for k in range(4):
+            signal = cloud(look(EGO, (0, 0), [car(5, 12 - k, 6)], time=k * 10**8))
+            once = unit.step(signal)
+            assert unit.step(signal).objects_signal == once.objects_signal
+    assert once.objects["velocity"][0] == pytest.approx([-10, 0], abs=0.3)
+
+
+def test_a_low_car_that_passes_before_a_parked_one_does_not_move_it(library: Library) -> None:
+    # it hides the bonnet and the boot of the parked car one after the other, never its roof
+    roof, deck = (np.linspace(-r, r, 60) for r in (1.0, 2.25))
+    parked = np.concatenate(
+        [np.column_stack([x, np.full_like(x, 8.0), np.full_like(x, z)])
+         for x, z in ((roof, 1.5), (deck, 0.5), (deck, 0.8))]
+    )  # fmt: skip
+    extents, velocities = [], []
+    with Perception(library) as unit:
+        for k in range(20):
+            passing = car(6, -8 + 0.8 * k, 4.9, length=2.5, height=1.2)
+            scan = look(EGO, (0.0, 0.0), [passing], time=k * 10**8)
+            at_it = parked[:, :2] * 5.8 / 8  # where the line of sight leaves its roof
+            below = SENSOR_HEIGHT + (parked[:, 2] - SENSOR_HEIGHT) * 5.8 / 8 < passing.height
+            hidden = (np.abs(at_it[:, 0] - (-8 + 0.8 * k)) < 1.25) & below
+            points = np.concatenate([scan.points, parked[~hidden]])
+            labels = np.concatenate([scan.instances, np.full((~hidden).sum(), 5)])
+            both = Scan(vehicle=EGO, points=points, instances=labels, time=scan.time)
+            found = unit.step(cloud(both)).objects[0]
+            extents.append(found["maximum"][0] - found["minimum"][0])
+            velocities.append(found["velocity"])
+    assert min(extents) < 3.7, "it must be partly hidden for a time"
+    assert max(extents) > 4.4
+    assert np.abs(velocities).max() < 0.1
+
+
+def test_a_scan_older_than_the_last_is_refused(library: Library) -> None:
+    with Perception(library) as unit:
+        unit.step(cloud(look(EGO, (0, 0), [car(5, 12, 6)], time=200)))
+        with pytest.raises(Refused, match=r"scan of vehicle 1 at 100 ns is older than its last"):
+            unit.step(cloud(look(EGO, (0, 0), [car(5, 12, 6)], time=100)))

@@ -1,0 +1,259 @@
+"""MoHeD against hand-computed geometry; it must know only what the ego can know."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+from fmus.apm import Apm, encode, join
+from fmus.records import APM_LAYER_CELL, NO_VEHICLE, OBJECT, frame
+from fmus.relay import Direct, Mohed
+from fmus.relay.component import CONNECTORS
+from fmus.relay.obstacles import Obstacles, from_layer, merge
+from fmus.relay.risk import Node, RiskModel
+from orchestrator.signal import Causality, Signal
+from orchestrator.testing import check_component
+
+EGO, SHARER, LEFT, RIGHT = 1, 2, 3, 4
+STEP = 100_000_000
+Inputs = dict[str, Signal]
+
+
+def neighbours(**changes: tuple[float, float, float]) -> dict[int, tuple[float, float, float]]:
+    """id -> x, y, vehicle height; the ego stands at the origin, the sharer 60 m north."""
+    table = {SHARER: (0.0, 60.0, 1.8), LEFT: (-20.0, 30.0, 1.5), RIGHT: (25.0, 30.0, 1.5)}
+    return {**table, **{int(k[1:]): v for k, v in changes.items()}}
+
+
+def inputs(table: Mapping[int, tuple[float, float, float]], objects: Any = None) -> Inputs:
+    values: Inputs = {
+        name: connector.start_value()
+        for name, connector in CONNECTORS.items()
+        if connector.causality is Causality.INPUT
+    }
+    rows = sorted(table.items())
+    values |= {
+        "ego.id": np.array(EGO),
+        "ego.size": np.array([4.5, 1.8, 1.5]),
+        "ego.speed": np.array(8.0),
+        "ego.heading": np.array(np.pi / 2),
+        "objects": b"" if objects is None else frame("OBJS", objects),
+        "received.bsm.id": np.array([v for v, _ in rows], np.int64),
+        "received.bsm.position": np.array([p[:2] for _, p in rows]).reshape(-1, 2),
+        "received.bsm.heading": np.full(len(rows), np.pi / 2),
+        "received.bsm.velocity": np.zeros((len(rows), 2)),
+        "received.bsm.size": np.array([(4.5, 1.8, p[2]) for _, p in rows]).reshape(-1, 3),
+        "received.bsm.antenna_height": np.array([p[2] for _, p in rows]),
+        "received.bsm.age": np.zeros(len(rows)),
+        "match.sharer": np.array([SHARER, -1], np.int64),
+        "match.trigger": np.array(True),
+    }
+    return values
+
+
+def truck(x: float, y: float, height: float = 4.0) -> Any:
+    """A standing truck as the ego's lidar reports it."""
+    row = np.zeros(1, OBJECT)
+    row["sensor"], row["instance"], row["points"] = EGO, 77, 100
+    row["minimum"], row["maximum"] = (x - 1.25, y - 5), (x + 1.25, y + 5)
+    row["height"] = height
+    return row
+
+
+def started(component: Mohed | Direct) -> Mohed | Direct:
+    component.setup(0, np.random.default_rng(0))
+    return component
+
+
+def chosen(component: Mohed | Direct, values: Inputs, t: int = 0) -> int:
+    component.step(values, t, STEP)
+    return int(np.asarray(component.outputs()["relay"]))
+
+
+def test_a_free_direct_link_is_kept() -> None:
+    assert chosen(started(Mohed(Mohed.Parameters())), inputs(neighbours())) == NO_VEHICLE
+
+
+def test_a_truck_on_the_direct_link_calls_for_the_relay_with_the_shorter_hops() -> None:
+    assert chosen(started(Mohed(Mohed.Parameters())), inputs(neighbours(), truck(0, 30))) == LEFT
+
+
+def test_a_truck_on_one_hop_of_a_relay_calls_for_the_other() -> None:
+    trucks = np.concatenate([truck(0, 30), truck(-10, 15)])
+    assert chosen(started(Mohed(Mohed.Parameters())), inputs(neighbours(), trucks)) == RIGHT
+
+
+def test_an_obstacle_below_the_line_of_sight_costs_nothing() -> None:
+    values = inputs(neighbours(), truck(0, 30, height=1.0))
+    assert chosen(started(Mohed(Mohed.Parameters())), values) == NO_VEHICLE
+
+
+def test_objects_of_other_sensors_are_not_known_to_the_ego() -> None:
+    foreign = truck(0, 30)
+    foreign["sensor"] = SHARER
+    assert chosen(started(Mohed(Mohed.Parameters())), inputs(neighbours(), foreign)) == NO_VEHICLE
+
+
+def test_without_messages_it_degrades_to_the_direct_link() -> None:
+    """Starved of BSMs there is no relay to choose, whatever stands in the way."""
+    values = inputs({}, truck(0, 30))
+    assert chosen(started(Mohed(Mohed.Parameters())), values) == NO_VEHICLE
+
+
+def test_a_building_on_a_hop_is_a_risk() -> None:
+    values = inputs(neighbours(), truck(0, 30))
+    corners = np.array([[-14.0, 10.0], [-6.0, 10.0], [-6.0, 20.0], [-14.0, 20.0]])
+    values |= {"building.vertex": corners, "building.index": np.zeros(4, np.int32)}
+    assert chosen(started(Mohed(Mohed.Parameters())), values) == RIGHT
+
+
+def test_a_received_layer_reveals_an_obstacle_that_the_ego_does_not_see() -> None:
+    layer = np.zeros((20, 20), APM_LAYER_CELL)
+    apm = Apm(
+        vehicle=SHARER,
+        time=0,
+        position=np.array([0.0, 60.0]),
+        heading=0.0,
+        center=np.array([0.0, 30.0]),
+        cell=5.0,
+        cells=np.zeros((20, 20), np.uint32),
+        layer=layer,
+    )
+    row, column = apm.locate(np.array([0.1, 30.1]))
+    layer["height"][row, column] = 80  # 4 m
+    values = inputs(neighbours())
+    blocked = neighbours(v2=(4.0, 60.0, 1.8))
+    values = inputs(blocked)
+    values["received.apms"] = join([encode(apm)])
+    assert chosen(started(Mohed(Mohed.Parameters())), values) != NO_VEHICLE
+
+
+def test_the_choice_holds_for_the_window_and_then_follows_the_scene() -> None:
+    mohed = started(Mohed(Mohed.Parameters()))
+    assert chosen(mohed, inputs(neighbours(), truck(0, 30))) == LEFT
+    moved = inputs(neighbours(), np.concatenate([truck(0, 30), truck(-10, 15)]))
+    assert chosen(mohed, moved, t=STEP) == LEFT
+    assert chosen(mohed, moved, t=20 * STEP) == RIGHT
+    assert int(np.asarray(mohed.outputs()["switches"])) == 1
+
+
+def test_a_sharer_that_is_shadowed_is_placed_by_its_apms() -> None:
+    mohed = started(Mohed(Mohed.Parameters()))
+    assert chosen(mohed, inputs(neighbours(), truck(0, 30))) == LEFT
+    silent = {v: p for v, p in neighbours().items() if v != SHARER}
+    values = inputs(silent, np.concatenate([truck(0, 30), truck(-10, 15)]))
+    apm = Apm(
+        vehicle=SHARER,
+        time=2_000_000_000,
+        position=np.array([0.0, 60.0]),
+        heading=0.0,
+        center=np.array([0.0, 60.0]),
+        cell=5.0,
+        cells=np.zeros((20, 20), np.uint32),
+    )
+    values["received.apms"] = join([encode(apm)])
+    assert chosen(mohed, values, t=20 * STEP) == RIGHT
+
+
+def test_a_relay_that_leaves_is_replaced_at_once() -> None:
+    mohed = started(Mohed(Mohed.Parameters()))
+    assert chosen(mohed, inputs(neighbours(), truck(0, 30))) == LEFT
+    without = {v: p for v, p in neighbours().items() if v != LEFT}
+    assert chosen(mohed, inputs(without, truck(0, 30)), t=STEP) == RIGHT
+
+
+def test_risk_of_a_single_obstacle_is_the_papers_equation() -> None:
+    """L_v-shadow * S with a truck of 4 m midway on 60 m, antennas at 1.5 m, |dv| = 8 and 4."""
+    wavelength = 0.05
+    model = RiskModel(wavelength=wavelength, minimum_speed_difference=0.5, wall_loss=9.6, itu=False)
+    node = Node(vehicle=2, position=np.zeros(2), velocity=np.array([0, 8.0]), antenna_height=1.5)
+    other = Node(
+        vehicle=1, position=np.array([60.0, 0]), velocity=np.array([0, 4.0]), antenna_height=1.5
+    )
+    obstacle = Obstacles(
+        owner=np.array([NO_VEHICLE]),
+        center=np.array([[30.0, 0.0]]),
+        heading=np.zeros(1),
+        half=np.array([[2.0, 1.0]]),
+        height=np.array([4.0]),
+        velocity=np.zeros((1, 2)),
+    )
+    nu = 2.5 * np.sqrt(1 / wavelength * (1 / 30 + 1 / 30))
+    loss = 6.9 + 20 * np.log10(np.sqrt((nu - 0.1) ** 2 + 1) + nu - 0.1)
+    risk = model.of_link(node, other, other, obstacle, np.empty((0, 2, 2)))
+    assert risk == pytest.approx(loss * (1 / 8 + 1 / 4), rel=1e-12)
+
+
+def test_equal_velocities_are_bounded() -> None:
+    model = RiskModel(wavelength=0.05, minimum_speed_difference=0.5, wall_loss=9.6, itu=True)
+    still = Node(vehicle=1, position=np.zeros(2), velocity=np.zeros(2), antenna_height=1.5)
+    far = Node(vehicle=2, position=np.array([9.0, 0]), velocity=np.zeros(2), antenna_height=1.5)
+    walls = np.array([[[4.0, -1.0], [4.0, 1.0]]])
+    assert model.of_link(still, far, far, Obstacles(), walls) == pytest.approx(9.6 * 4.0)
+
+
+@given(
+    angle=st.floats(0, 2 * np.pi),
+    shift=st.tuples(st.floats(-500, 500), st.floats(-500, 500)),
+    height=st.floats(1.6, 4.0),
+)
+def test_risk_does_not_depend_on_the_frame(
+    angle: float, shift: tuple[float, float], height: float
+) -> None:
+    model = RiskModel(wavelength=0.05, minimum_speed_difference=0.5, wall_loss=9.6, itu=True)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+    def risk(frame_turn: Any, offset: Any, heading: float) -> float:
+        def node(vehicle: int, x: float, y: float) -> Node:
+            place = frame_turn @ np.array([x, y]) + offset
+            speed = frame_turn @ np.array([3.0, vehicle])
+            return Node(vehicle=vehicle, position=place, velocity=speed, antenna_height=1.5)
+
+        obstacle = Obstacles(
+            owner=np.array([NO_VEHICLE]),
+            center=(frame_turn @ np.array([20.0, 0.5]) + offset)[None],
+            heading=np.array([heading]),
+            half=np.array([[3.0, 1.2]]),
+            height=np.array([height]),
+            velocity=(frame_turn @ np.array([1.0, 0.0]))[None],
+        )
+        walls = np.array([[[35.0, -2.0], [35.0, 2.0]]]) @ frame_turn.T + offset
+        first, second = node(2, 0.0, 0.0), node(1, 50.0, 1.0)
+        return model.of_link(first, second, second, obstacle, walls)
+
+    plain = risk(np.eye(2), np.zeros(2), 0.0)
+    assert risk(turn, np.array(shift), angle) == pytest.approx(plain, rel=1e-6)
+
+
+def test_one_body_known_from_two_sources_counts_once() -> None:
+    box = Obstacles(
+        owner=np.array([9]),
+        center=np.array([[5.0, 5.0]]),
+        heading=np.zeros(1),
+        half=np.array([[2.0, 1.0]]),
+        height=np.array([1.5]),
+        velocity=np.zeros((1, 2)),
+    )
+    assert len(merge([box, box], margin=1.0).owner) == 1
+    assert len(from_layer_without_layer().owner) == 0
+
+
+def from_layer_without_layer() -> Obstacles:
+    return from_layer(
+        Apm(
+            vehicle=1,
+            time=0,
+            position=np.zeros(2),
+            heading=0.0,
+            center=np.zeros(2),
+            cell=5.0,
+            cells=np.zeros((4, 4), np.uint32),
+        )
+    )
+
+
+def test_contract() -> None:
+    check_component(Mohed(Mohed.Parameters()), steps=5, h=STEP, seed=1)
+    check_component(Direct(), steps=5, h=STEP, seed=1)

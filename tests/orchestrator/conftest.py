@@ -1,0 +1,61 @@
+"""Fixtures of the tests of the orchestrator."""
+
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+
+from orchestrator import registry, report
+
+SAMPLE_UNITS = {
+    registry.COMPONENTS: {
+        "sender": "sample_units:Sender",
+        "receiver": "sample_units:Receiver",
+        "broken": "sample_units:Broken",
+    },
+    report.GROUP: {"trace": "sample_units:Trace", "buggy": "sample_units:Buggy"},
+}
+
+
+@pytest.fixture
+def sample_units(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Install the components and reports of `packages/sample_units.py`, and no others."""
+    monkeypatch.syspath_prepend(Path(__file__).parent / "packages")
+
+    def entry_points(group: str) -> list[EntryPoint]:
+        found = SAMPLE_UNITS.get(group, {})
+        return [EntryPoint(name, value, group) for name, value in found.items()]
+
+    monkeypatch.setattr(registry, "entry_points", entry_points)
+    monkeypatch.setattr(report, "entry_points", entry_points)
+
+
+TWO_UNITS = """\
+schema: 1
+title: Two units
+time: {start: 0 s, stop: 1 s}
+seed: 7
+coupling:
+  algorithm: gauss-seidel
+components:
+  car:
+    type: sender
+    step: 50 ms
+    parameters: {power: 400 mW, count: 2, noisy: true}
+  base:
+    type: receiver
+    step: 100 ms
+    process: true
+    parameters:
+      gain: 2
+connections:
+  - {from: car.vehicle, to: base.vehicle}
+"""
+
+
+@pytest.fixture
+def scenario_file(tmp_path: Path, sample_units: None) -> Path:
+    """A scenario of two units that can be run."""
+    path = tmp_path / "two.yaml"
+    path.write_text(TWO_UNITS)
+    return path

@@ -1,0 +1,224 @@
+"""Components that other processes import by name, `remote_units:Swarm`."""
+
+import ctypes
+import logging
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from typing_extensions import override
+
+from orchestrator.component import Component
+from orchestrator.errors import ComponentTypeError
+from orchestrator.parameters import parameter
+from orchestrator.signal import Causality, Connector, Signals
+from orchestrator.timebase import Duration, Time
+
+INPUT = Causality.INPUT
+OUTPUT = Causality.OUTPUT
+
+
+class Swarm(Component):
+    """Particles that come and go, driven by a force and by noise."""
+
+    @dataclass(frozen=True, slots=True, kw_only=True)
+    class Parameters:
+        most: int = parameter(7, doc="particles at most")
+        folder: Path = parameter(Path(), doc="ends up in the message")
+        weights: tuple[float, ...] = parameter((1.0, 0.5), doc="of the two forces")
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._p = parameters
+        self._rng = np.random.default_rng(0)
+        self._outputs: dict[str, Any] = {}
+        self._last: object = None
+        self._changes = 0
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return {
+            "force": Connector(causality=INPUT, shape=(2,), start=np.array([0.0, -0.0])),
+            "scenery": Connector(causality=INPUT, dtype=np.float32, shape=("mark", 2)),
+            "id": Connector(causality=OUTPUT, dtype=np.int64, shape=("particle",)),
+            "position": Connector(causality=OUTPUT, shape=("particle", 2), unit="m"),
+            "mean": Connector(causality=OUTPUT, feedthrough=frozenset({"force"})),
+            "is_crowded": Connector(causality=OUTPUT, dtype=np.bool_),
+            "message": Connector(causality=OUTPUT, dtype=None, mime_type="text/plain", start=b"-"),
+            "landmark": Connector(causality=OUTPUT, dtype=np.float32, shape=("mark", 2)),
+            "changes": Connector(causality=OUTPUT, dtype=np.int32),
+        }
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._rng = rng
+        self._last = None
+        self._changes = 0
+        self._outputs = {"landmark": np.ones((3, 2), np.float32)}
+
+    @override
+    def initialise(self, inputs: Signals) -> None:
+        self._advance(inputs, 0)
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._advance(inputs, t + h)
+
+    @override
+    def outputs(self) -> Signals:
+        return self._outputs
+
+    def _advance(self, inputs: Signals, t: Time) -> None:
+        # a component that looks for unchanged objects must see the same ones everywhere
+        if inputs["scenery"] is not self._last:
+            self._last = inputs["scenery"]
+            self._changes += 1
+        count = int(self._rng.integers(0, self._p.most + 1))
+        weighted = np.asarray(inputs["force"]) * np.array(self._p.weights)
+        position = self._rng.normal(size=(2, count)).T + weighted  # not contiguous
+        self._outputs = {
+            "landmark": self._outputs["landmark"],
+            "id": np.arange(count),
+            "position": position,
+            "mean": np.array(float(weighted.mean())),
+            "is_crowded": np.array(count > 3),
+            "message": f"{t} {self._p.folder}".encode(),
+            "changes": np.array(self._changes, np.int32),
+        }
+
+
+class Echo(Component):
+    """Returns what it is given."""
+
+    def __init__(self) -> None:
+        self._value: Any = np.zeros(0)
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return {
+            "u": Connector(causality=INPUT, shape=("sample",)),
+            "y": Connector(causality=OUTPUT, shape=("sample",)),
+        }
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._value = np.zeros(0)
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._value = inputs["u"]
+
+    @override
+    def outputs(self) -> Signals:
+        return {"y": self._value}
+
+
+class Reckless(Component):
+    """Counts its steps until it does something a component should not do."""
+
+    @dataclass(frozen=True, slots=True, kw_only=True)
+    class Parameters:
+        deed: str = parameter("nothing", doc="one of `DEEDS`")
+        at: int = parameter(3, doc="number of the step")
+        where: str = parameter("step", doc="create, setup, step or close")
+        pause: float = parameter(0.0, unit="s", doc="how long a step takes")
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._p = parameters
+        self._count = 0
+        self._maybe("create")
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return {
+            "trigger": Connector(causality=INPUT),
+            "count": Connector(causality=OUTPUT, dtype=np.int64),
+            "pid": Connector(causality=OUTPUT, dtype=np.int64),
+        }
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._maybe("setup")
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._count += 1
+        time.sleep(self._p.pause)
+        if self._count == self._p.at:
+            self._maybe("step")
+
+    @override
+    def outputs(self) -> Signals:
+        if self._p.deed == "write_nonsense" and self._count == self._p.at:
+            return {"count": np.array(self._count), "pid": 1.5}  # type: ignore[dict-item]
+        return {"count": np.array(self._count), "pid": np.array(os.getpid())}
+
+    @override
+    def close(self) -> None:
+        self._maybe("close")
+
+    def _maybe(self, where: str) -> None:
+        if where == self._p.where:
+            DEEDS[self._p.deed]()
+
+
+def _raise() -> None:
+    raise ValueError("the moon is too bright")
+
+
+def _refuse() -> None:
+    raise ComponentTypeError("`most` and `least` contradict each other")
+
+
+def _kill_itself() -> None:
+    print("goodbye")  # noqa: T201
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def _crash() -> None:
+    ctypes.string_at(0)
+
+
+def _hold_the_gil() -> None:
+    ctypes.PyDLL(None).sleep(30)
+
+
+def _log() -> None:
+    logging.getLogger("reckless").warning("fuel is %s", "low")
+
+
+def _leave_a_child() -> None:
+    child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+    print(f"child {child.pid}", flush=True)  # noqa: T201
+
+
+def _read_input() -> None:
+    sys.stdin.read()
+
+
+DEEDS = {
+    "nothing": lambda: None,
+    "write_nonsense": lambda: None,
+    "raise": _raise,
+    "refuse": _refuse,
+    "exit": lambda: sys.exit(3),
+    "quit": lambda: os._exit(3),
+    "kill_itself": _kill_itself,
+    "crash": _crash,
+    "freeze": lambda: os.kill(os.getpid(), signal.SIGSTOP),
+    "sleep": lambda: time.sleep(30),
+    "hold_the_gil": _hold_the_gil,
+    "print": lambda: print("hello from the unit"),  # noqa: T201
+    "log": _log,
+    "leave_a_child": _leave_a_child,
+    "read_input": _read_input,
+}

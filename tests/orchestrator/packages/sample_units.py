@@ -1,0 +1,160 @@
+"""Small components that tests of scenarios and of the command line wire together."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from typing_extensions import override
+
+from orchestrator.component import Component
+from orchestrator.parameters import parameter
+from orchestrator.recording import Recording
+from orchestrator.report import Report
+from orchestrator.signal import Causality, Connector, Signals
+from orchestrator.timebase import Duration, Time
+
+_OUT = Causality.OUTPUT
+_IN = Causality.INPUT
+
+
+class Sender(Component):
+    """Drives around."""
+
+    @dataclass(frozen=True, slots=True, kw_only=True)
+    class Parameters:
+        power: float = parameter(26.0, unit="dBm", minimum=-40, maximum=33, doc="transmit power")
+        count: int = parameter(3, minimum=1, doc="number of vehicles")
+        mode: Literal["fast", "slow"] = parameter("fast", doc="how it drives")
+        offsets: tuple[float, ...] = parameter((), unit="m", doc="lateral offsets")
+        label: str = parameter("", doc="a name")
+        noisy: bool = parameter(False, doc="whether positions are random")
+        trace: Path | None = parameter(None, doc="a file")
+
+    def __init__(self, parameters: Parameters) -> None:
+        if parameters.mode == "slow" and parameters.count > 5:
+            raise ValueError("`slow` allows for 5 vehicles at most")
+        self.parameters = parameters
+        self._x = 0.0
+        self._rng = np.random.default_rng(0)
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return {
+            "vehicle.x": Connector(causality=_OUT, unit="m"),
+            "vehicle.y": Connector(causality=_OUT, unit="m"),
+            "power": Connector(causality=_OUT, unit="dBm"),
+        }
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._x = 0.0
+        self._rng = rng
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._x += self._rng.random() if self.parameters.noisy else 1.0
+
+    @override
+    def outputs(self) -> Signals:
+        values = {"vehicle.x": self._x, "vehicle.y": -self._x, "power": self.parameters.power}
+        return {name: np.asarray(value) for name, value in values.items()}
+
+
+class Receiver(Component):
+    """Passes on what it sees; fails when told to."""
+
+    @dataclass(frozen=True, slots=True, kw_only=True)
+    class Parameters:
+        gain: float = parameter(doc="factor on what it sees")
+        fails_at: float = parameter(1e9, unit="s", doc="when it raises an error")
+        interrupts_at: float = parameter(1e9, unit="s", doc="when it raises KeyboardInterrupt")
+
+    def __init__(self, parameters: Parameters) -> None:
+        self.parameters = parameters
+        self._y = 0.0
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return {
+            "vehicle.x": Connector(causality=_IN, unit="m"),
+            "vehicle.y": Connector(causality=_IN, unit="m"),
+            "u": Connector(causality=_IN, unit="m"),
+            "y": Connector(causality=_OUT, unit="m", feedthrough=frozenset({"vehicle.x", "u"})),
+        }
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._y = 0.0
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        if t >= self.parameters.fails_at * 1e9:
+            raise RuntimeError("the antenna fell off")
+        if t >= self.parameters.interrupts_at * 1e9:
+            raise KeyboardInterrupt
+        self._y = self.parameters.gain * (float(inputs["vehicle.x"]) + float(inputs["u"]))
+
+    @override
+    def outputs(self) -> Signals:
+        return {"y": np.asarray(self._y)}
+
+
+class Broken(Component):
+    """Cannot even be created."""
+
+    def __init__(self) -> None:
+        raise ZeroDivisionError("oops")
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return {}
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        pass
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        pass
+
+    @override
+    def outputs(self) -> Signals:
+        return {}
+
+
+class Trace(Report):
+    """How far the car drove."""
+
+    @override
+    def metrics(self, recording: Recording) -> Mapping[str, Any]:
+        series = recording["car.vehicle.x"]
+        return {"samples": len(series), "distance_m": float(series.values[-1])}
+
+    @override
+    def summary(self, metrics: Mapping[str, Any], manifest: Mapping[str, Any]) -> str:
+        return f"{manifest['scenario']['title']}: {metrics['samples']} samples"
+
+    @override
+    def figure(self, recording: Recording, metrics: Mapping[str, Any], path: Path) -> None:
+        path.write_bytes(b"\x89PNG\r\n\x1a\n")
+
+
+class Buggy(Report):
+    """Raises an error."""
+
+    @override
+    def metrics(self, recording: Recording) -> Mapping[str, Any]:
+        raise LookupError("no such thing")
+
+    @override
+    def summary(self, metrics: Mapping[str, Any], manifest: Mapping[str, Any]) -> str:
+        return ""
+
+    @override
+    def figure(self, recording: Recording, metrics: Mapping[str, Any], path: Path) -> None:
+        pass

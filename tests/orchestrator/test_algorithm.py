@@ -1,0 +1,245 @@
+"""The co-simulation algorithms on a system with a closed solution, and their invariants."""
+
+from collections.abc import Mapping
+from itertools import permutations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+from typing_extensions import override
+
+from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.algorithm.gauss_seidel import GaussSeidel
+from orchestrator.algorithm.jacobi import Jacobi
+from orchestrator.component import Component, ConcurrentComponent
+from orchestrator.errors import SystemStructureError
+from orchestrator.signal import Causality, Connector, Signals
+from orchestrator.simulation import simulate
+from orchestrator.system import Connection, Endpoint, System
+from orchestrator.testing import FunctionComponent
+from orchestrator.timebase import Duration, Time, nanoseconds, seconds
+
+CONNECTORS: Mapping[str, Connector] = {
+    "u": Connector(causality=Causality.INPUT),
+    "x": Connector(causality=Causality.OUTPUT),
+}
+
+
+class Relaxation(Component):
+    """x' = a x + b u, solved exactly over each step for a constant input u."""
+
+    def __init__(self, a: float, b: float, x0: float) -> None:
+        self._a, self._b, self._x0 = a, b, x0
+        self._x = x0
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return CONNECTORS
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._x = self._x0
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        growth = float(np.exp(self._a * seconds(h)))
+        u = float(np.asarray(inputs["u"]))
+        self._x = growth * self._x + self._b * u * (growth - 1.0) / self._a
+
+    @override
+    def outputs(self) -> Signals:
+        return {"x": np.array(self._x)}
+
+
+class Elsewhere(ConcurrentComponent):
+    """Wraps a component so that its step is done when it is waited for."""
+
+    def __init__(self, component: Component, log: list[str], name: str) -> None:
+        self._component, self._log, self._name = component, log, name
+        self._work: tuple[Signals, Time, Duration] = ({}, 0, 0)
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return self._component.connectors
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._component.setup(start, rng)
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self.begin_step(inputs, t, h)
+        self.finish_step()
+
+    @override
+    def begin_step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._log.append(f"begin {self._name} at {t}")
+        self._work = (inputs, t, h)
+
+    @override
+    def finish_step(self) -> None:
+        self._log.append(f"finish {self._name}")
+        self._component.step(*self._work)
+
+    @override
+    def outputs(self) -> Signals:
+        return self._component.outputs()
+
+
+def link(source: str, target: str) -> Connection:
+    return Connection(Endpoint.parse(source), Endpoint.parse(target))
+
+
+def coupled(steps: Mapping[str, Duration], order: tuple[str, ...] = ("left", "right")) -> System:
+    """x' = -x + y, y' = -2 y + x: two relaxations in a loop."""
+    parts = {"left": Relaxation(-1.0, 1.0, 1.0), "right": Relaxation(-2.0, 1.0, 0.0)}
+    wires = [link("left.x", "right.u"), link("right.x", "left.u")]
+    return System({name: parts[name] for name in order}, steps, wires)
+
+
+def final(algorithm: CosimulationAlgorithm, system: System, stop: str = "1") -> dict[str, float]:
+    result = simulate(system, algorithm, start=0, stop=nanoseconds(stop), seed=0)
+    return {name: float(np.asarray(values["x"])) for name, values in result.values.items()}
+
+
+def exact() -> float:
+    """x(1) of the coupled system, by eigendecomposition."""
+    values, vectors = np.linalg.eigh(np.array([[-1.0, 1.0], [1.0, -2.0]]))
+    return float((vectors @ (np.exp(values) * (vectors.T @ np.array([1.0, 0.0]))))[0])
+
+
+def order_of_convergence(algorithm: CosimulationAlgorithm, ratio: int) -> float:
+    """The slope of the error over the step size of `left`; `right` takes `ratio` steps in each."""
+    texts = ["0.1", "0.05", "0.025", "0.0125"]
+    errors = []
+    for text in texts:
+        h = nanoseconds(text)
+        system = coupled({"left": h, "right": h // ratio})
+        errors.append(abs(final(algorithm, system)["left"] - exact()))
+    return float(np.polyfit(np.log([float(text) for text in texts]), np.log(errors), deg=1)[0])
+
+
+@pytest.mark.parametrize("algorithm", [Jacobi(), GaussSeidel(), GaussSeidel(("right", "left"))])
+@pytest.mark.parametrize("ratio", [1, 4, 5])
+def test_the_error_falls_with_the_first_power_of_the_step_size(
+    algorithm: CosimulationAlgorithm, ratio: int
+) -> None:
+    assert order_of_convergence(algorithm, ratio) == pytest.approx(1.0, abs=0.1)
+
+
+def test_two_half_steps_beside_a_whole_one_are_the_midpoint_rule() -> None:
+    """`left` sees `right` half a step ago, `right` sees `left` at both ends in turn.
+
+    Only if the steps interleave exactly as documented do the first-order errors cancel.
+    """
+    algorithm = GaussSeidel(("left", "right"))
+    assert order_of_convergence(algorithm, ratio=2) == pytest.approx(2.0, abs=0.1)
+
+
+@settings(max_examples=30, deadline=None)
+@given(data=st.data())
+def test_jacobi_does_not_depend_on_the_order_of_the_components(data: st.DataObject) -> None:
+    count = data.draw(st.integers(2, 4))
+    names = [f"c{k}" for k in range(count)]
+    steps = {name: 10**8 * data.draw(st.sampled_from([1, 2, 5])) for name in names}
+    wires = [link(f"{data.draw(st.sampled_from(names))}.x", f"{name}.u") for name in names]
+    results = []
+    for order in permutations(names):
+        parts: dict[str, Component] = {
+            name: Relaxation(-1.0 - k, 0.5, 1.0 / (k + 1)) for k, name in enumerate(names)
+        }
+        system = System({name: parts[name] for name in order}, steps, wires)
+        results.append(final(Jacobi(), system))
+    assert all(result == results[0] for result in results)
+
+
+@pytest.mark.parametrize("algorithm", [Jacobi(), GaussSeidel()])
+def test_the_result_does_not_depend_on_where_a_component_steps(
+    algorithm: CosimulationAlgorithm,
+) -> None:
+    steps = {"left": 10**8, "right": 2 * 10**8}
+    local = coupled(steps)
+    mixed = {**local.components, "right": Elsewhere(local.components["right"], [], "right")}
+    remote = System(mixed, steps, local.connections)
+    assert final(algorithm, remote) == final(algorithm, local)
+
+
+def test_jacobi_waits_for_a_concurrent_component_where_its_step_ends() -> None:
+    """Two steps of the local component fit beside one of the concurrent one."""
+    log: list[str] = []
+
+    def note(state: None, inputs: Signals, t: Time) -> tuple[None, Signals]:
+        log.append(f"local to {t}")
+        return None, {"x": np.array(0.0)}
+
+    system = System(
+        {
+            "local": FunctionComponent(CONNECTORS, note),
+            "b": Elsewhere(Relaxation(-1.0, 1.0, 1.0), log, "b"),
+            "a": Elsewhere(Relaxation(-1.0, 1.0, 1.0), log, "a"),
+        },
+        {"local": 1, "a": 2, "b": 2},
+        [],
+    )
+    simulate(system, Jacobi(), start=0, stop=2, seed=0)
+    assert log == [
+        "local to 0",
+        "begin b at 0",
+        "begin a at 0",
+        "local to 1",
+        "local to 2",
+        "finish b",
+        "finish a",
+    ]
+
+
+def test_gauss_seidel_lets_concurrent_components_that_do_not_read_each_other_overlap() -> None:
+    """A and b read the local one; c reads b and so has to wait for it."""
+    log: list[str] = []
+    parts: dict[str, Component] = {"local": Relaxation(-1.0, 1.0, 1.0)}
+    parts |= {name: Elsewhere(Relaxation(-1.0, 1.0, 1.0), log, name) for name in "abc"}
+    wires = [link("local.x", "a.u"), link("local.x", "b.u"), link("b.x", "c.u")]
+    system = System(parts, dict.fromkeys(parts, 1), wires)
+    simulate(system, GaussSeidel(("local", "a", "b", "c")), start=0, stop=1, seed=0)
+    assert log == [
+        "begin a at 0",
+        "begin b at 0",
+        "finish a",
+        "finish b",
+        "begin c at 0",
+        "finish c",
+    ]
+
+
+@settings(max_examples=30, deadline=None)
+@given(data=st.data())
+def test_the_values_of_gauss_seidel_do_not_depend_on_who_is_concurrent(
+    data: st.DataObject,
+) -> None:
+    names = [f"c{k}" for k in range(data.draw(st.integers(2, 5)))]
+    steps = {name: 10**8 * data.draw(st.sampled_from([1, 2, 5])) for name in names}
+    wires = [link(f"{data.draw(st.sampled_from(names))}.x", f"{name}.u") for name in names]
+    order = tuple(data.draw(st.permutations(names)))
+    local: dict[str, Component] = {
+        name: Relaxation(-1.0 - k, 0.5, 1.0 / (k + 1)) for k, name in enumerate(names)
+    }
+    mixed = {
+        name: Elsewhere(part, [], name) if data.draw(st.booleans()) else part
+        for name, part in local.items()
+    }
+    algorithm = GaussSeidel(order)
+    expected = final(algorithm, System(local, steps, wires))
+    assert final(algorithm, System(mixed, steps, wires)) == expected
+
+
+def test_an_explicit_order_names_every_component_once() -> None:
+    system = coupled({"left": 1, "right": 1})
+    with pytest.raises(SystemStructureError) as error:
+        GaussSeidel(("lefd", "right", "right")).turns(system)
+    assert error.value.problems == (
+        "the Gauss-Seidel order names `lefd`, which is no component; did you mean `left`?",
+        "the Gauss-Seidel order names `right` 2 times; name it once",
+        "the Gauss-Seidel order does not name the component `left`",
+    )

@@ -1,0 +1,201 @@
+"""`nlosim check`, `graph`, `components`, `report` and the command line itself."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from orchestrator.cli import main
+
+
+def test_check_says_ok(scenario_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(scenario_file)]) == 0
+    assert capsys.readouterr().out == f"{scenario_file}: ok, 2 components, 2 connections\n"
+    assert main(["check", str(scenario_file), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"problems": []}
+
+
+def test_check_prints_every_problem(
+    scenario_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scenario_file.write_text(
+        scenario_file.read_text().replace("title", "titel").replace("count: 2", "count: 0")
+    )
+    assert main(["check", str(scenario_file)]) == 2
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.removeprefix(f"{scenario_file}:").split(": ")[0] for line in lines] == [
+        "1:1",
+        "2:1",
+        "11:40",
+    ]
+    assert main(["check", str(scenario_file), "--json"]) == 2
+    problems = json.loads(capsys.readouterr().out)["problems"]
+    assert problems[2] == {
+        "file": str(scenario_file),
+        "line": 11,
+        "column": 40,
+        "message": "components.car.parameters.count: must be at least 1, got 0",
+    }
+
+
+def test_check_finds_connections_that_do_not_fit(
+    scenario_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    connections = "connections=[{from: car.power, to: base.u}]"
+    assert main(["check", str(scenario_file), "--set", connections]) == 2
+    assert "units differ: dBm and m" in capsys.readouterr().out
+
+
+def test_check_of_a_file_that_does_not_exist(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", str(tmp_path / "no.yaml")]) == 2
+    assert "no.yaml:1:1: cannot be read: there is no such file" in capsys.readouterr().out
+
+
+def test_graph_is_text_and_drawing(
+    scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drawing = tmp_path / "wiring.svg"
+    feedback = "connections=[{from: car.vehicle, to: base.vehicle}, {from: base.y, to: base.u}]"
+    arguments = ["graph", str(scenario_file), "--set", feedback, "--svg", str(drawing)]
+    assert main([*arguments, "--set", "coupling.order=[car, base]"]) == 0
+    assert capsys.readouterr().out == (
+        "Two units: 0 s to 1 s, gauss-seidel\n\n"
+        "components, in the order in which they step:\n"
+        "  1  car   sender    every 50 ms   this process\n"
+        "  2  base  receiver  every 100 ms  own process, if a transport is given\n\n"
+        "connections, with the age of the values when a step of the target ends:\n"
+        "  car -> base   0       vehicle.* (2)\n"
+        "  base -> base  100 ms  y -> u\n\n"
+        "direct feedthrough:\n"
+        "  base: y depends on u, vehicle.x\n\n"
+        "algebraic loops:\n"
+        "  algebraic loop: `base.u` -> `base.y` -> `base.u`; give Gauss-Seidel an explicit order, "
+        "which breaks the loop with one step of delay, or use Jacobi, which delays every "
+        "connection\n\n"
+        f"drawn in {drawing}\n"
+    )
+    root = ET.fromstring(drawing.read_text())  # noqa: S314 - our own file
+    texts = {element.text for element in root.iter("{http://www.w3.org/2000/svg}text")}
+    assert {"Two units", "car", "base", "sender", "every 100 ms"} <= texts
+    delayed = root.findall(".//{http://www.w3.org/2000/svg}path[@class='delayed']")
+    assert len(delayed) == 1
+
+
+def test_graph_as_json(scenario_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["graph", str(scenario_file), "--json"]) == 0
+    graph = json.loads(capsys.readouterr().out)
+    assert [component["name"] for component in graph["components"]] == ["car", "base"]
+    (connection,) = graph["connections"]
+    assert (connection["from"], connection["to"]) == ("car", "base")
+    assert {"from": "vehicle.x", "to": "vehicle.x"} in connection["signals"]
+
+
+def test_components_are_listed_and_described(
+    sample_units: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["components"]) == 0
+    assert "sender    Drives around." in capsys.readouterr().out
+    assert main(["components", "sender"]) == 0
+    text = capsys.readouterr().out
+    assert "power    number          = 26 dBm  -40 .. 33  transmit power" in text
+    assert "vehicle.x  output  float64[]  m" in text
+    assert main(["components", "receiver"]) == 0
+    assert "known once the parameters are (required: `gain`)" in capsys.readouterr().out
+    assert main(["components", "sender", "--json"]) == 0
+    described = json.loads(capsys.readouterr().out)
+    assert described["parameters"]["power"]["unit"] == "dBm"
+    assert described["connectors"]["power"]["causality"] == "output"
+    assert main(["components", "sendr"]) == 2
+    assert "did you mean `sender`?" in capsys.readouterr().err
+
+
+def test_a_report_is_made_again(
+    scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert main(["run", str(scenario_file), "--out", str(out), "--set", "report=trace"]) == 0
+    first = (out / "metrics.json").read_text()
+    (out / "metrics.json").unlink()
+    capsys.readouterr()
+    assert main(["report", str(out), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["metrics"] == json.loads(first)
+    assert (out / "metrics.json").read_text() == first
+    assert main(["report", str(tmp_path)]) == 2
+    assert "holds no recording" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "the following arguments are required: COMMAND"),
+        (["chek"], "invalid choice: 'chek'"),
+        (["run"], "the following arguments are required: SCENARIO"),
+        (["run", "a.yaml", "--seed", "one"], "argument --seed: invalid int value: 'one'"),
+        (["run", "a.yaml", "--sed", "1"], "unrecognized arguments: --sed 1"),
+    ],
+)
+def test_a_wrong_command_line_is_wrong_input(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments) == 2
+    assert message in capsys.readouterr().err
+    assert main([*arguments, "--json"]) == 2
+    assert message in json.loads(capsys.readouterr().out)["error"]["message"]
+
+
+def test_a_bug_is_reported_with_the_place_of_its_traceback(
+    scenario_file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def broken(*_: object) -> None:
+        raise IndexError("the developers did not think of this")
+
+    monkeypatch.setattr("orchestrator.cli.check.load_scenario", broken)
+    assert main(["check", str(scenario_file), "--json"]) == 5
+    captured = capsys.readouterr()
+    assert "internal error: IndexError: the developers did not think of this" in captured.err
+    assert "Traceback" not in captured.err
+    log = Path(json.loads(captured.out)["error"]["log"])
+    assert "in broken" in log.read_text()
+    log.unlink()
+
+
+def test_what_libraries_print_does_not_spoil_the_json(
+    scenario_file: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def noisy(*_: object) -> None:
+        print("printed by Python")  # noqa: T201
+        os.write(1, b"printed by C\n")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("orchestrator.cli.check.load_scenario", noisy)
+    assert main(["check", str(scenario_file), "--json"]) == 4
+    captured = capfd.readouterr()
+    assert json.loads(captured.out)["error"]["kind"] == "interrupted"
+    assert "printed by Python" in captured.err
+    assert "printed by C" in captured.err
+
+
+def test_the_help_teaches_without_loading_what_only_runs_need() -> None:
+    code = (
+        "import sys; from orchestrator.cli import main\n"
+        "try: main(['--help'])\n"
+        "except SystemExit: pass\n"
+        "heavy = {'matplotlib', 'libsumo', 'pydantic', 'yaml', 'zenoh', 'fmpy'}\n"
+        "print('LOADED', sorted(heavy & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=Path(__file__).parents[2],
+    )
+    assert "nlosim run scenarios/red_light.yaml --seed 3" in done.stdout
+    assert "exit codes:" in done.stdout
+    assert done.stdout.endswith("LOADED []\n")

@@ -1,0 +1,216 @@
+"""A remote component is a component: the same bytes, the same errors, through encoded messages."""
+
+import importlib
+import logging
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+from orchestrator.errors import ComponentError, ComponentTypeError
+from orchestrator.host import ComponentHost
+from orchestrator.parameters import PythonComponentType
+from orchestrator.protocol import (
+    ComponentSpec,
+    Kind,
+    Message,
+    generator_from_document,
+    generator_to_document,
+)
+from orchestrator.randomness import stream
+from orchestrator.remote import launch
+from orchestrator.signal import Connector
+from orchestrator.transport import LoopbackTransport
+from orchestrator.wire import WireError
+
+
+@pytest.fixture
+def units(monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
+    """The module `remote_units`, importable here."""
+    monkeypatch.syspath_prepend(Path(__file__).parent / "packages")
+    yield importlib.import_module("remote_units")
+    sys.modules.pop("remote_units", None)
+    sys.modules.pop("remote_runs", None)
+
+
+@pytest.fixture
+def runs(units: ModuleType) -> ModuleType:
+    """The module `remote_runs`."""
+    return importlib.import_module("remote_runs")
+
+
+def test_the_loopback_gives_the_bytes_of_a_local_run(
+    runs: ModuleType, units: ModuleType, tmp_path: Path
+) -> None:
+    specs = runs.swarms(tmp_path)
+    kind = PythonComponentType(units.Swarm)
+    local = runs.run_swarms({spec.name: kind.create(spec.name, spec.values) for spec in specs})
+    with launch(specs, LoopbackTransport()) as components:
+        remote = runs.run_swarms(components)
+        again = runs.run_swarms(components)
+    assert len(local.bits) == 101 * 2 * 7
+    assert remote.bits == local.bits
+    assert again.bits == local.bits  # after `close`, `setup` repeats the run
+
+
+def test_an_input_that_never_changes_is_one_object_for_the_remote_component(
+    runs: ModuleType, tmp_path: Path
+) -> None:
+    with launch(runs.swarms(tmp_path), LoopbackTransport()) as components:
+        trace = runs.run_swarms(components, steps=20)
+    # its start value, the value after initialisation, and nothing new in 20 steps
+    assert [int(trace.last[name]["changes"]) for name in ("near", "far")] == [2, 1]
+
+
+def test_connectors_arrive_whole(runs: ModuleType, units: ModuleType, tmp_path: Path) -> None:
+    specs = runs.swarms(tmp_path)
+    declared = units.Swarm(units.Swarm.Parameters()).connectors
+    with launch(specs, LoopbackTransport()) as components:
+        found = components["near"].connectors
+    assert list(found) == list(declared)
+    for name, connector in declared.items():
+        for field in Connector.__dataclass_fields__:
+            if field not in ("start", "dtype"):
+                assert getattr(found[name], field) == getattr(connector, field), (name, field)
+        assert found[name].kind() == connector.kind()
+        start, expected = found[name].start_value(), connector.start_value()
+        assert np.asarray(start).tobytes() == np.asarray(expected).tobytes()
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"deed": "raise"}, "component `b` at t = 0.02 s: ValueError: the moon is too bright"),
+        ({"deed": "exit"}, "component `b` at t = 0.02 s: SystemExit: 3"),
+        (
+            {"deed": "raise", "where": "setup"},
+            "component `b` at t = 0 s: ValueError: the moon is too bright",
+        ),
+        (
+            {"deed": "raise", "where": "close"},
+            "component `b`: while closing: ValueError: the moon is too bright",
+        ),
+        (
+            {"deed": "write_nonsense"},
+            (
+                "component `b` at t = 0.02 s: output `pid` is float, neither an array nor bytes; "
+                "write `np.asarray(...)`"
+            ),
+        ),
+    ],
+)
+def test_errors_keep_name_time_and_text(
+    runs: ModuleType, values: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ComponentError) as caught:
+        runs.run_reckless(LoopbackTransport(), **values)
+    assert str(caught.value) == message
+
+
+def test_the_traceback_in_the_host_goes_to_the_debug_log(
+    runs: ModuleType, caplog: pytest.LogCaptureFixture
+) -> None:
+    with caplog.at_level(logging.DEBUG), pytest.raises(ComponentError):
+        runs.run_reckless(LoopbackTransport(), deed="raise")
+    assert "in _raise\n" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "message"),
+    [
+        ("remote_units:Swarm", {"weights": object()}, "parameter `weights` is object, which can"),
+        ("remote_units:Missing", {}, "component `x`: cannot load `remote_units:Missing`: Attrib"),
+        ("no_such_module:X", {}, "cannot load `no_such_module:X`: ModuleNotFoundError: No module"),
+        ("remote_units:DEEDS", {}, "`remote_units:DEEDS` is not a subclass of `Component`"),
+        (
+            "remote_units:Reckless",
+            {"deed": "refuse", "where": "create"},
+            "component `x`: `most` and `least` contradict each other",
+        ),
+        (Path("/no/such.fmu"), {}, "component `x`: there is no file `/no/such.fmu`"),
+    ],
+)
+def test_a_component_that_cannot_be_created(
+    units: ModuleType, kind: str | Path, values: dict[str, Any], message: str
+) -> None:
+    spec = ComponentSpec(name="x", type=kind, values=values)
+    with pytest.raises(ComponentTypeError) as caught, launch([spec], LoopbackTransport()):
+        pass
+    assert message in str(caught.value)
+
+
+def test_all_components_that_cannot_be_created_are_reported_at_once() -> None:
+    specs = [ComponentSpec(name=n, type="no_such_module:X", values={}) for n in ("x", "y")]
+    with (
+        pytest.raises(ComponentTypeError, match=r"(?s)`x`: cannot load.*\n.*`y`: cannot load"),
+        launch(specs, LoopbackTransport()),
+    ):
+        pass
+
+
+plain = st.one_of(st.booleans(), st.integers(), st.floats(allow_nan=False), st.text(),
+                  st.builds(Path, st.sampled_from(["a/b.xml", "/c d", "."])))  # fmt: skip
+
+
+@given(st.dictionaries(st.text(), st.one_of(plain, st.lists(plain).map(tuple)), max_size=4))
+def test_parameter_values_keep_value_and_type(values: dict[str, Any]) -> None:
+    spec = ComponentSpec(name="x", type="t", values=values)
+    command = Message(kind=Kind.CREATE, epoch=0, sequence=1, document=spec.to_document())
+    decoded, _ = Message.decode(command.encode())
+    found = ComponentSpec.from_document(decoded.document)
+    assert found == spec
+    assert repr(found) == repr(spec)  # True is not 1, and -0.0 is not 0.0
+
+
+@given(st.integers(0, 2**63), st.integers(0, 5))
+def test_a_random_stream_continues_where_it_was(seed: int, drawn: int) -> None:
+    rng = stream(seed, "channel")
+    rng.random(drawn, dtype=np.float32)  # an odd number leaves half a word in the generator
+    message = Message(kind=Kind.SETUP, epoch=1, sequence=2, document=generator_to_document(rng))
+    copy = generator_from_document(Message.decode(message.encode())[0].document)
+    for one, other in ((rng, copy), (rng.spawn(1)[0], copy.spawn(1)[0])):
+        assert one.random(3, dtype=np.float32).tobytes() == (
+            other.random(3, dtype=np.float32).tobytes()
+        )
+        assert one.normal(size=5).tobytes() == other.normal(size=5).tobytes()
+
+
+GOOD = Message(kind=Kind.STEP, epoch=1, sequence=2, t=3, h=4, document={"a": [1]}).encode()
+
+
+@pytest.mark.parametrize(
+    ("message", "complaint"),
+    [
+        (b"", "0 bytes are too short"),
+        (b"HTTP/1.1 400 Bad Request" + bytes(40), "starts with b'NLOS', not b'HTTP'"),
+        (GOOD[:4] + b"\x07" + GOOD[5:], "speaks version 7 .* this is version 1; install the same"),
+        (GOOD[:6] + b"\x63" + GOOD[7:], "unknown kind 99"),
+        (GOOD[:-16], "ends too early"),
+        (GOOD[:48] + b"[" + GOOD[49:], "cannot be read"),
+    ],
+)
+def test_a_damaged_message_is_refused(message: bytes, complaint: str) -> None:
+    with pytest.raises(WireError, match=complaint):
+        Message.decode(message)
+
+
+@given(st.binary(max_size=120), st.booleans())
+def test_garbage_never_passes_for_a_message(tail: bytes, has_head: bool) -> None:  # noqa: FBT001
+    try:
+        message, offset = Message.decode(GOOD[:8] + tail if has_head else tail)
+    except WireError:
+        return
+    assert offset <= 8 + len(tail)
+    assert isinstance(message.document, dict)
+
+
+def test_a_host_answers_a_command_that_comes_too_early() -> None:
+    command = Message(kind=Kind.STEP, epoch=1, sequence=7)
+    reply, _ = Message.decode(ComponentHost().handle(command.encode()))
+    assert (reply.kind, reply.epoch, reply.sequence) == (Kind.FAILED, 1, 7)
+    assert reply.document["failure"]["text"] == "the component was not created yet"

@@ -1,0 +1,109 @@
+"""Every problem of a scenario, at its line and column, with what to write instead."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from orchestrator.algorithm.gauss_seidel import GaussSeidel
+from orchestrator.algorithm.jacobi import Jacobi
+from orchestrator.errors import ScenarioError
+from orchestrator.scenario.build import load_scenario
+from orchestrator.scenario.model import Scenario
+
+
+def problems_of(path: Path, *changes: tuple[str, str]) -> list[str]:
+    """The problems after replacing text in the file."""
+    text = path.read_text()
+    for old, new in changes:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    path.write_text(text)
+    with pytest.raises(ScenarioError) as error:
+        load_scenario(path)
+    return [str(problem).removeprefix(f"{path.parent}/") for problem in error.value.problems]
+
+
+def test_a_scenario_is_resolved(scenario_file: Path) -> None:
+    scenario = load_scenario(scenario_file)
+    assert (scenario.start, scenario.stop, scenario.seed) == (0, 10**9, 7)
+    assert scenario.algorithm == GaussSeidel(None)
+    assert scenario.components["car"].step == 50 * 10**6
+    assert scenario.components["base"].process
+    assert scenario.components["car"].values == {
+        "power": pytest.approx(26.0206, abs=1e-4),
+        "count": 2,
+        "noisy": True,
+    }
+
+
+def mistakes() -> Iterator[tuple[str, str, str]]:
+    """Old text, new text and message of each entry of `scenario_problems.txt`."""
+    text = (Path(__file__).parent / "scenario_problems.txt").read_text()
+    for block in text.strip().split("\n\n")[1:]:
+        *change, message = block.split("\n")
+        old, new = ("\n".join(row[2:] for row in change if row[0] == sign) for sign in "-+")
+        yield old, new, message
+
+
+@pytest.mark.parametrize(("old", "new", "message"), list(mistakes()))
+def test_a_problem_is_located_and_says_what_to_write(
+    scenario_file: Path, old: str, new: str, message: str
+) -> None:
+    found = problems_of(scenario_file, (old, new))
+    assert any(message in problem for problem in found), found
+
+
+def test_all_problems_are_reported_at_once_in_the_order_of_the_file(scenario_file: Path) -> None:
+    found = problems_of(
+        scenario_file,
+        ("title: Two units", "titel: Two units"),
+        ("stop: 1 s", "stop: soon"),
+        ("count: 2", "cuont: 2"),
+        ("type: receiver", "type: reciever"),
+        ("from: car.vehicle", "frm: car.vehicle"),
+    )
+    lines = [problem.split(": ", 1)[0] for problem in found]
+    assert lines == [
+        "two.yaml:1:1", "two.yaml:2:1", "two.yaml:3:26", "two.yaml:11:33", "two.yaml:13:11",
+        "two.yaml:19:5", "two.yaml:19:6",
+    ]  # fmt: skip
+
+
+def test_a_file_that_is_no_fmu_is_refused_at_its_line(scenario_file: Path) -> None:
+    (scenario_file.parent / "a.fmu").write_text("not a zip")
+    (found,) = problems_of(scenario_file, ("type: sender", "fmu: a.fmu"))
+    assert found.startswith("two.yaml:9:10: components.car.fmu: cannot open `")
+
+
+def test_paths_are_relative_to_the_file(
+    scenario_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (scenario_file.parent / "trace.csv").write_text("")
+    monkeypatch.chdir("/")
+    scenario = load_scenario(scenario_file, ["components.car.parameters.trace=trace.csv"])
+    assert scenario.components["car"].values["trace"] == scenario_file.parent / "trace.csv"
+
+
+def without_places(scenario: Scenario) -> dict[str, Any]:
+    return {
+        "resolved": scenario.resolved(),
+        "values": {n: dict(c.all_values()) for n, c in scenario.components.items()},
+        "times": (scenario.start, scenario.stop, [c.step for c in scenario.components.values()]),
+    }
+
+
+def test_a_resolved_scenario_means_the_same_when_read_again(
+    scenario_file: Path, tmp_path: Path
+) -> None:
+    first = load_scenario(scenario_file, ["components.car.parameters.offsets=[0.1 m, 1 cm]"])
+    again = tmp_path / "elsewhere" / "resolved.yaml"
+    again.parent.mkdir()
+    again.write_text(json.dumps(first.resolved()))
+    assert without_places(load_scenario(again)) == without_places(first)
+
+
+def test_jacobi_is_chosen_by_name(scenario_file: Path) -> None:
+    assert load_scenario(scenario_file, ["coupling.algorithm=jacobi"]).algorithm == Jacobi()

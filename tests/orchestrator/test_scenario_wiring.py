@@ -1,0 +1,168 @@
+"""Components that do not fit are problems of a line; those that fit are connected as drawn."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+from typing_extensions import override
+
+from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.algorithm.gauss_seidel import GaussSeidel
+from orchestrator.algorithm.jacobi import Jacobi
+from orchestrator.component import Component
+from orchestrator.errors import ComponentError, ScenarioError
+from orchestrator.placement import placing
+from orchestrator.scenario.build import load_scenario
+from orchestrator.scenario.graph import ages, graph_of, grouped
+from orchestrator.scenario.wiring import assemble
+from orchestrator.signal import Causality, Connector, Signals
+from orchestrator.simulation import simulate
+from orchestrator.system import Connection, Endpoint, System
+from orchestrator.timebase import Duration, Time
+
+
+def test_a_group_connects_every_input_beneath_it(scenario_file: Path) -> None:
+    assembly = assemble(load_scenario(scenario_file))
+    assert [str(c) for c in assembly.system.connections] == [
+        "`car.vehicle.x` to `base.vehicle.x`",
+        "`car.vehicle.y` to `base.vehicle.y`",
+    ]
+    assert assembly.turns == ("car", "base")
+
+
+@pytest.mark.parametrize(
+    ("connections", "message"),
+    [
+        (
+            ["{from: car.vehicel, to: base.vehicle}"],
+            "19:5: connections[0]: cannot connect `car.vehicel.x` to `base.vehicle.x`: `car` has",
+        ),
+        (
+            ["{from: car.vehicle, to: base.vehicel}"],
+            "`base` has no input `vehicel`, nor any beneath it; did you mean `vehicle`?",
+        ),
+        (
+            ["{from: car.vehicle, to: base.vehicle}", "{from: car.power, to: base.u}"],
+            "20:5: cannot connect `car.power` to `base.u`: units differ: dBm and m",
+        ),
+        (
+            ["{from: car.vehicle, to: base.vehicle}", "{from: car.vehicle.x, to: base.vehicle.y}"],
+            "20:5: cannot connect `car.vehicle.x` to `base.vehicle.y`: `car.vehicle.y` drives it",
+        ),
+        (
+            ["{from: car.vehicle, to: base.vehicle}", "{from: car.vehicle.x, to: base.vehicle.x}"],
+            "20:5: connections[1]: `car.vehicle.x` to `base.vehicle.x` is connected in line 19",
+        ),
+        (
+            ["{from: base.y, to: base.u}"],
+            "5:1: coupling: algebraic loop: `base.u` -> `base.y` -> `base.u`",
+        ),
+    ],
+)
+def test_connections_that_do_not_fit_are_located(
+    scenario_file: Path, connections: Sequence[str], message: str
+) -> None:
+    head = scenario_file.read_text().partition("connections:\n")[0]
+    rows = "".join(f"  - {connection}\n" for connection in connections)
+    scenario_file.write_text(f"{head}connections:\n{rows}")
+    with pytest.raises(ScenarioError) as error:
+        assemble(load_scenario(scenario_file))
+    assert message in str(error.value.problems[0])
+
+
+def test_a_pattern_that_records_nothing_is_a_problem(scenario_file: Path) -> None:
+    scenario = load_scenario(scenario_file, ["recording.include=[car.powr]"])
+    with pytest.raises(
+        ScenarioError, match=r"cannot record `car\.powr`.*did you mean `car\.power`"
+    ):
+        assemble(scenario)
+
+
+def test_parameters_that_a_type_refuses_are_problems_of_the_scenario(scenario_file: Path) -> None:
+    scenario = load_scenario(
+        scenario_file, ["components.car.parameters.mode=slow", "components.car.parameters.count=9"]
+    )
+    with pytest.raises(ScenarioError, match=r"yaml:11:5: components\.car: `slow` allows for 5"):
+        assemble(scenario)
+
+
+def test_a_component_that_cannot_be_created_is_a_component_error(scenario_file: Path) -> None:
+    scenario = load_scenario(scenario_file, ["components.bad={type: broken, step: 1 s}"])
+    with pytest.raises(ComponentError, match="`bad`: cannot be created: ZeroDivisionError: oops"):
+        assemble(scenario)
+
+
+def test_an_unknown_transport_is_an_error_that_lists_those_installed(scenario_file: Path) -> None:
+    scenario = load_scenario(scenario_file)
+    with (
+        pytest.raises(Exception, match=r"no transport `lopback`.*did you mean `loopback`"),
+        placing("lopback", scenario),
+    ):
+        pass
+
+
+class Clock(Component):
+    """Writes the simulated time; records how old the time is that it reads."""
+
+    def __init__(self) -> None:
+        self.ages: list[Duration] = []
+        self._time = 0
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return {
+            "u": Connector(causality=Causality.INPUT, dtype=np.int64),
+            "y": Connector(causality=Causality.OUTPUT, dtype=np.int64),
+        }
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._time = start
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._time = t + h
+        self.ages.append(self._time - int(np.asarray(inputs["u"])))
+
+    @override
+    def outputs(self) -> Signals:
+        return {"y": np.asarray(self._time)}
+
+
+@given(st.integers(1, 12), st.integers(1, 12), st.sampled_from([Jacobi(), GaussSeidel(("a", "b"))]))
+def test_the_predicted_ages_are_those_of_a_simulation(
+    a: int, b: int, algorithm: CosimulationAlgorithm
+) -> None:
+    clocks = {"a": Clock(), "b": Clock()}
+    wires = [Connection(Endpoint(x, "y"), Endpoint(z, "u")) for x, z in ("ab", "ba")]
+    system = System(clocks, {"a": a, "b": b}, wires)
+    simulate(system, algorithm, start=0, stop=a * b, seed=0)
+    is_parallel = isinstance(algorithm, Jacobi)
+    for target, own, other in (("b", b, a), ("a", a, b)):
+        predicted = ages(other, own, is_parallel=is_parallel, is_forward=target == "b")
+        assert (min(clocks[target].ages), max(clocks[target].ages)) == predicted
+
+
+def test_the_graph_has_layers_and_feedback(scenario_file: Path) -> None:
+    scenario = load_scenario(
+        scenario_file,
+        ["connections=[{from: car.vehicle, to: base.vehicle}, {from: base.y, to: base.u}]",
+         "coupling.order=[car, base]"],
+    )  # fmt: skip
+    graph = graph_of(scenario, assemble(scenario))
+    assert [(node.name, node.layer) for node in graph.nodes] == [("car", 0), ("base", 1)]
+    assert [(e.source, e.target, e.is_forward) for e in graph.edges] == [
+        ("car", "base", True),
+        ("base", "base", False),
+    ]
+    assert dict(graph.nodes[1].feedthrough) == {"y": ("u", "vehicle.x")}
+    (loop,) = graph.loops
+    assert loop.startswith("algebraic loop: `base.u` -> `base.y` -> `base.u`")
+
+
+def test_signals_of_a_group_become_one_entry() -> None:
+    signals = [("vehicle.x", "vehicle.x"), ("vehicle.y", "vehicle.y"), ("a", "b"), ("c.d", "c.d")]
+    assert grouped(signals) == ["vehicle.* (2)", "a -> b", "c.d"]
