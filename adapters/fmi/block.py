@@ -23,7 +23,8 @@ def shape_of(variable: FmuVariable, lengths: Mapping[str, int]) -> tuple[int, ..
 
 def address_of(elements: Array) -> Any:
     """Where new `elements` are, as an argument of a C function; quicker than `ctypes.data`."""
-    return ctypes.byref(ctypes.c_char.from_buffer(elements)) if elements.size else None
+    memory: Any = elements  # NumPy's stubs do not say that arrays are buffers
+    return ctypes.byref(ctypes.c_char.from_buffer(memory)) if elements.size else None
 
 
 class Block:

@@ -136,7 +136,7 @@ class FmuComponent(Component):
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
         instance = self._running()
-        if self._sizes.changed_arrays(inputs, self._written):
+        if self._sizes.may_have_changed(inputs, self._written):
             self._resize(instance, inputs)
         self._write_inputs(instance, inputs)
         instance.step(seconds(t), seconds(h))

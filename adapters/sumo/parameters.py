@@ -13,9 +13,7 @@ from orchestrator.parameters import parameter
 class TrafficParameters:
     """Parameters of `SumoTraffic`; the defaults are those of the scene `red_light`."""
 
-    scene: Path = parameter(
-        doc="SUMO configuration (*.sumocfg): network, types, buildings"
-    )
+    scene: Path = parameter(doc="SUMO configuration (*.sumocfg): network, types, buildings")
     step_length: float = parameter(
         0.05, unit="s", minimum=0.001, maximum=1.0, doc="SUMO's own step; divides the step size"
     )

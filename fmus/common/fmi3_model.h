@@ -42,7 +42,9 @@ typedef struct {
     ModelStatus (*create)(Instance *, void **state);
     void (*destroy)(Instance *, void *state);
     /* Optional. Parameters have their values now; called once, when the importer leaves initialisation
-     * mode or first reads an output in it, before the first `output`. */
+     * mode or first reads an output in it, before the first `output`. When a state arrives from an
+     * instance with other fixed parameters, the shell creates the private state anew, begins it
+     * with those parameters and then loads it: what `begin` derives need not be saved. */
     ModelStatus (*begin)(Instance *, void *state, double t);
     /* Compute the outputs from the inputs at time t; no time passes. Called after inputs changed in
      * initialisation or event mode, when an output is read. */

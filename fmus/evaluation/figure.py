@@ -97,7 +97,7 @@ def _view(now: Scene, links: Links) -> Bbox:
     middle = now.position[row, :2] if row is not None else np.zeros(2)
     linked = {vehicle for ends in links for vehicle in ends}
     points = [p[:2] for v, p in zip(now.ids, now.position, strict=True) if int(v) in linked]
-    wide, most = _VIEW * np.array([1.2, 1.0]), _VIEW * np.array([1.6, 1.6])
+    wide, most = _VIEW * np.array([1.2, 1.0]), _VIEW * np.array([1.6, 1.2])
     low = np.min([middle - wide, *points], axis=0) - 5.0
     high = np.max([middle + wide, *points], axis=0) + 5.0
     return Bbox([np.maximum(low, middle - most), np.minimum(high, middle + most)])
