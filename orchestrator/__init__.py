@@ -1,39 +1,77 @@
-"""Deterministic co-simulation of FMI components: the public names."""
+"""Deterministic co-simulation of FMI components: the public names.
 
-from orchestrator.algorithm.base import CosimulationAlgorithm as CosimulationAlgorithm
-from orchestrator.algorithm.gauss_seidel import GaussSeidel as GaussSeidel
-from orchestrator.algorithm.jacobi import Jacobi as Jacobi
-from orchestrator.component import (
-    Component as Component,
-    ConcurrentComponent as ConcurrentComponent,
-    RestorableComponent as RestorableComponent,
-)
-from orchestrator.errors import (
-    ComponentError as ComponentError,
-    ComponentTypeError as ComponentTypeError,
-    CosimError as CosimError,
-    ScenarioError as ScenarioError,
-    SystemStructureError as SystemStructureError,
-)
-from orchestrator.observer import (
-    Observer as Observer,
-    SimulationResult as SimulationResult,
-)
-from orchestrator.parameters import ComponentType as ComponentType, parameter as parameter
-from orchestrator.recorder import Recorder as Recorder
-from orchestrator.recording import Recording as Recording, Series as Series
-from orchestrator.signal import (
-    Causality as Causality,
-    Connector as Connector,
-    Signal as Signal,
-    Signals as Signals,
-    Variability as Variability,
-)
-from orchestrator.simulation import simulate as simulate
-from orchestrator.system import (
-    Connection as Connection,
-    Endpoint as Endpoint,
-    System as System,
-    expand as expand,
-)
-from orchestrator.timebase import Duration as Duration, Time as Time, nanoseconds as nanoseconds
+Nothing is imported before it is used, so that the command line starts quickly and can choose the
+number of threads before NumPy is loaded.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from orchestrator.algorithm.base import CosimulationAlgorithm as CosimulationAlgorithm
+    from orchestrator.algorithm.gauss_seidel import GaussSeidel as GaussSeidel
+    from orchestrator.algorithm.jacobi import Jacobi as Jacobi
+    from orchestrator.component import (
+        Component as Component,
+        ConcurrentComponent as ConcurrentComponent,
+        RestorableComponent as RestorableComponent,
+    )
+    from orchestrator.errors import (
+        ComponentError as ComponentError,
+        ComponentTypeError as ComponentTypeError,
+        CosimError as CosimError,
+        ScenarioError as ScenarioError,
+        SystemStructureError as SystemStructureError,
+    )
+    from orchestrator.observer import (
+        Observer as Observer,
+        SimulationResult as SimulationResult,
+    )
+    from orchestrator.parameters import ComponentType as ComponentType, parameter as parameter
+    from orchestrator.recording.reader import Recording as Recording, Series as Series
+    from orchestrator.recording.recorder import Recorder as Recorder
+    from orchestrator.signal import (
+        Causality as Causality,
+        Connector as Connector,
+        Signal as Signal,
+        Signals as Signals,
+        Variability as Variability,
+    )
+    from orchestrator.simulation import simulate as simulate
+    from orchestrator.system import (
+        Connection as Connection,
+        Endpoint as Endpoint,
+        System as System,
+        expand as expand,
+    )
+    from orchestrator.timebase import Duration as Duration, Time as Time, nanoseconds as nanoseconds
+
+_HOMES: Final = {
+    "orchestrator.algorithm.base": ("CosimulationAlgorithm",),
+    "orchestrator.algorithm.gauss_seidel": ("GaussSeidel",),
+    "orchestrator.algorithm.jacobi": ("Jacobi",),
+    "orchestrator.component": ("Component", "ConcurrentComponent", "RestorableComponent"),
+    "orchestrator.errors": (
+        "ComponentError",
+        "ComponentTypeError",
+        "CosimError",
+        "ScenarioError",
+        "SystemStructureError",
+    ),
+    "orchestrator.observer": ("Observer", "SimulationResult"),
+    "orchestrator.parameters": ("ComponentType", "parameter"),
+    "orchestrator.recording.reader": ("Recording", "Series"),
+    "orchestrator.recording.recorder": ("Recorder",),
+    "orchestrator.signal": ("Causality", "Connector", "Signal", "Signals", "Variability"),
+    "orchestrator.simulation": ("simulate",),
+    "orchestrator.system": ("Connection", "Endpoint", "System", "expand"),
+    "orchestrator.timebase": ("Duration", "Time", "nanoseconds"),
+}
+_HOME_OF: Final = {name: module for module, names in _HOMES.items() for name in names}
+__all__ = sorted(_HOME_OF)  # noqa: PLE0605 - the names are those of the table above
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module `orchestrator` has no attribute `{name}`")
+    return getattr(import_module(_HOME_OF[name]), name)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from orchestrator.layout import write_json
-from orchestrator.recording import Recording
+from orchestrator.recording.layout import write_json
+from orchestrator.recording.reader import Recording
 from orchestrator.report import report_type
 
 METRICS: Final = "metrics.json"

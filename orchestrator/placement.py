@@ -7,12 +7,12 @@ from typing import Final
 
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
-from orchestrator.protocol import ComponentSpec
-from orchestrator.remote import launch
+from orchestrator.remote.component import launch
+from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.transport import LoopbackTransport, Transport
 from orchestrator.scenario.model import ComponentUse, Scenario
 from orchestrator.scenario.wiring import Place, in_process
 from orchestrator.suggestion import suggestion
-from orchestrator.transport import LoopbackTransport, Transport
 
 GROUP: Final = "orchestrator.transports"
 IN_PROCESS: Final = "in-process"

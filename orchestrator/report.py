@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.errors import ComponentTypeError
-from orchestrator.recording import Recording
+from orchestrator.recording.reader import Recording
 from orchestrator.suggestion import suggestion
 
 GROUP: Final = "orchestrator.reports"

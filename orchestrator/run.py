@@ -1,7 +1,7 @@
 """One run of a scenario, in a directory of its own.
 
 manifest.json   the resolved scenario, versions, host, how the run ended and where the time went
-signals/        the recording; see `orchestrator.layout`
+signals/        the recording; see `orchestrator.recording.layout`
 metrics.json    what the scenario's report found in it
 figure.png      the report's figure
 log.txt         what components and the orchestrator logged
@@ -16,12 +16,12 @@ from typing import Any
 
 from orchestrator.errors import CosimError
 from orchestrator.findings import make_report
-from orchestrator.layout import RecordingError
 from orchestrator.log import run_log
 from orchestrator.observer import Observer
 from orchestrator.placement import IN_PROCESS, placing
 from orchestrator.provenance import provenance
-from orchestrator.recorder import Recorder
+from orchestrator.recording.layout import RecordingError
+from orchestrator.recording.recorder import Recorder
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.wiring import Assembly, assemble
 from orchestrator.simulation import simulate

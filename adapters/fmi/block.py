@@ -35,9 +35,9 @@ class Block:
         variables: in a fixed order.
         dtype: of the elements in memory, as the FMI function wants them.
         references: address of the value references (uint32).
-        address: of the first element.
         size: number of elements.
-        views: the part of each variable, in its shape.
+        address: of the first element, once allocated.
+        views: the part of each variable, in its shape, once allocated.
     """
 
     def __init__(self, kind: str, variables: Sequence[FmuVariable], dtype: npt.DTypeLike) -> None:
@@ -54,7 +54,7 @@ class Block:
         self.size = 0
 
     def resize(self, lengths: Mapping[str, int]) -> None:
-        """Make room for arrays of these lengths; the old values are lost."""
+        """Let the arrays have these lengths."""
         self._slices = []
         stop = 0
         for variable in self.variables:
@@ -62,7 +62,10 @@ class Block:
             start, stop = stop, stop + math.prod(shape)
             self._slices.append((variable.name, start, stop, shape))
         self.size = stop
-        self._elements = np.zeros(stop, self.dtype)
+
+    def allocate(self) -> None:
+        """Make room for values that are to be written; the old ones are lost."""
+        self._elements = np.zeros(self.size, self.dtype)
         self.address = self._elements.ctypes.data
         self.views = self._split(self._elements)
         self.places = {

@@ -106,7 +106,6 @@ class FmuDescription:
         token: instantiation token (FMI 2.0: guid).
         variables: by name, in the order of the file.
         can_restore: it can return to an earlier state.
-        can_vary_step: it takes communication step sizes that change.
         log_categories: what the FMU can log.
     """
 
@@ -118,7 +117,6 @@ class FmuDescription:
     token: str
     variables: Mapping[str, FmuVariable]
     can_restore: bool
-    can_vary_step: bool
     log_categories: tuple[str, ...]
 
     def of(self, *causalities: str) -> tuple[FmuVariable, ...]:
@@ -158,7 +156,6 @@ def read_description(path: Path) -> FmuDescription:
         token=parsed.guid,
         variables=_variables(parsed, root),
         can_restore=_flag(flags, "canGetAndSetFMUState") or _flag(flags, "canGetAndSetFMUstate"),
-        can_vary_step=_flag(flags, "canHandleVariableCommunicationStepSize"),
         log_categories=tuple(category.name for category in parsed.logCategories),
     )
 

@@ -2,12 +2,10 @@
 
 import ctypes
 import itertools
-import shutil
 import weakref
 from collections import defaultdict
 from collections.abc import Mapping
 from ctypes import c_double, c_int, c_size_t, c_void_p
-from pathlib import Path
 from typing import Any, Final, cast
 
 import fmpy
@@ -21,7 +19,7 @@ from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import DISCARD, OK, FmuInstance, Guard
 from adapters.fmi.messages import MessageLog
-from adapters.fmi.unpacked import load, unpack
+from adapters.fmi.unpacked import LoadedFmu
 from orchestrator.signal import Signal
 
 _VALUES: Final = (c_void_p, c_void_p, c_size_t, c_void_p)
@@ -58,14 +56,14 @@ class Fmi2Instance(FmuInstance):
         self._log = log
         self._guard = Guard(log)
         self._may_restore = may_restore
-        self._folder: Path | None = unpack(description)
+        self._fmu = LoadedFmu(description, name)
+        self._is_freed = False
         self._states: set[int] = set()
         try:
-            self._fmu: Any = load(description, self._folder, name)
-            self._functions: dict[str, Any] = {}
             self._instance = self._instantiate(name)
         except BaseException:
-            shutil.rmtree(self._folder, ignore_errors=True)
+            self._fmu.unload()
+            self._fmu.discard()
             raise
         self._is_initialised = False
         self._blocks = [
@@ -76,6 +74,8 @@ class Fmi2Instance(FmuInstance):
         self._output_blocks = blocks(description.of("output"), _DTYPES)
         for block in (*self._blocks, *self._output_blocks):
             block.resize({})
+        for block in self._blocks:
+            block.allocate()
 
     def _instantiate(self, name: str) -> int:
         number = next(_NUMBERS)
@@ -87,8 +87,9 @@ class Fmi2Instance(FmuInstance):
         callbacks.componentEnvironment = number
         _format_messages(callbacks)
         self._callbacks = callbacks  # the FMU keeps the address
-        resources = Path(self._fmu.unzipDirectory) / "resources"
-        instance: int | None = self._fmu.dll.fmi2Instantiate(
+        resources = self._fmu.resources
+        instance: int | None = self._fmu.call(
+            "fmi2Instantiate",
             name.encode(),
             fmpy.fmi2.fmi2CoSimulation,
             self._description.token.encode(),
@@ -98,21 +99,12 @@ class Fmi2Instance(FmuInstance):
             int(self._log.is_verbose),
         )
         if not instance:
-            fmpy.freeLibrary(self._fmu.dll._handle)  # noqa: SLF001  (as FMPy does)
             text = "; ".join(self._log.recent) or "the FMU logged no reason"
             raise FmuError(f"fmi2Instantiate returned nothing: {text}")
         return instance
 
-    def _function(self, name: str, arguments: tuple[Any, ...]) -> Any:
-        if name not in self._functions:
-            function = self._fmu.dll[name]  # a new object: FMPy's keeps its argument types
-            function.argtypes = arguments
-            function.restype = c_int
-            self._functions[name] = function
-        return self._functions[name]
-
     def _call(self, name: str, *arguments: Any) -> None:
-        self._guard.check(name, getattr(self._fmu.dll, name)(self._instance, *arguments))
+        self._guard.check(name, self._fmu.call(name, self._instance, *arguments))
 
     @override
     def configure(self, lengths: Mapping[str, int]) -> None:
@@ -130,7 +122,7 @@ class Fmi2Instance(FmuInstance):
             self._write_block(block, names)
 
     def _write_block(self, block: Block, names: list[str]) -> None:
-        function = self._function(f"fmi2Set{block.kind}", _VALUES)
+        function = self._fmu.function(f"fmi2Set{block.kind}", _VALUES)
         if len(names) == len(block.variables):
             calls = [(block.references, len(names), block.address)]
         else:
@@ -161,7 +153,7 @@ class Fmi2Instance(FmuInstance):
     @override
     def step(self, t: float, h: float) -> None:
         self._log.recent.clear()
-        function = self._function("fmi2DoStep", _STEP)
+        function = self._fmu.function("fmi2DoStep", _STEP)
         status = function(self._instance, t, h, int(not self._may_restore))
         if status == DISCARD:
             self._guard.refuse("fmi2DoStep", status, self._progress())
@@ -171,8 +163,10 @@ class Fmi2Instance(FmuInstance):
     def _progress(self) -> str:
         """Why a step was discarded, as far as the FMU tells."""
         time, is_over = c_double(), c_int()
-        self._fmu.dll.fmi2GetRealStatus(self._instance, _LAST_SUCCESSFUL_TIME, ctypes.byref(time))
-        self._fmu.dll.fmi2GetBooleanStatus(self._instance, _TERMINATED, ctypes.byref(is_over))
+        self._fmu.call(
+            "fmi2GetRealStatus", self._instance, _LAST_SUCCESSFUL_TIME, ctypes.byref(time)
+        )
+        self._fmu.call("fmi2GetBooleanStatus", self._instance, _TERMINATED, ctypes.byref(is_over))
         ends = "; the FMU asks to end the simulation" if is_over.value else ""
         return f" (the last successful time is {time.value:.9g} s{ends})"
 
@@ -181,7 +175,7 @@ class Fmi2Instance(FmuInstance):
         found: dict[str, Signal] = {}
         for block in self._output_blocks:
             elements = block.fresh()
-            status = self._function(f"fmi2Get{block.kind}", _VALUES)(
+            status = self._fmu.function(f"fmi2Get{block.kind}", _VALUES)(
                 self._instance, block.references, len(block.variables), address_of(elements)
             )
             if status != OK:
@@ -206,22 +200,21 @@ class Fmi2Instance(FmuInstance):
     def forget(self, state: int) -> None:
         if state in self._states and not self._guard.is_dead:
             self._states.discard(state)
-            self._fmu.dll.fmi2FreeFMUstate(self._instance, ctypes.byref(c_void_p(state)))
+            self._fmu.call("fmi2FreeFMUstate", self._instance, ctypes.byref(c_void_p(state)))
 
     @override
     def free(self) -> None:
-        folder, self._folder = self._folder, None
-        if folder is None:
+        if self._is_freed:
             return
+        self._is_freed = True
         if not self._guard.is_dead:
             for state in tuple(self._states):
                 self.forget(state)
             if self._is_initialised and not self._guard.has_failed:
-                self._fmu.dll.fmi2Terminate(self._instance)
-            self._fmu.dll.fmi2FreeInstance(self._instance)
-            self._functions.clear()
-            fmpy.freeLibrary(self._fmu.dll._handle)  # noqa: SLF001  (as FMPy does)
-        shutil.rmtree(folder, ignore_errors=True)
+                self._fmu.call("fmi2Terminate", self._instance)
+            self._fmu.call("fmi2FreeInstance", self._instance)
+            self._fmu.unload()
+        self._fmu.discard()
 
 
 def _format_messages(callbacks: Any) -> None:

@@ -1,11 +1,9 @@
 """One instance of an FMI 3.0 co-simulation FMU."""
 
 import ctypes
-import shutil
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
-from ctypes import c_bool, c_double, c_int, c_size_t, c_void_p
-from pathlib import Path
+from ctypes import c_bool, c_double, c_size_t, c_void_p
 from typing import Any, Final, cast
 
 import fmpy
@@ -18,7 +16,7 @@ from adapters.fmi.description import DTYPES, FmuDescription, FmuVariable
 from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import DISCARD, OK, FmuInstance, Guard
 from adapters.fmi.messages import MessageLog
-from adapters.fmi.unpacked import load, unpack
+from adapters.fmi.unpacked import LoadedFmu
 from orchestrator.signal import Signal
 
 _ARRAYS: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)
@@ -27,11 +25,7 @@ _STEP: Final = (c_void_p, c_double, c_double, c_bool, c_void_p, c_void_p, c_void
 
 
 class Fmi3Instance(FmuInstance):
-    """FMI 3.0.2, sections 2.2 and 4.2, without event mode, clocks and early return.
-
-    Hot calls go through function objects of our own whose pointer arguments are plain
-    addresses, so that arrays travel without conversion; the others go through FMPy.
-    """
+    """FMI 3.0.2, sections 2.2 and 4.2, without event mode, clocks and early return."""
 
     def __init__(
         self, description: FmuDescription, name: str, log: MessageLog, *, may_restore: bool
@@ -40,17 +34,17 @@ class Fmi3Instance(FmuInstance):
         self._log = log
         self._guard = Guard(log)
         self._may_restore = may_restore
-        self._folder: Path | None = unpack(description)
+        self._fmu = LoadedFmu(description, name)
+        self._is_freed = False
         self._states: set[int] = set()
         self._lengths = {
             v.name: int(v.start[0]) for v in description.of("structuralParameter") if v.start
         }
         try:
-            self._fmu: Any = load(description, self._folder, name)
-            self._functions: dict[str, Any] = {}
             self._instance = self._instantiate(name)
         except BaseException:
-            shutil.rmtree(self._folder, ignore_errors=True)
+            self._fmu.unload()
+            self._fmu.discard()
             raise
         self._flags = [c_bool(), c_bool(), c_bool()]
         self._last_time = c_double()
@@ -75,8 +69,9 @@ class Fmi3Instance(FmuInstance):
 
         self._callback = fmpy.fmi3.fmi3LogMessageCallback(on_message)
         is_verbose = self._log.is_verbose
-        resources = Path(self._fmu.unzipDirectory) / "resources"
-        instance: int | None = self._fmu.dll.fmi3InstantiateCoSimulation(
+        resources = self._fmu.resources
+        instance: int | None = self._fmu.call(
+            "fmi3InstantiateCoSimulation",
             name.encode(),
             self._description.token.encode(),
             f"{resources}/".encode() if resources.is_dir() else None,
@@ -91,29 +86,22 @@ class Fmi3Instance(FmuInstance):
             fmpy.fmi3.fmi3IntermediateUpdateCallback(),
         )
         if not instance:
-            fmpy.freeLibrary(self._fmu.dll._handle)  # noqa: SLF001  (as FMPy does)
             text = "; ".join(self._log.recent) or "the FMU logged no reason"
             raise FmuError(f"fmi3InstantiateCoSimulation returned nothing: {text}")
         categories = [c for c in self._description.log_categories if c.startswith("logStatus")]
         if categories and not is_verbose:
             names = (ctypes.c_char_p * len(categories))(*(c.encode() for c in categories))
-            self._fmu.dll.fmi3SetDebugLogging(instance, True, len(categories), names)  # noqa: FBT003
+            self._fmu.call("fmi3SetDebugLogging", instance, True, len(categories), names)  # noqa: FBT003
         return instance
 
-    def _function(self, name: str, arguments: tuple[Any, ...]) -> Any:
-        if name not in self._functions:
-            function = self._fmu.dll[name]  # a new object: FMPy's keeps its argument types
-            function.argtypes = arguments
-            function.restype = c_int
-            self._functions[name] = function
-        return self._functions[name]
-
     def _call(self, name: str, *arguments: Any) -> None:
-        self._guard.check(name, getattr(self._fmu.dll, name)(self._instance, *arguments))
+        self._guard.check(name, self._fmu.call(name, self._instance, *arguments))
 
     def _resize_blocks(self) -> None:
         for block in (*self._blocks, *self._output_blocks):
             block.resize(self._lengths)
+        for block in self._blocks:
+            block.allocate()
 
     @override
     def configure(self, lengths: Mapping[str, int]) -> None:
@@ -140,7 +128,7 @@ class Fmi3Instance(FmuInstance):
             self._write_binaries(binaries)
 
     def _write_block(self, block: Block, names: list[str]) -> None:
-        function = self._function(f"fmi3Set{block.kind}", _ARRAYS)
+        function = self._fmu.function(f"fmi3Set{block.kind}", _ARRAYS)
         if len(names) == len(block.variables):
             calls = [(block.references, len(names), block.address, block.size)]
         else:
@@ -156,7 +144,7 @@ class Fmi3Instance(FmuInstance):
         references = (ctypes.c_uint32 * count)(*(variables[name].reference for name in values))
         sizes = (c_size_t * count)(*map(len, values.values()))
         pointers = (ctypes.c_char_p * count)(*values.values())
-        status = self._function("fmi3SetBinary", _BINARIES)(
+        status = self._fmu.function("fmi3SetBinary", _BINARIES)(
             self._instance, references, count, sizes, pointers, count
         )
         self._guard.check(f"fmi3SetBinary of {_listed(values)}", status)
@@ -180,7 +168,7 @@ class Fmi3Instance(FmuInstance):
     @override
     def step(self, t: float, h: float) -> None:
         self._log.recent.clear()
-        function = self._function("fmi3DoStep", _STEP)
+        function = self._fmu.function("fmi3DoStep", _STEP)
         self._last_time.value = t
         status = function(self._instance, t, h, not self._may_restore, *self._step_results)
         if status == DISCARD:
@@ -202,7 +190,7 @@ class Fmi3Instance(FmuInstance):
         found: dict[str, Signal] = {}
         for block in self._output_blocks:
             elements = block.fresh()
-            status = self._function(f"fmi3Get{block.kind}", _ARRAYS)(
+            status = self._fmu.function(f"fmi3Get{block.kind}", _ARRAYS)(
                 self._instance,
                 block.references,
                 len(block.variables),
@@ -220,7 +208,7 @@ class Fmi3Instance(FmuInstance):
         count = len(self._binary_outputs)
         references = (ctypes.c_uint32 * count)(*(v.reference for v in self._binary_outputs))
         sizes, pointers = (c_size_t * count)(), (c_void_p * count)()
-        status = self._function("fmi3GetBinary", _BINARIES)(
+        status = self._fmu.function("fmi3GetBinary", _BINARIES)(
             self._instance, references, count, sizes, pointers, count
         )
         self._guard.check("fmi3GetBinary", status)
@@ -249,22 +237,21 @@ class Fmi3Instance(FmuInstance):
     def forget(self, state: int) -> None:
         if state in self._states and not self._guard.is_dead:
             self._states.discard(state)
-            self._fmu.dll.fmi3FreeFMUState(self._instance, ctypes.byref(c_void_p(state)))
+            self._fmu.call("fmi3FreeFMUState", self._instance, ctypes.byref(c_void_p(state)))
 
     @override
     def free(self) -> None:
-        folder, self._folder = self._folder, None
-        if folder is None:
+        if self._is_freed:
             return
+        self._is_freed = True
         if not self._guard.is_dead:
             for state in tuple(self._states):
                 self.forget(state)
             if self._is_initialised and not self._guard.has_failed:
-                self._fmu.dll.fmi3Terminate(self._instance)
-            self._fmu.dll.fmi3FreeInstance(self._instance)
-            self._functions.clear()
-            fmpy.freeLibrary(self._fmu.dll._handle)  # noqa: SLF001  (as FMPy does)
-        shutil.rmtree(folder, ignore_errors=True)
+                self._fmu.call("fmi3Terminate", self._instance)
+            self._fmu.call("fmi3FreeInstance", self._instance)
+            self._fmu.unload()
+        self._fmu.discard()
 
 
 def _blocks(variables: Iterable[FmuVariable]) -> list[Block]:

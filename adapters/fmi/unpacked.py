@@ -1,5 +1,6 @@
 """An FMU on disk: unpacked for this platform, loaded, and gone again afterwards."""
 
+import ctypes
 import os
 import shutil
 import tempfile
@@ -51,12 +52,56 @@ def check_binary(description: FmuDescription) -> None:
     )
 
 
-def unpack(description: FmuDescription) -> Path:
-    """Unpack what this machine needs into a new temporary folder.
+class LoadedFmu:
+    """The binary of an FMU, loaded from a temporary folder of its own.
 
-    Raises:
-        ComponentTypeError: the archive is damaged or names files outside itself.
+    Attributes:
+        resources: the folder of the FMU's resources; it may be missing.
     """
+
+    def __init__(self, description: FmuDescription, name: str) -> None:
+        """Unpack and load the FMU for the instance `name`.
+
+        Raises:
+            ComponentTypeError: the archive is damaged, or the binary cannot be loaded.
+        """
+        self._folder = _unpack(description)
+        self.resources = self._folder / "resources"
+        self._functions: dict[str, Any] = {}
+        try:
+            self._dll = _load(description, self._folder, name).dll
+        except BaseException:
+            self.discard()
+            raise
+
+    def call(self, function: str, *arguments: Any) -> Any:
+        """Call an FMI function with the argument types that FMPy knows; its result."""
+        return getattr(self._dll, function)(*arguments)
+
+    def function(self, name: str, arguments: tuple[Any, ...]) -> Any:
+        """An FMI function that returns a status, with argument types of our own.
+
+        Pointers can be plain addresses then, so that arrays travel without conversion.
+        """
+        if name not in self._functions:
+            function = self._dll[name]  # a new object: FMPy's keeps its argument types
+            function.argtypes = arguments
+            function.restype = ctypes.c_int
+            self._functions[name] = function
+        return self._functions[name]
+
+    def unload(self) -> None:
+        """Unload the library; nothing of it may be called any more."""
+        self._functions.clear()
+        fmpy.freeLibrary(self._dll._handle)  # noqa: SLF001  (as FMPy does)
+
+    def discard(self) -> None:
+        """Remove the temporary folder."""
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def _unpack(description: FmuDescription) -> Path:
+    """Unpack what this machine needs into a new temporary folder."""
     folder = Path(tempfile.mkdtemp(prefix=f"nlosim-{description.identifier}-"))
     own = f"binaries/{host_folder(description.version)}/"
     try:
@@ -73,12 +118,8 @@ def unpack(description: FmuDescription) -> Path:
     return folder
 
 
-def load(description: FmuDescription, folder: Path, name: str) -> Any:
-    """Load the binary below `folder`; the FMPy object with the FMI functions.
-
-    Raises:
-        ComponentTypeError: the library cannot be loaded, or lacks an FMI function.
-    """
+def _load(description: FmuDescription, folder: Path, name: str) -> Any:
+    """Load the binary below `folder`; the FMPy object with the FMI functions."""
     slave = fmpy.fmi2.FMU2Slave if description.version == 2 else fmpy.fmi3.FMU3Slave
     here = Path.cwd()
     try:

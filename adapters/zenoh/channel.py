@@ -8,7 +8,7 @@ from typing_extensions import override
 from zenoh.handlers import FifoChannel
 
 from adapters.zenoh.session import Keys, close_session, is_matched, open_session
-from orchestrator.host import HostChannel
+from orchestrator.remote.host import HostChannel
 
 _CONNECT_TIMEOUT: Final = 30.0
 """How long the orchestrator may take to listen, and to subscribe to the replies [s]."""

@@ -13,8 +13,8 @@ from zenoh.handlers import Callback
 from adapters.zenoh.channel import ZenohChannel
 from adapters.zenoh.session import Keys, is_matched
 from orchestrator.errors import ComponentError
-from orchestrator.process import HostProcess
-from orchestrator.transport import Link, LinkLostError
+from orchestrator.remote.process import HostProcess
+from orchestrator.remote.transport import Link, LinkLostError
 
 _EXIT_AFTER_DISCONNECT: Final = 0.5
 """How long to wait for a better reason than a lost connection [s]."""

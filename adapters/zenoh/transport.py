@@ -14,7 +14,7 @@ from typing_extensions import override
 
 from adapters.zenoh.link import ZenohLink
 from adapters.zenoh.session import Keys, close_session, open_session
-from orchestrator.transport import Link, Transport
+from orchestrator.remote.transport import Link, Transport
 
 _USER: Final = "host"
 _GRACE: Final = 0.5

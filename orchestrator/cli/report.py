@@ -6,7 +6,7 @@ from pathlib import Path
 from orchestrator.cli.outcome import Outcome
 from orchestrator.errors import CosimError
 from orchestrator.findings import FIGURE, METRICS, make_report
-from orchestrator.recording import Recording
+from orchestrator.recording.reader import Recording
 
 
 def execute(arguments: Namespace) -> Outcome:

@@ -16,7 +16,7 @@ from orchestrator.errors import (
     ScenarioError,
     SystemStructureError,
 )
-from orchestrator.recorder import select
+from orchestrator.recording.recorder import select
 from orchestrator.scenario.diagnosis import spell
 from orchestrator.scenario.document import Address
 from orchestrator.scenario.model import ComponentUse, Scenario

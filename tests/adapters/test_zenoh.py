@@ -19,10 +19,10 @@ import pytest
 
 from orchestrator.errors import ComponentError, ComponentTypeError
 from orchestrator.parameters import PythonComponentType
-from orchestrator.protocol import ComponentSpec
 from orchestrator.randomness import stream
-from orchestrator.remote import Deadlines, launch
-from orchestrator.transport import LoopbackTransport, Transport
+from orchestrator.remote.component import Deadlines, launch
+from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.transport import LoopbackTransport, Transport
 
 pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed")
 adapter = importlib.import_module("adapters.zenoh")
@@ -48,7 +48,7 @@ def children() -> set[int]:
         except OSError:
             continue
         parent = int(status.rpartition(")")[2].split()[1])
-        if parent == os.getpid() and ("orchestrator.host_main" in command or not command):
+        if parent == os.getpid() and ("orchestrator.remote.host_main" in command or not command):
             found.add(int(folder.name))
     return found
 
@@ -207,7 +207,7 @@ def test_what_a_component_prints_and_logs_goes_to_the_log(
         runs.run_reckless(connect(), deed="print")
         runs.run_reckless(connect(), deed="log")
     records = [(r.name, r.levelno, r.getMessage()) for r in caplog.records]
-    assert ("orchestrator.process", logging.INFO, "`b`: hello from the unit") in records
+    assert ("orchestrator.remote.process", logging.INFO, "`b`: hello from the unit") in records
     assert ("reckless", logging.WARNING, "fuel is low") in records
     assert capfd.readouterr() == ("", "")
 
@@ -231,9 +231,9 @@ SCRIPT = """
     sys.path.insert(0, {packages!r})
     import remote_runs, numpy as np
     from adapters.zenoh import ZenohTransport
-    from orchestrator.protocol import ComponentSpec
+    from orchestrator.remote.protocol import ComponentSpec
     from orchestrator.randomness import stream
-    from orchestrator.remote import launch
+    from orchestrator.remote.component import launch
     specs = [ComponentSpec(name=f"c{{i}}", type=remote_runs.RECKLESS, values={{"pause": {pause}}})
              for i in range(3)]
     class Announce(remote_runs.Trace):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from orchestrator.cli import main
-from orchestrator.recording import Recording
+from orchestrator.recording.reader import Recording
 
 
 def read(path: Path) -> dict[str, Any]:

@@ -18,9 +18,9 @@ from hypothesis.extra import numpy as hnp
 
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.errors import ComponentError, SystemStructureError
-from orchestrator.layout import RecordingError, write_manifest
-from orchestrator.recorder import Recorder, select
-from orchestrator.recording import Recording
+from orchestrator.recording.layout import RecordingError, write_manifest
+from orchestrator.recording.reader import Recording
+from orchestrator.recording.recorder import Recorder, select
 from orchestrator.signal import Causality, Connector, Signal, Signals, Variability
 from orchestrator.simulation import simulate
 from orchestrator.system import System
@@ -223,13 +223,13 @@ KILLED = """
     import os, sys, time
     from pathlib import Path
     import numpy as np
-    import orchestrator.recorder
+    import orchestrator.recording.recorder
     from orchestrator import (
         Causality, Connector, Jacobi, Recorder, System, simulate,
     )
     from orchestrator.testing import FunctionComponent
 
-    orchestrator.recorder.FLUSH_INTERVAL = 0.0
+    orchestrator.recording.recorder.FLUSH_INTERVAL = 0.0
     axes = {"y": (), "ragged": ("n", 2)}
     connectors = {k: Connector(causality=Causality.OUTPUT, shape=s) for k, s in axes.items()}
     connectors["packets"] = Connector(causality=Causality.OUTPUT, dtype=None)

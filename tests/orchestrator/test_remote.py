@@ -13,20 +13,20 @@ import pytest
 from hypothesis import given, strategies as st
 
 from orchestrator.errors import ComponentError, ComponentTypeError
-from orchestrator.host import ComponentHost
 from orchestrator.parameters import PythonComponentType
-from orchestrator.protocol import (
+from orchestrator.randomness import stream
+from orchestrator.remote.component import launch
+from orchestrator.remote.host import ComponentHost
+from orchestrator.remote.protocol import (
     ComponentSpec,
     Kind,
     Message,
     generator_from_document,
     generator_to_document,
 )
-from orchestrator.randomness import stream
-from orchestrator.remote import launch
+from orchestrator.remote.transport import LoopbackTransport
+from orchestrator.remote.wire import WireError
 from orchestrator.signal import Connector
-from orchestrator.transport import LoopbackTransport
-from orchestrator.wire import WireError
 
 
 @pytest.fixture

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as hnp
 
+from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
 from orchestrator.signal import Causality, Connector, Signal, Signals
-from orchestrator.wire import SignalDecoder, SignalEncoder, WireError
 
 DTYPES = ["<f8", "<f4", "<f2", ">f8", "<i8", "<i4", "<i2", "|i1", "<u8", "<u4", "|u1", "|b1",
           "<c16", "<c8", "<U3", "|S5", "<M8[ns]", "<m8[us]"]  # fmt: skip

@@ -9,13 +9,13 @@ from typing_extensions import override
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.component import Component
 from orchestrator.observer import Observer, SimulationResult
-from orchestrator.protocol import ComponentSpec
-from orchestrator.remote import Deadlines, launch
+from orchestrator.remote.component import Deadlines, launch
+from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.transport import Transport
 from orchestrator.signal import Signals
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
 from orchestrator.timebase import Time
-from orchestrator.transport import Transport
 
 SWARM = "remote_units:Swarm"
 RECKLESS = "remote_units:Reckless"

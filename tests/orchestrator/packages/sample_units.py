@@ -10,7 +10,7 @@ from typing_extensions import override
 
 from orchestrator.component import Component
 from orchestrator.parameters import parameter
-from orchestrator.recording import Recording
+from orchestrator.recording.reader import Recording
 from orchestrator.report import Report
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.timebase import Duration, Time

@@ -9,8 +9,8 @@ from typing import Any, Final
 import numpy as np
 from typing_extensions import override
 
-from orchestrator.growing import GrowingArray
-from orchestrator.layout import Files, Layout
+from orchestrator.recording.growing import GrowingArray
+from orchestrator.recording.layout import Files, Layout
 from orchestrator.signal import Array, Connector, Signal
 
 INT64: Final = np.dtype("<i8")

@@ -21,17 +21,17 @@ from typing_extensions import Buffer, override
 
 from orchestrator.component import ConcurrentComponent
 from orchestrator.errors import ComponentError, ComponentTypeError
-from orchestrator.protocol import (
+from orchestrator.remote.protocol import (
     ComponentSpec,
     Kind,
     Message,
     connectors_from_message,
     generator_to_document,
 )
+from orchestrator.remote.transport import Link, LinkLostError, Transport
+from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.timebase import Duration, Time
-from orchestrator.transport import Link, LinkLostError, Transport
-from orchestrator.wire import SignalDecoder, SignalEncoder, WireError
 
 _log = logging.getLogger(__name__)
 

@@ -6,7 +6,7 @@ block of signals: the inputs travel inside the step command, the outputs inside 
     header: magic 4 bytes | version u16 | kind u16 | epoch u32 | document length u32
             sequence u64 | t i64 | h i64 | 8 bytes zero
     document, padded to 16 bytes
-    block of signals (`orchestrator.wire`), or nothing
+    block of signals (`orchestrator.remote.wire`), or nothing
 """
 
 import enum
@@ -22,8 +22,8 @@ import numpy as np
 from typing_extensions import Buffer
 
 from orchestrator.errors import ComponentTypeError
+from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError, padding
 from orchestrator.signal import Causality, Connector, Variability
-from orchestrator.wire import SignalDecoder, SignalEncoder, WireError, padding
 
 _HEADER: Final = struct.Struct("<4sHHIIQqq8x")
 _MAGIC: Final = b"NLOS"

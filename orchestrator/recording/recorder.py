@@ -11,10 +11,17 @@ import numpy as np
 from typing_extensions import override
 
 from orchestrator.errors import SystemStructureError
-from orchestrator.fingerprint import PartDigest, fingerprint
-from orchestrator.layout import INDEX, Files, RecordingError, SignalType, write_json, write_manifest
 from orchestrator.observer import Observer, SimulationResult
-from orchestrator.samples import INT64, Part, SampleWriter, sample_writer
+from orchestrator.recording.fingerprint import PartDigest, fingerprint
+from orchestrator.recording.layout import (
+    INDEX,
+    Files,
+    RecordingError,
+    SignalType,
+    write_json,
+    write_manifest,
+)
+from orchestrator.recording.samples import INT64, Part, SampleWriter, sample_writer
 from orchestrator.signal import Causality, Connector, Signals, Variability
 from orchestrator.suggestion import suggestion
 from orchestrator.system import Endpoint, System
@@ -94,7 +101,7 @@ class Recorder(Observer):
 
     @property
     def fingerprint(self) -> str:
-        """SHA-256 over everything written so far; see `orchestrator.fingerprint`."""
+        """SHA-256 over everything written so far; see `orchestrator.recording.fingerprint`."""
         return fingerprint(
             part for component in self._components.values() for part in component.digests()
         )

@@ -12,7 +12,7 @@ from typing import Self
 from typing_extensions import override
 
 from orchestrator.errors import CosimError
-from orchestrator.host import ComponentHost
+from orchestrator.remote.host import ComponentHost
 
 
 class LinkLostError(CosimError):

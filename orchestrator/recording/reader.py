@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from orchestrator.fingerprint import PartDigest, fingerprint
-from orchestrator.layout import INDEX, MANIFEST, Files, Layout, RecordingError, SignalType
-from orchestrator.samples import Samples, load, parts, read_samples
+from orchestrator.recording.fingerprint import PartDigest, fingerprint
+from orchestrator.recording.layout import INDEX, MANIFEST, Files, Layout, RecordingError, SignalType
+from orchestrator.recording.samples import Samples, load, parts, read_samples
 from orchestrator.signal import Array, Signal
 from orchestrator.suggestion import suggestion
 from orchestrator.system import Endpoint

@@ -1,6 +1,7 @@
 """The host of one component: turns commands into calls, and what comes back into replies.
 
-`orchestrator.host_main` runs one in a process of its own; the loopback has one in this process.
+`orchestrator.remote.host_main` runs one in a process of its own; the loopback has one in this
+process.
 """
 
 import abc
@@ -18,15 +19,15 @@ from orchestrator import registry
 from orchestrator.component import Component
 from orchestrator.errors import ComponentError, ComponentTypeError, CosimError
 from orchestrator.parameters import ComponentType, PythonComponentType
-from orchestrator.protocol import (
+from orchestrator.remote.protocol import (
     ComponentSpec,
     Kind,
     Message,
     connectors_to_message,
     generator_from_document,
 )
+from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
 from orchestrator.signal import Causality, Connector
-from orchestrator.wire import SignalDecoder, SignalEncoder, WireError
 
 _log = logging.getLogger(__name__)
 

@@ -24,7 +24,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from orchestrator.host import HostChannel
+from orchestrator.remote.host import HostChannel
 
 _log = logging.getLogger(__name__)
 
@@ -64,7 +64,7 @@ class HostProcess:
         self._has_ended = threading.Event()
         self._process = subprocess.Popen(
             # -P: a module in the working directory must not replace one of ours
-            [sys.executable, "-P", "-m", "orchestrator.host_main", component],
+            [sys.executable, "-P", "-m", "orchestrator.remote.host_main", component],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

@@ -1,6 +1,6 @@
-"""`python -m orchestrator.host_main`: a process that hosts one component.
+"""`python -m orchestrator.remote.host_main`: a process that hosts one component.
 
-It is started by `orchestrator.process`, which says how the two agree; never by hand.
+It is started by `orchestrator.remote.process`, which says how the two agree; never by hand.
 """
 
 import faulthandler
@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from typing_extensions import override
 
-from orchestrator.host import ComponentHost, HostChannel
+from orchestrator.remote.host import ComponentHost, HostChannel
 
 _MAX_RECORDS: Final = 1000
 """Log records kept between two replies; more than these are counted, not kept."""
