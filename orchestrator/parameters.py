@@ -19,6 +19,7 @@ Such a class is offered to scenarios by an entry point in the group
 
 import abc
 import dataclasses
+import enum
 import typing
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -33,6 +34,14 @@ REQUIRED: Final = dataclasses.MISSING
 """The default of a parameter that a scenario must set."""
 
 
+class _Drawn(enum.Enum):
+    DRAWN = "drawn"
+
+
+DRAWN: Final = _Drawn.DRAWN
+"""The default of a seed: the component draws it from its own random stream."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameter:
     """What a component type says about one parameter.
@@ -42,7 +51,7 @@ class Parameter:
             file), a `typing.Literal` of strings, or `tuple[T, ...]` of one of these.
         unit: the unit of the value the component receives; scenario files may write any
             unit of the same quantity. `"1"` for pure numbers and for text.
-        default: the value when the scenario is silent, or `REQUIRED`.
+        default: the value when the scenario is silent, or `REQUIRED`, or `DRAWN`.
         minimum, maximum: inclusive bounds of numbers, in `unit`.
         doc: one sentence.
     """
@@ -130,4 +139,4 @@ class PythonComponentType(ComponentType):
         )
 
 
-__all__ = ["REQUIRED", "ComponentType", "Parameter", "PythonComponentType", "parameter"]
+__all__ = ["DRAWN", "REQUIRED", "ComponentType", "Parameter", "PythonComponentType", "parameter"]

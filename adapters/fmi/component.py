@@ -3,12 +3,12 @@
 import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from typing_extensions import override
 
-from adapters.fmi.connectors import connectors
+from adapters.fmi.connectors import SEED, connectors, is_seed
 from adapters.fmi.description import DTYPES, FmuDescription, FmuVariable
 from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import FmuInstance
@@ -19,10 +19,6 @@ from orchestrator.timebase import Duration, Time, seconds
 
 Instantiate: TypeAlias = Callable[[], FmuInstance]
 """Makes a new instance of the FMU, with its own folder and library."""
-
-SEED: Final = "seed"
-"""An integer parameter of this name that the scenario does not set is drawn from the
-component's random stream."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,14 +75,13 @@ class FmuComponent(Component):
 
     def _draw_seed(self, rng: np.random.Generator) -> int | None:
         variable = self._description.variables.get(SEED)
-        if variable is None or variable.causality != "parameter" or SEED in self._values:
-            return None
-        dtype = np.dtype(DTYPES.get(variable.type, np.float64))
-        if dtype.kind not in "iu" or variable.axes:
+        if variable is None or not is_seed(variable) or SEED in self._values:
             return None
         low = 0 if variable.minimum is None else max(0, int(variable.minimum))
         limit = np.iinfo(np.int32).max if variable.maximum is None else int(variable.maximum)
-        return int(rng.integers(low, min(limit, np.iinfo(dtype).max), endpoint=True))
+        return int(
+            rng.integers(low, min(limit, np.iinfo(DTYPES[variable.type]).max), endpoint=True)
+        )
 
     def _running(self) -> FmuInstance:
         if self._instance is None:

@@ -8,8 +8,12 @@ import numpy as np
 
 from adapters.fmi.block import shape_of
 from adapters.fmi.description import DTYPES, FmuDescription, FmuVariable
-from orchestrator.parameters import REQUIRED, Parameter
+from orchestrator.parameters import DRAWN, REQUIRED, Parameter
 from orchestrator.signal import Causality, Connector, Signal, Variability
+
+SEED: Final = "seed"
+"""An integer parameter of this name that the scenario does not set is drawn from the
+component's random stream."""
 
 _PYTHON_TYPES: Final[Mapping[str, type]] = {
     "Boolean": bool,
@@ -89,6 +93,13 @@ def parameters(description: FmuDescription, chosen: frozenset[str]) -> dict[str,
     return found | {v.name: _parameter(v) for v in structural}
 
 
+def is_seed(variable: FmuVariable) -> bool:
+    """Whether this is the parameter that is drawn when the scenario does not set it."""
+    is_integer = variable.type in DTYPES and np.dtype(DTYPES[variable.type]).kind in "iu"
+    is_scalar_parameter = variable.causality == "parameter" and not variable.axes
+    return variable.name == SEED and is_integer and is_scalar_parameter
+
+
 def _is_offered(variable: FmuVariable) -> bool:
     has_type = variable.type in DTYPES or (variable.type == "String" and not variable.axes)
     return has_type and not variable.is_clocked
@@ -101,6 +112,8 @@ def _parameter(variable: FmuVariable) -> Parameter:
     if variable.axes:
         count = math.prod(axis.length for axis in variable.axes)
         default = variable.start * count if len(variable.start) == 1 else variable.start
+    if is_seed(variable):
+        default = DRAWN
     return Parameter(
         type=tuple[element, ...] if variable.axes else element,  # type: ignore[valid-type]
         unit="1" if is_text else variable.unit,

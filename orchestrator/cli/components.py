@@ -10,7 +10,7 @@ from orchestrator import registry
 from orchestrator.cli.columns import columns
 from orchestrator.cli.outcome import Outcome
 from orchestrator.errors import ComponentTypeError, CosimError
-from orchestrator.parameters import REQUIRED, ComponentType, Parameter
+from orchestrator.parameters import DRAWN, REQUIRED, ComponentType, Parameter
 from orchestrator.scenario.values import kind_name, written
 from orchestrator.signal import Connector
 
@@ -91,7 +91,9 @@ def _bounds(parameter: Parameter) -> str:
 
 def _parameter_row(name: str, parameter: Parameter) -> tuple[str, ...]:
     default = "required"
-    if parameter.default is not REQUIRED:
+    if parameter.default is DRAWN:
+        default = "= drawn"
+    elif parameter.default is not REQUIRED:
         default = f"= {_default(parameter)}"
     return name, kind_name(parameter.type), default, _bounds(parameter), parameter.doc
 
@@ -106,12 +108,12 @@ def _default(parameter: Parameter) -> str:
 
 
 def _parameter_data(parameter: Parameter) -> dict[str, Any]:
-    is_required = parameter.default is REQUIRED
+    has_default = parameter.default not in (REQUIRED, DRAWN)
     return {
         "type": kind_name(parameter.type),
         "unit": parameter.unit,
-        "required": is_required,
-        "default": None if is_required else written(parameter, parameter.default),
+        "required": parameter.default is REQUIRED,
+        "default": written(parameter, parameter.default) if has_default else None,
         "minimum": parameter.minimum,
         "maximum": parameter.maximum,
         "doc": parameter.doc,

@@ -5,7 +5,8 @@ import importlib
 import json
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from argparse import Namespace
+from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
 from orchestrator.cli import failures
@@ -50,11 +51,20 @@ def _outcome(given: Sequence[str]) -> Outcome:
     except UsageError as error:
         return failures.usage(error)
     try:
-        module = importlib.import_module(_MODULES[arguments.command])
-        outcome: Outcome = module.execute(arguments)
+        outcome: Outcome = _execute(arguments)(arguments)
     except BaseException as error:  # every error becomes a message and an exit code
         return failures.outcome_of(error)
     return outcome
+
+
+def _execute(arguments: Namespace) -> Callable[[Namespace], Outcome]:
+    """The function of the command: one of ours, or that of an installed package."""
+    if arguments.command in _MODULES:
+        execute: Callable[[Namespace], Outcome]
+        execute = importlib.import_module(_MODULES[arguments.command]).execute
+        return execute
+    found: Callable[[Namespace], Outcome] = arguments.execute
+    return found
 
 
 def _write(outcome: Outcome, *, is_json: bool) -> None:

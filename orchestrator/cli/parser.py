@@ -1,9 +1,14 @@
 """The arguments of every command."""
 
 import argparse
+from importlib.metadata import entry_points
 from typing import Final, NoReturn, TypeAlias
 
 from typing_extensions import override
+
+COMMANDS: Final = "orchestrator.commands"
+"""Entry points of further commands: a callable that adds its parsers to the subparsers, each
+with the default `execute`, a callable from the parsed arguments to an `Outcome`."""
 
 _SET = """\
 PATH=VALUE; replaces or adds a value of the scenario, e.g.
@@ -79,6 +84,8 @@ def parser() -> argparse.ArgumentParser:
     _add_graph(commands)
     _add_components(commands)
     _add_report(commands)
+    for entry in sorted(entry_points(group=COMMANDS), key=lambda entry: entry.name):
+        entry.load()(commands)
     return top
 
 

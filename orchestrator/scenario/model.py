@@ -10,7 +10,7 @@ from typing import Any
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.errors import Problem
-from orchestrator.parameters import REQUIRED, ComponentType
+from orchestrator.parameters import DRAWN, REQUIRED, ComponentType
 from orchestrator.scenario.document import Document
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.values import written
@@ -39,11 +39,14 @@ class ComponentUse:
     values: Mapping[str, Any]
 
     def all_values(self) -> Mapping[str, Any]:
-        """The parameters that the scenario sets, and the defaults of all others."""
+        """The parameters that the scenario sets, and the defaults of all others.
+
+        Seeds that the component draws itself have no value here.
+        """
         defaults = {
             name: parameter.default
             for name, parameter in self.type.parameters.items()
-            if parameter.default is not REQUIRED
+            if parameter.default not in (REQUIRED, DRAWN)
         }
         return {**defaults, **self.values}
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, Final, Literal, TypeVar, Union, get_args, get_origin
 
-from orchestrator.parameters import REQUIRED, Parameter
+from orchestrator.parameters import DRAWN, REQUIRED, Parameter
 from orchestrator.scenario.diagnosis import show
 from orchestrator.scenario.units import Unit, UnitError, parse_quantity, parse_unit
 from orchestrator.suggestion import suggestion
@@ -132,7 +132,11 @@ def _number(parameter: Parameter, value: Any, expected: str) -> Fraction:
 
 def _example(parameter: Parameter, unit: Unit) -> str:
     """What to write instead, when the default says it well."""
-    if unit.symbol == "1" or parameter.default is REQUIRED or isinstance(parameter.default, tuple):
+    if (
+        unit.symbol == "1"
+        or parameter.default in (REQUIRED, DRAWN)
+        or isinstance(parameter.default, tuple)
+    ):
         return ""
     return f"; for example `{parameter.default:g} {unit.symbol}`"
 

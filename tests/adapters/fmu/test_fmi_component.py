@@ -137,7 +137,7 @@ def test_inputs_that_did_not_change_are_not_set_again(fmu: Fmu, monkeypatch: Any
     echo.step(inputs, 0, STEP)
     monkeypatch.setattr(Fmi3Instance, "write", spy)
     echo.step(inputs, STEP, STEP)
-    assert written == [set(inputs)] or written == []
+    assert written == []
     written.clear()
     echo.step(inputs | {"payload": b"new"}, 2 * STEP, STEP)
     assert written == [{"payload"}]
