@@ -55,11 +55,11 @@ class Facilities(Component):
         """Message sizes and rates; defaults are the paper's Table I."""
 
         bsm_period: float = parameter(0.1, unit="s", minimum=0.01, doc="time between BSMs")
-        bsm_size: int = parameter(200, unit="byte", minimum=1, doc="size of a BSM")
+        bsm_size: int = parameter(200, unit="B", minimum=1, doc="size of a BSM")
         sensor_data_size: int = parameter(
-            200, unit="byte", minimum=1, doc="size of the sensor data sent after each scan"
+            200, unit="B", minimum=1, doc="size of the sensor data sent after each scan"
         )
-        request_size: int = parameter(100, unit="byte", minimum=1, doc="size of a request")
+        request_size: int = parameter(100, unit="B", minimum=1, doc="size of a request")
         request_period: float = parameter(
             0.1, unit="s", minimum=0.01, doc="time between requests while fusion is triggered"
         )
@@ -67,7 +67,7 @@ class Facilities(Component):
             2.0, unit="s", minimum=0.01, doc="how long a sharer sends after a request"
         )
         fragment_size: int = parameter(
-            1400, unit="byte", minimum=1, doc="longest packet; longer messages are cut"
+            1400, unit="B", minimum=1, doc="longest packet; longer messages are cut"
         )
         maximum_age: float = parameter(
             1.0, unit="s", minimum=0.01, doc="age at which received contents are forgotten"

@@ -1,10 +1,13 @@
 """The arguments of every command."""
 
 import argparse
-from importlib.metadata import entry_points
+import logging
+from importlib.metadata import EntryPoint, entry_points
 from typing import Final, NoReturn, TypeAlias
 
 from typing_extensions import override
+
+logger = logging.getLogger(__name__)
 
 COMMANDS: Final = "orchestrator.commands"
 """Entry points of further commands: a callable that adds its parsers to the subparsers, each
@@ -85,8 +88,15 @@ def parser() -> argparse.ArgumentParser:
     _add_components(commands)
     _add_report(commands)
     for entry in sorted(entry_points(group=COMMANDS), key=lambda entry: entry.name):
-        entry.load()(commands)
+        try:
+            entry.load()(commands)
+        except Exception as error:  # a broken plug-in must not take the other commands away
+            logger.warning("the command `%s` (%s) cannot be loaded: %s", *_named(entry, error))
     return top
+
+
+def _named(entry: EntryPoint, error: Exception) -> tuple[str, str, str]:
+    return entry.name, entry.value, f"{type(error).__name__}: {error}"
 
 
 def _command(

@@ -132,13 +132,10 @@ def _number(parameter: Parameter, value: Any, expected: str) -> Fraction:
 
 def _example(parameter: Parameter, unit: Unit) -> str:
     """What to write instead, when the default says it well."""
-    if (
-        unit.symbol == "1"
-        or parameter.default in (REQUIRED, DRAWN)
-        or isinstance(parameter.default, tuple)
-    ):
+    default = parameter.default
+    if unit.symbol == "1" or default in (REQUIRED, DRAWN) or isinstance(default, tuple):
         return ""
-    return f"; for example `{parameter.default:g} {unit.symbol}`"
+    return f"; for example `{default:g} {unit.symbol}`"
 
 
 def _in_unit(parameter: Parameter) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 import scenarios
 from orchestrator.cli import main
@@ -123,6 +124,20 @@ def test_two_runs_are_equal_and_another_seed_is_not(
         for k, seed in enumerate((1, 1, 2))
     ]
     assert prints[0] == prints[1] != prints[2]
+
+
+def test_the_scenario_in_the_manifest_repeats_the_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Overrides applied, defaults written out, seeds still drawn from the scenario's seed."""
+    out = tmp_path / "first"
+    overrides = ("--seed", "7", "--set", "time.stop=2 s")
+    first = nlosim("run", SCENARIO, *overrides, "--out", out, capsys=capsys)
+    resolved = json.loads((out / "manifest.json").read_text())["scenario"]
+    again = tmp_path / "again.yaml"
+    again.write_text(yaml.safe_dump(resolved))
+    second = nlosim("run", again, "--out", tmp_path / "second", capsys=capsys)
+    assert second["fingerprint"] == first["fingerprint"]
 
 
 def started(out: Path, *arguments: str) -> subprocess.Popen[str]:
