@@ -17,7 +17,7 @@ from typing import Any
 from orchestrator.errors import CosimError
 from orchestrator.findings import make_report
 from orchestrator.log import run_log
-from orchestrator.observer import Observer
+from orchestrator.observer import Observer, WallTime
 from orchestrator.placement import IN_PROCESS, placing
 from orchestrator.provenance import provenance
 from orchestrator.recording.layout import RecordingError
@@ -38,7 +38,7 @@ class RunOutcome:
         directory: of the run.
         fingerprint: of everything that was recorded.
         simulated: simulated time [s].
-        wall: the duration of the simulation [s].
+        wall_time: where the time of the simulation went.
         speed: simulated seconds per second of wall time.
         metrics: of the scenario's report; empty without one.
         summary: the report's lines for the terminal; empty without one.
@@ -47,7 +47,7 @@ class RunOutcome:
     directory: Path
     fingerprint: str
     simulated: float
-    wall: float
+    wall_time: WallTime
     speed: float
     metrics: Mapping[str, Any]
     summary: str
@@ -195,7 +195,7 @@ def _run(
         directory=directory,
         fingerprint=recorder.fingerprint,
         simulated=seconds(result.time - result.start),
-        wall=result.wall_time.total,
+        wall_time=result.wall_time,
         speed=result.speed,
         metrics=findings.metrics,
         summary=findings.summary,

@@ -7,7 +7,7 @@ from orchestrator.cli.failures import bug, outcome_of
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.errors import CosimError
-from orchestrator.observer import NoProgress, progress_meter
+from orchestrator.observer import NoProgress, WallTime, progress_meter
 from orchestrator.run import (
     ReportFailedError,
     RunFailedError,
@@ -54,13 +54,14 @@ def _report_failed(error: ReportFailedError) -> Outcome:
 
 
 def _success(outcome: RunOutcome) -> Outcome:
-    speed = (
-        f"{outcome.simulated:g} s simulated in {outcome.wall:.2f} s ({outcome.speed:.3g} times "
-        "real time)"
-    )
+    wall = outcome.wall_time
     lines = [
         *([outcome.summary.rstrip(), ""] if outcome.summary else []),
-        speed,
+        (
+            f"{outcome.simulated:g} s simulated in {wall.total:.2f} s: {outcome.speed:.3g} simulated "
+            "seconds per second"
+        ),
+        *_time_table(wall),
         f"fingerprint  {outcome.fingerprint}",
         f"recorded in  {outcome.directory}",
     ]
@@ -71,7 +72,24 @@ def _success(outcome: RunOutcome) -> Outcome:
             "out": str(outcome.directory),
             "sim_seconds_per_wall_second": outcome.speed,
             "simulated_s": outcome.simulated,
-            "wall_s": outcome.wall,
+            "wall_s": wall.total,
+            "wall_time_s": _shares(wall),
             "metrics": dict(outcome.metrics),
         },
     )
+
+
+def _shares(wall: WallTime) -> dict[str, float]:
+    return {
+        **wall.components,
+        "(recording)": wall.observers,
+        "(orchestrator)": wall.orchestrator,
+    }
+
+
+def _time_table(wall: WallTime) -> list[str]:
+    """The time of each component, longest first."""
+    total = max(wall.total, 1e-9)
+    shares = sorted(_shares(wall).items(), key=lambda share: -share[1])
+    width = max(len(name) for name, _ in shares)
+    return [f"  {name:{width}}  {time:7.2f} s  {time / total:4.0%}" for name, time in shares]
