@@ -35,8 +35,14 @@ from fmus.common.targets import (
 )
 
 COMMON: Final = Path(__file__).parent
-SHELL_SOURCES: Final = ("fmi3_shell.c", "fmi3_variables.c", "fmi3_state.c", "fmi3_unsupported.c")
-SHELL_HEADERS: Final = ("fmi3_shell.h", "fmi3_model.h", "records.h")
+SHELL_SOURCES: Final = (
+    "fmi3_shell.c",
+    "fmi3_variables.c",
+    "fmi3_state.c",
+    "fmi3_unsupported.c",
+    "portable_math.c",
+)
+SHELL_HEADERS: Final = ("fmi3_shell.h", "fmi3_model.h", "records.h", "portable_math.h")
 MODEL_VERSION: Final = "0.1.0"
 UNITS: Final = ("channel", "lidar", "perception")
 _LICENCE: Final = (

@@ -278,7 +278,6 @@ INTERFACE: Final = Interface(
         "raster.c",
         "cloud.c",
         "random.c",
-        "portable_math.c",
     ),
     headers=(
         "check.h",
@@ -291,6 +290,5 @@ INTERFACE: Final = Interface(
         "cloud.h",
         "random.h",
         "memory.h",
-        "portable_math.h",
     ),
 )

@@ -1,5 +1,6 @@
 """Rule-based driving: keep the speed, brake for predicted conflicts."""
 
+import abc
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, TypeAlias
@@ -163,7 +164,38 @@ class _Driver:
         )
 
 
-class RuleBased(Component):
+class _RulePolicy(Component):
+    """What the rule-based policies share: all but the objects they consider."""
+
+    Parameters: TypeAlias = Parameters
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._parameters = parameters
+
+    @abc.abstractmethod
+    def _considered(self, inputs: Signals) -> Array:
+        """The objects to be braked for, `OBJECT` records."""
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return {**_INPUTS, **_OUTPUTS}
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._driver = _Driver(self._parameters)
+        self._outputs = _NOTHING
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._outputs = self._driver.drive(inputs, self._considered(inputs), t + h)
+
+    @override
+    def outputs(self) -> Signals:
+        return self._outputs
+
+
+class RuleBased(_RulePolicy):
     """Drives along the route and brakes for what the ego sees and what it received.
 
     Every object is predicted with constant velocity, shared ones from the time of their
@@ -171,57 +203,19 @@ class RuleBased(Component):
     comfortable deceleration.
     """
 
-    Parameters: TypeAlias = Parameters
-
-    def __init__(self, parameters: Parameters) -> None:
-        self._parameters = parameters
-
-    @property
     @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return {**_INPUTS, **_OUTPUTS}
-
-    @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._driver = _Driver(self._parameters)
-        self._outputs = _NOTHING
-
-    @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+    def _considered(self, inputs: Signals) -> Array:
         received = unframe("OBJS", bytes(inputs["received.objects"]), OBJECT)
-        objects = np.concatenate([_seen(inputs), received[received["instance"] != _ego(inputs)]])
-        self._outputs = self._driver.drive(inputs, objects, t + h)
-
-    @override
-    def outputs(self) -> Signals:
-        return self._outputs
+        others = received[received["instance"] != _ego(inputs)]
+        return np.concatenate([_seen(inputs), others])
 
 
-class Blind(Component):
+class Blind(_RulePolicy):
     """The rule-based policy without V2X: it brakes for what the ego's own lidar sees."""
 
-    Parameters: TypeAlias = Parameters
-
-    def __init__(self, parameters: Parameters) -> None:
-        self._parameters = parameters
-
-    @property
     @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return {**_INPUTS, **_OUTPUTS}
-
-    @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._driver = _Driver(self._parameters)
-        self._outputs = _NOTHING
-
-    @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self._outputs = self._driver.drive(inputs, _seen(inputs), t + h)
-
-    @override
-    def outputs(self) -> Signals:
-        return self._outputs
+    def _considered(self, inputs: Signals) -> Array:
+        return _seen(inputs)
 
 
 def _ego(inputs: Signals) -> int:

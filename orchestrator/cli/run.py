@@ -55,12 +55,11 @@ def _report_failed(error: ReportFailedError) -> Outcome:
 
 def _success(outcome: RunOutcome) -> Outcome:
     wall = outcome.wall_time
+    speed = f"{outcome.simulated:g} s simulated in {wall.total:.2f} s"
+    speed += f" ({outcome.speed:.3g} simulated seconds per second)"
     lines = [
         *([outcome.summary.rstrip(), ""] if outcome.summary else []),
-        (
-            f"{outcome.simulated:g} s simulated in {wall.total:.2f} s: {outcome.speed:.3g} simulated "
-            "seconds per second"
-        ),
+        speed,
         *_time_table(wall),
         f"fingerprint  {outcome.fingerprint}",
         f"recorded in  {outcome.directory}",

@@ -8,7 +8,7 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
-from fmus.common.build import fmi_headers, load_unit
+from fmus.common.build import COMMON, fmi_headers, load_unit
 from fmus.common.targets import compile_library, select_targets
 
 WRAPPER = """
@@ -35,8 +35,8 @@ def functions(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     library = folder / f"numbers{target.suffix}"
     compile_library(
         target,
-        sources=[folder / "wrapper.c", unit / "random.c", unit / "portable_math.c"],
-        include=[unit],
+        sources=[folder / "wrapper.c", unit / "random.c", COMMON / "portable_math.c"],
+        include=[unit, COMMON],
         system_include=fmi_headers(),
         library=library,
     )
