@@ -214,8 +214,11 @@ def _manifest(scenario: Scenario, transport: str) -> Mapping[str, Any]:
 
 
 def _report_anyway(scenario: Scenario, directory: Path) -> None:
-    """Report on what there is; what ended the run matters more than a report that fails."""
+    """Metrics of what there is; what ended the run matters more than a report that fails.
+
+    The figure can wait for `nlosim report`: whoever watches wants to know why it ended.
+    """
     try:
-        make_report(scenario.report, directory, figure=True)
+        make_report(scenario.report, directory, figure=False)
     except Exception as error:
         logger.info("no report of the truncated recording: %r", error)

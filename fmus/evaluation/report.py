@@ -6,7 +6,7 @@ from typing import Any
 
 from typing_extensions import override
 
-from fmus.evaluation import figure, metrics
+from fmus.evaluation import metrics
 from fmus.evaluation.traces import Traces
 from orchestrator.recording import Recording
 from orchestrator.report import Report
@@ -21,6 +21,8 @@ class RedLightReport(Report):
 
     @override
     def figure(self, recording: Recording, metrics: Mapping[str, Any], path: Path) -> None:
+        from fmus.evaluation import figure  # noqa: PLC0415 - matplotlib takes a while
+
         figure.draw(Traces(recording), dict(metrics), path)
 
     @override

@@ -197,7 +197,7 @@ def test_a_killed_component_ends_the_run_by_name_and_time(run_directory: Path) -
     killed = time.monotonic()
     _, errors = process.communicate(timeout=30)
     assert process.returncode == 3
-    assert time.monotonic() - killed < 10  # measured: well under a second
+    assert time.monotonic() - killed < 5  # measured: half a second; CI machines are noisy
     message = re.search(r"component `perception` at t = ([0-9.]+) s: .*SIGKILL", errors)
     assert message is not None, errors
     assert "Traceback" not in errors
