@@ -31,6 +31,7 @@ network:  ## regenerate the road network of the red-light scene (needs netconver
 	$(PYTHON) -m venv .venv-network
 	.venv-network/bin/python -m pip install --quiet 'eclipse-sumo==1.28.0'
 	cd scenarios/assets/red_light && ../../../.venv-network/bin/netconvert -c red_light.netccfg
+	cd scenarios/assets/red_light && $(PYTHON) -c 'import pathlib, re; p = pathlib.Path("red_light.net.xml"); p.write_text(re.sub(r"<!-- generated.*?-->\n", "", p.read_text(), flags=re.DOTALL))'
 
 clean:  ## remove environments, caches and built FMUs
 	rm -rf .venv-* build dist runs .mypy_cache .ruff_cache .pytest_cache .hypothesis

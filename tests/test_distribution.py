@@ -76,7 +76,7 @@ def test_a_wheel_works_alone_in_an_empty_environment(wheel: Path, tmp_path: Path
     result = json.loads(
         run(nlosim, "run", scenario, "--set", "time.stop=1 s", "--json", cwd=tmp_path)
     )
-    assert Path(result["out"], "manifest.json").is_file()
+    assert (tmp_path / result["out"] / "manifest.json").is_file()
 
 
 def test_the_four_packages_are_ours() -> None:

@@ -220,10 +220,12 @@ def test_large_recordings_are_not_held_in_memory(tmp_path: Path) -> None:
 
 
 KILLED = """
-    import os, sys, time
+    import os, signal, sys, time
     from pathlib import Path
     import numpy as np
     import orchestrator.recording.recorder
+
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # CI may run with SIGINT ignored
     from orchestrator import (
         Causality, Connector, Jacobi, Recorder, System, simulate,
     )
@@ -264,7 +266,7 @@ def run_and_die(directory: Path, how: str) -> int:
     [
         ("os._exit(9)", 9, "running"),
         ("os.kill(os.getpid(), 9)", -signal.SIGKILL, "running"),
-        ("os.kill(os.getpid(), 2); time.sleep(5)", -signal.SIGINT, "interrupted"),
+        ("signal.raise_signal(signal.SIGINT); time.sleep(5)", -signal.SIGINT, "interrupted"),
         ("raise ValueError('no')", 1, "failed"),
     ],
 )
