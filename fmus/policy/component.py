@@ -9,53 +9,14 @@ import numpy as np
 from typing_extensions import override
 
 from fmus.policy.conflict import Bodies, Ego, Prediction
-from fmus.records import OBJECT, OBJECTS_MIME, unframe
+from fmus.policy.connectors import CONNECTORS, OUTPUTS
+from fmus.records import OBJECT, unframe
 from orchestrator.component import Component
 from orchestrator.parameters import parameter
-from orchestrator.signal import Array, Causality, Connector, Signals
+from orchestrator.signal import Array, Connector, Signals
 from orchestrator.timebase import Duration, Time
 
-_IN: Final = Causality.INPUT
-_OUT: Final = Causality.OUTPUT
-_INPUTS: Final[Mapping[str, Connector]] = {
-    "ego.id": Connector(causality=_IN, dtype=np.int64, start=np.int64(-1)),
-    "ego.position": Connector(causality=_IN, shape=(2,), unit="m"),
-    "ego.speed": Connector(causality=_IN, unit="m/s"),
-    "ego.size": Connector(causality=_IN, shape=(3,), unit="m"),
-    "ego.route": Connector(causality=_IN, shape=("route_vertex", 2), unit="m"),
-    "objects": Connector(causality=_IN, dtype=None, mime_type=OBJECTS_MIME),
-    "received.objects": Connector(causality=_IN, dtype=None, mime_type=OBJECTS_MIME),
-}
-_FEEDTHROUGH: Final = frozenset(_INPUTS)
-_OUTPUTS: Final[Mapping[str, Connector]] = {
-    "command": Connector(
-        causality=_OUT,
-        shape=(3,),
-        feedthrough=_FEEDTHROUGH,
-        description="accelerate 0..1, brake 0..1, steer -1..1",
-    ),
-    "hazard.instance": Connector(
-        causality=_OUT,
-        dtype=np.int64,
-        start=np.int64(-1),
-        feedthrough=_FEEDTHROUGH,
-        description="track number of the object braked for, -1 if there is none",
-    ),
-    "hazard.sensor": Connector(
-        causality=_OUT,
-        dtype=np.int64,
-        start=np.int64(-1),
-        feedthrough=_FEEDTHROUGH,
-        description="the vehicle whose sensor saw that object, -1 if there is none",
-    ),
-    "hazard.age": Connector(
-        causality=_OUT,
-        unit="s",
-        feedthrough=_FEEDTHROUGH,
-        description="age of the scan in which it was seen",
-    ),
-}
-_NOTHING: Final[Signals] = {name: output.start_value() for name, output in _OUTPUTS.items()}
+_NOTHING: Final[Signals] = {name: output.start_value() for name, output in OUTPUTS.items()}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -179,7 +140,7 @@ class _RulePolicy(Component):
     @property
     @override
     def connectors(self) -> Mapping[str, Connector]:
-        return {**_INPUTS, **_OUTPUTS}
+        return CONNECTORS
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:

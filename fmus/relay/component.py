@@ -2,62 +2,19 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 from typing_extensions import override
 
 from fmus.apm import decode, split
-from fmus.records import APMS_MIME, NO_VEHICLE, OBJECT, OBJECTS_MIME, unframe
+from fmus.records import NO_VEHICLE, OBJECT, unframe
+from fmus.relay.connectors import CONNECTORS, OUTPUTS
 from fmus.relay.obstacles import Obstacles, from_bsms, from_layer, from_objects, merge
 from fmus.relay.risk import SPEED_OF_LIGHT, Node, RiskModel
 from orchestrator.component import Component
 from orchestrator.parameters import parameter
-from orchestrator.signal import Array, Causality, Connector, Signals
+from orchestrator.signal import Array, Connector, Signals
 from orchestrator.timebase import Duration, Time, nanoseconds
-
-_IN: Final = Causality.INPUT
-_OUT: Final = Causality.OUTPUT
-
-_INPUTS: Final[Mapping[str, Connector]] = {
-    "ego.id": Connector(causality=_IN, dtype=np.int64, start=np.int64(NO_VEHICLE)),
-    "ego.position": Connector(causality=_IN, shape=(2,), unit="m"),
-    "ego.heading": Connector(causality=_IN, unit="rad"),
-    "ego.speed": Connector(causality=_IN, unit="m/s"),
-    "ego.size": Connector(causality=_IN, shape=(3,), unit="m"),
-    "building.vertex": Connector(causality=_IN, shape=("building_vertex", 2), unit="m"),
-    "building.index": Connector(causality=_IN, dtype=np.int32, shape=("building_vertex",)),
-    "objects": Connector(causality=_IN, dtype=None, mime_type=OBJECTS_MIME),
-    "received.apms": Connector(causality=_IN, dtype=None, mime_type=APMS_MIME),
-    "received.bsm.id": Connector(causality=_IN, dtype=np.int64, shape=("neighbour",)),
-    "received.bsm.position": Connector(causality=_IN, shape=("neighbour", 2), unit="m"),
-    "received.bsm.heading": Connector(causality=_IN, shape=("neighbour",), unit="rad"),
-    "received.bsm.velocity": Connector(causality=_IN, shape=("neighbour", 2), unit="m/s"),
-    "received.bsm.size": Connector(causality=_IN, shape=("neighbour", 3), unit="m"),
-    "received.bsm.antenna_height": Connector(causality=_IN, shape=("neighbour",), unit="m"),
-    "received.bsm.age": Connector(causality=_IN, shape=("neighbour",), unit="s"),
-    "match.sharer": Connector(causality=_IN, dtype=np.int64, shape=("sharer",)),
-    "match.trigger": Connector(causality=_IN, dtype=np.bool_),
-}
-_FEEDTHROUGH: Final = frozenset(_INPUTS)
-_OUTPUTS: Final[Mapping[str, Connector]] = {
-    "relay": Connector(
-        causality=_OUT,
-        dtype=np.int64,
-        start=np.int64(NO_VEHICLE),
-        feedthrough=_FEEDTHROUGH,
-        description="the vehicle that relays the sharer's data, -1 for the direct link",
-    ),
-    "switches": Connector(
-        causality=_OUT,
-        dtype=np.int64,
-        feedthrough=_FEEDTHROUGH,
-        description="how often the choice changed while fusion was triggered",
-    ),
-    "risk.direct": Connector(causality=_OUT, unit="dB.s/m", feedthrough=_FEEDTHROUGH),
-    "risk.chosen": Connector(causality=_OUT, unit="dB.s/m", feedthrough=_FEEDTHROUGH),
-}
-CONNECTORS: Final = {**_INPUTS, **_OUTPUTS}
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +45,7 @@ class Direct(Component):
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._outputs = {name: output.start_value() for name, output in _OUTPUTS.items()}
+        self._outputs = {name: output.start_value() for name, output in OUTPUTS.items()}
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
@@ -146,7 +103,7 @@ class Mohed(Component):
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._outputs = {name: output.start_value() for name, output in _OUTPUTS.items()}
+        self._outputs = {name: output.start_value() for name, output in OUTPUTS.items()}
         self._layers: dict[int, tuple[Time, Obstacles]] = {}
         self._last_known: dict[int, Node] = {}
         self._choice = _Candidate(0.0, 0.0, NO_VEHICLE)

@@ -10,7 +10,7 @@ from hypothesis import given, strategies as st
 from fmus.apm import Apm, encode, join
 from fmus.records import APM_LAYER_CELL, NO_VEHICLE, OBJECT, frame
 from fmus.relay import Direct, Mohed
-from fmus.relay.component import CONNECTORS
+from fmus.relay.connectors import CONNECTORS
 from fmus.relay.obstacles import Obstacles, from_layer, merge
 from fmus.relay.risk import Node, RiskModel
 from orchestrator.signal import Causality, Signal
