@@ -4,10 +4,13 @@ from pathlib import Path
 
 import pytest
 
+import scenarios
 from orchestrator.parameters import DRAWN, REQUIRED
 from orchestrator.registry import installed
 from orchestrator.scenario.units import parse_unit
 from orchestrator.scenario.values import convert, written
+from orchestrator.testing import check_component
+from orchestrator.timebase import nanoseconds
 
 TYPES = sorted(installed())
 
@@ -15,6 +18,15 @@ TYPES = sorted(installed())
 def test_all_units_of_the_study_are_installed() -> None:
     ours = {"sumo-traffic", "lidar", "perception", "facilities", "channel", "relay-mohed"}
     assert ours | {"relay-direct", "policy-rule-based", "policy-blind"} <= set(TYPES)
+
+
+@pytest.mark.parametrize("name", TYPES)
+def test_it_keeps_the_contract_of_components(name: str) -> None:
+    """With default parameters and start values: no vehicles but those of traffic itself."""
+    scene = Path(scenarios.__file__).parent / "assets" / "red_light" / "red_light.sumocfg"
+    values = {"scene": scene} if name == "sumo-traffic" else {}
+    component = installed()[name].load().create(name, values)
+    check_component(component, steps=3, h=nanoseconds("0.1"), seed=1)
 
 
 @pytest.mark.parametrize("name", TYPES)
