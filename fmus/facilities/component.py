@@ -1,6 +1,6 @@
 """The facilities component: generates the messages of all vehicles and receives the ego's."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,6 +9,7 @@ from typing_extensions import override
 from fmus.apm import decode, join, split
 from fmus.facilities.bsm import BsmSender, Neighbourhood
 from fmus.facilities.connectors import CONNECTORS
+from fmus.facilities.held import HeldSignal
 from fmus.facilities.outbox import Message, Outbox
 from fmus.records import (
     APM,
@@ -95,6 +96,8 @@ class Facilities(Component):
         self._last: dict[str, Signal] = {}
         self._apms: dict[int, tuple[Time, bytes]] = {}
         self._objects: dict[int, Array] = {}
+        self._apms_signal = HeldSignal(join)
+        self._objects_signal = HeldSignal(_objects_frame)
         self._outputs: Signals = {
             name: connector.start_value()
             for name, connector in CONNECTORS.items()
@@ -238,7 +241,7 @@ class Facilities(Component):
             for source, (time, apm) in self._apms.items()
             if self._now - time <= self._maximum_age
         }
-        return join([apm for _, (_, apm) in sorted(self._apms.items())])
+        return self._apms_signal.of([apm for _, (_, apm) in sorted(self._apms.items())])
 
     def _shared_objects(self) -> bytes:
         self._objects = {
@@ -246,8 +249,7 @@ class Facilities(Component):
             for sharer, objects in self._objects.items()
             if len(objects) and self._now - int(objects["time"][0]) <= self._maximum_age
         }
-        tables = [self._objects[sharer] for sharer in sorted(self._objects)]
-        return frame("OBJS", np.concatenate(tables) if tables else np.empty(0, OBJECT))
+        return self._objects_signal.of([self._objects[s] for s in sorted(self._objects)])
 
     def _is_new(self, name: str, inputs: Signals) -> bool:
         """Whether a message-like input changed since this was last asked."""
@@ -255,3 +257,7 @@ class Facilities(Component):
         changed = self._last.get(name) != value
         self._last[name] = value
         return changed
+
+
+def _objects_frame(tables: Sequence[Array]) -> bytes:
+    return frame("OBJS", np.concatenate(tables) if tables else np.empty(0, OBJECT))

@@ -80,10 +80,7 @@ class Prediction:
         follows is the one to keep the distance.
         """
         times = np.arange(0.0, self.horizon + self.step / 2, self.step)
-        along, across = project(ego.route, _corners(bodies, times))
-        rear, front = along.min(axis=-1), along.max(axis=-1)
-        right, left = across.min(axis=-1), across.max(axis=-1)
-        clearance = np.maximum(np.maximum(right, -left), 0.0)
+        rear, front, clearance = _extents(ego.route, bodies, times)
         ahead = front[:, :1] >= -ego.length / 2
         beside = ahead & (clearance <= ego.width / 2 + self.lateral_margin)
         reach = ego.length / 2 + self.longitudinal_margin
@@ -140,10 +137,29 @@ def project(route: Array, points: Array) -> tuple[Array, Array]:
     )
 
 
-def _corners(bodies: Bodies, times: Array) -> Array:
-    """The corners of the bodies at each time, shape (body, time, 4, 2)."""
+def _extents(route: Array, bodies: Bodies, times: Array) -> Array:
+    """Where each body begins and ends along `route`, and its distance to the centre line.
+
+    Bodies that stand are projected once.
+
+    Returns:
+        Rear, front, clearance [m], shape (3, body, time).
+    """
+    extents = np.empty((3, len(bodies.minimum), len(times)))
+    moving: Array = np.any(bodies.velocity, axis=1)
+    for rows, at in ((moving, times), (~moving, times[:1])):
+        along, across = project(route, _corners(bodies, rows, at))
+        extents[0, rows] = along.min(axis=-1)
+        extents[1, rows] = along.max(axis=-1)
+        beside = np.maximum(across.min(axis=-1), -across.max(axis=-1))
+        extents[2, rows] = np.maximum(beside, 0.0)
+    return extents
+
+
+def _corners(bodies: Bodies, rows: Array, times: Array) -> Array:
+    """The corners of the bodies in `rows` at each time, shape (body, time, 4, 2)."""
     choice = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    box = np.stack([bodies.minimum, bodies.maximum], axis=1)  # (body, 2, 2)
+    box = np.stack([bodies.minimum[rows], bodies.maximum[rows]], axis=1)  # (body, 2, 2)
     corners = box[:, choice, np.arange(2)]  # (body, 4, 2)
-    moved = times[:, None, None] * bodies.velocity[:, None, None, :]
+    moved = times[:, None, None] * bodies.velocity[rows, None, None, :]
     return np.asarray(corners[:, None] + moved)
