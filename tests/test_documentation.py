@@ -1,11 +1,13 @@
 """The manual is true: its examples run, its links lead somewhere, its words are known."""
 
 import re
+import shlex
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from orchestrator.cli import main
 from orchestrator.testing import check_component
 
 ROOT = Path(__file__).parents[1]
@@ -38,3 +40,24 @@ def test_links_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text()):
         if not target.startswith(("http://", "https://")):
             assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def commands() -> list[tuple[str, ...]]:
+    """Every `nlosim` command on every page, without its comment; each once."""
+    found = {}
+    for page in PAGES:
+        for block in re.findall(r"```console\n(.*?)```", page.read_text(), re.DOTALL):
+            for line in re.findall(r"^\$ nlosim (.*)$", block, re.MULTILINE):
+                found[tuple(shlex.split(line, comments=True))] = page
+    return list(found)
+
+
+@pytest.mark.parametrize("command", commands(), ids=" ".join)
+def test_commands_of_the_manual_work(
+    command: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the repository's root, as written; runs are shortened."""
+    monkeypatch.chdir(ROOT)
+    if command[0] == "run":
+        command = (*command, "--set", "time.stop=200 ms", "--out", str(tmp_path / "run"))
+    assert main(list(command)) == 0
