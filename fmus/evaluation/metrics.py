@@ -10,6 +10,9 @@ from fmus.records import LINKS, NO_VEHICLE, OUTCOMES, SENSOR_DATA
 
 _RECEIVED: Final = OUTCOMES.index("R")
 
+IN_FLIGHT: Final = 50_000_000
+"""A packet that was handed over so shortly before the end may still be on its way [ns]."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Roles:
@@ -41,7 +44,7 @@ def compute(traces: Traces) -> dict[str, Any]:
         "min_gap_m": float(gaps[:, 1].min()) if len(gaps) else None,
         "min_gap_time": float(gaps[np.argmin(gaps[:, 1]), 0]) if len(gaps) else None,
         "min_speed": float(traces.scalars("traffic.ego.speed")[1].min()),
-        "prr": packet_reception(sent, heard, roles.ego),
+        "prr": packet_reception(sent, heard, roles.ego, traces.end),
         "links": links(heard, roles),
         "relay_switches": int(traces.scalars("relay.switches")[1][-1]),
         "relays": _distinct(traces.scalars("relay.relay")[1]),
@@ -52,9 +55,13 @@ def compute(traces: Traces) -> dict[str, Any]:
     }
 
 
-def packet_reception(sent: Array, heard: Array, ego: int) -> dict[str, float | None]:
-    """PRR of the sensor data: over the chosen route and, overheard, on the direct link."""
+def packet_reception(sent: Array, heard: Array, ego: int, end: int) -> dict[str, float | None]:
+    """PRR of the sensor data: over the chosen route and, overheard, on the direct link.
+
+    Packets handed to the radio less than `IN_FLIGHT` before the end [ns] are left out.
+    """
     wanted = sent[(sent["kind"] == SENSOR_DATA) & (sent["destination"] == ego)]
+    wanted = wanted[wanted["time"] <= end - IN_FLIGHT]
     if len(wanted) == 0:
         return {"end_to_end": None, "direct": None, "sent": 0}
     mine = heard[(heard["receiver"] == ego) & (heard["outcome"] == _RECEIVED)]

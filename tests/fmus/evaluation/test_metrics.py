@@ -141,6 +141,17 @@ def test_metrics_of_a_known_run() -> None:
     }
 
 
+def test_packets_that_may_still_be_on_their_way_do_not_count() -> None:
+    late = packet(2)
+    late["time"] = 2 * TENTH - 1
+    run = recording() | {
+        "facilities.packets": Samples(
+            [frame("PKTS", np.concatenate([packet(0), packet(1)])), frame("PKTS", late), b""]
+        )
+    }
+    assert metrics.compute(Traces(run))["prr"] == {"end_to_end": 1.0, "direct": 0.5, "sent": 2}
+
+
 def test_links_count_every_transmission_once() -> None:
     found = {
         (e["transmitter"], e["receiver"]): e for e in metrics.compute(Traces(recording()))["links"]
