@@ -2,10 +2,12 @@
 
 Each native unit has a module `interface.py` with an `INTERFACE`; `fmus.common.build` turns it
 into an FMU. Names, types, dimensions, units, start values and dependencies exist only here.
+Most variables are one line each, made by the constructors `length`, `parameter`, `whole`, `switch`,
+`discrete_input` and `discrete_output`; `fmus.common.scene` has the inputs that units share.
 """
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 VariableType: TypeAlias = Literal[
     "Float32",
@@ -23,6 +25,8 @@ VariableType: TypeAlias = Literal[
 ]
 Causality: TypeAlias = Literal["structuralParameter", "parameter", "input", "output"]
 Variability: TypeAlias = Literal["fixed", "tunable", "discrete", "continuous"]
+
+BYTES_MIME: Final = "application/octet-stream"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,7 +54,136 @@ class Variable:
     minimum: float | None = None
     maximum: float | None = None
     dependencies: tuple[str, ...] = ()
-    mime_type: str = "application/octet-stream"
+    mime_type: str = BYTES_MIME
+
+
+def length(
+    name: str,
+    start: int,
+    minimum: int,
+    maximum: int | None,
+    description: str,
+    *,
+    tunable: bool = True,
+) -> Variable:
+    """The length of an axis; if it is tunable, it may change between steps. `None` is no bound."""
+    return Variable(
+        name=name,
+        type="UInt64",
+        causality="structuralParameter",
+        variability="tunable" if tunable else "fixed",
+        description=description,
+        start=start,
+        minimum=minimum,
+        maximum=maximum,
+    )
+
+
+def parameter(
+    name: str,
+    start: float,
+    minimum: float | None,
+    maximum: float | None,
+    description: str,
+    *,
+    unit: str = "1",
+) -> Variable:
+    """A number that is fixed before initialisation; `None` is no bound."""
+    return Variable(
+        name=name,
+        type="Float64",
+        causality="parameter",
+        variability="fixed",
+        description=description,
+        unit=unit,
+        start=start,
+        minimum=minimum,
+        maximum=maximum,
+    )
+
+
+def whole(
+    name: str,
+    start: int,
+    minimum: int | None,
+    maximum: int | None,
+    description: str,
+    *,
+    kind: VariableType = "Int32",
+) -> Variable:
+    """A whole number that is fixed before initialisation; `None` is the bound of its type."""
+    return Variable(
+        name=name,
+        type=kind,
+        causality="parameter",
+        variability="fixed",
+        description=description,
+        start=start,
+        minimum=minimum,
+        maximum=maximum,
+    )
+
+
+def switch(name: str, description: str, *, start: bool) -> Variable:
+    """A Boolean that is fixed before initialisation."""
+    return Variable(
+        name=name,
+        type="Boolean",
+        causality="parameter",
+        variability="fixed",
+        description=description,
+        start=start,
+    )
+
+
+def discrete_input(
+    name: str,
+    kind: VariableType,
+    description: str,
+    *,
+    unit: str = "1",
+    dimensions: tuple[int | str, ...] = (),
+    start: float = 0,
+    mime_type: str = BYTES_MIME,
+) -> Variable:
+    """An input that holds its value from one communication point to the next."""
+    return Variable(
+        name=name,
+        type=kind,
+        causality="input",
+        variability="discrete",
+        description=description,
+        unit=unit,
+        dimensions=dimensions,
+        start=start,
+        mime_type=mime_type,
+    )
+
+
+def discrete_output(
+    name: str,
+    kind: VariableType,
+    description: str,
+    *,
+    unit: str = "1",
+    dimensions: tuple[int | str, ...] = (),
+    start: float = 0,
+    dependencies: tuple[str, ...] = (),
+    mime_type: str = BYTES_MIME,
+) -> Variable:
+    """An output that changes at communication points only."""
+    return Variable(
+        name=name,
+        type=kind,
+        causality="output",
+        variability="discrete",
+        description=description,
+        unit=unit,
+        dimensions=dimensions,
+        start=start,
+        dependencies=dependencies,
+        mime_type=mime_type,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

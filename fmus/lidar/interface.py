@@ -3,250 +3,91 @@
 import math
 from typing import Final
 
-from fmus.common.interface import Interface, Variable
+from fmus.common.interface import Interface, discrete_output, parameter, whole
+from fmus.common.scene import building, n_building, n_building_vertex, n_vehicle, vehicle
 from fmus.records import POINTS_MIME
 
 _SIZES: Final = (
-    Variable(
-        name="n_vehicle",
-        type="UInt64",
-        causality="structuralParameter",
-        variability="tunable",
-        description="Number of vehicles",
-        start=1,
-        minimum=0,
-        maximum=1_000_000,
-    ),
-    Variable(
-        name="n_building_vertex",
-        type="UInt64",
-        causality="structuralParameter",
-        variability="tunable",
-        description="Number of corners of all buildings",
-        start=3,
-        minimum=0,
-        maximum=10_000_000,
-    ),
-    Variable(
-        name="n_building",
-        type="UInt64",
-        causality="structuralParameter",
-        variability="tunable",
-        description="Number of buildings",
-        start=1,
-        minimum=0,
-        maximum=1_000_000,
-    ),
+    n_vehicle(maximum=1_000_000),
+    n_building_vertex(maximum=10_000_000),
+    n_building(maximum=1_000_000),
 )
 
 _PATTERN: Final = (
-    Variable(
-        name="channels",
-        type="Int32",
-        causality="parameter",
-        variability="fixed",
-        description="Number of elevations, equally spaced from elevation_top to elevation_bottom",
-        start=64,
-        minimum=1,
-        maximum=512,
+    whole(
+        "channels",
+        64,
+        1,
+        512,
+        "Number of elevations, equally spaced from elevation_top to elevation_bottom",
     ),
-    Variable(
-        name="elevation_top",
-        type="Float64",
-        causality="parameter",
-        variability="fixed",
+    parameter(
+        "elevation_top", math.radians(4), -1.5, 1.5, "Elevation of the first channel", unit="rad"
+    ),
+    parameter(
+        "elevation_bottom",
+        math.radians(-20),
+        -1.5,
+        1.5,
+        "Elevation of the last channel",
         unit="rad",
-        description="Elevation of the first channel",
-        start=math.radians(4),
-        minimum=-1.5,
-        maximum=1.5,
     ),
-    Variable(
-        name="elevation_bottom",
-        type="Float64",
-        causality="parameter",
-        variability="fixed",
-        unit="rad",
-        description="Elevation of the last channel",
-        start=math.radians(-20),
-        minimum=-1.5,
-        maximum=1.5,
+    whole(
+        "azimuths",
+        1024,
+        4,
+        8192,
+        "Number of directions in one turn, the first straight ahead, then counter-clockwise",
     ),
-    Variable(
-        name="azimuths",
-        type="Int32",
-        causality="parameter",
-        variability="fixed",
-        description="Number of directions in one turn, the first straight ahead, "
-        "then counter-clockwise",
-        start=1024,
-        minimum=4,
-        maximum=8192,
-    ),
-    Variable(
-        name="range",
-        type="Float64",
-        causality="parameter",
-        variability="fixed",
-        unit="m",
-        description="Largest distance of a hit",
-        start=50,
-        minimum=0.1,
-        maximum=1000,
-    ),
+    parameter("range", 50, 0.1, 1000, "Largest distance of a hit", unit="m"),
 )
 
 _MOUNTING: Final = (
-    Variable(
-        name="mount_height",
-        type="Float64",
-        causality="parameter",
-        variability="fixed",
+    parameter(
+        "mount_height",
+        0.5,
+        0,
+        10,
+        "Height of the sensor over the roof of the vehicle that carries it",
         unit="m",
-        description="Height of the sensor over the roof of the vehicle that carries it",
-        start=0.5,
-        minimum=0,
-        maximum=10,
     ),
-    Variable(
-        name="pitch",
-        type="Float64",
-        causality="parameter",
-        variability="fixed",
+    parameter(
+        "pitch",
+        0,
+        -math.pi / 2,
+        math.pi / 2,
+        "Tilt of the mounted sensor, nose down positive",
         unit="rad",
-        description="Tilt of the mounted sensor, nose down positive",
-        minimum=-math.pi / 2,
-        maximum=math.pi / 2,
     ),
-    Variable(
-        name="roll",
-        type="Float64",
-        causality="parameter",
-        variability="fixed",
+    parameter(
+        "roll",
+        0,
+        -math.pi,
+        math.pi,
+        "Tilt of the mounted sensor, right side down positive",
         unit="rad",
-        description="Tilt of the mounted sensor, right side down positive",
-        minimum=-math.pi,
-        maximum=math.pi,
     ),
 )
 
 _NOISE: Final = (
-    Variable(
-        name="range_noise",
-        type="Float64",
-        causality="parameter",
-        variability="fixed",
-        unit="m",
-        description="Standard deviation of the error along the ray",
-        start=0.02,
-        minimum=0,
-        maximum=10,
+    parameter(
+        "range_noise", 0.02, 0, 10, "Standard deviation of the error along the ray", unit="m"
     ),
-    Variable(
-        name="dropout",
-        type="Float64",
-        causality="parameter",
-        variability="fixed",
-        description="Probability that a hit is not reported",
-        start=0.02,
-        minimum=0,
-        maximum=1,
-    ),
-    Variable(
-        name="seed",
-        type="Int64",
-        causality="parameter",
-        variability="fixed",
-        description="Selects the random numbers of noise and dropout",
-    ),
+    parameter("dropout", 0.02, 0, 1, "Probability that a hit is not reported"),
+    whole("seed", 0, None, None, "Selects the random numbers of noise and dropout", kind="Int64"),
 )
 
-_VEHICLES: Final = (
-    Variable(
-        name="vehicle.id",
-        type="Int64",
-        causality="input",
-        variability="discrete",
-        dimensions=("n_vehicle",),
-        description="Number of the vehicle, ascending",
-    ),
-    Variable(
-        name="vehicle.position",
-        type="Float64",
-        causality="input",
-        variability="discrete",
-        unit="m",
-        dimensions=("n_vehicle", 3),
-        description="Centre of the body's footprint",
-    ),
-    Variable(
-        name="vehicle.heading",
-        type="Float64",
-        causality="input",
-        variability="discrete",
-        unit="rad",
-        dimensions=("n_vehicle",),
-        description="Counter-clockwise from east",
-    ),
-    Variable(
-        name="vehicle.size",
-        type="Float64",
-        causality="input",
-        variability="discrete",
-        unit="m",
-        dimensions=("n_vehicle", 3),
-        description="Length, width and height",
-        start=1,
-    ),
-    Variable(
-        name="vehicle.body",
-        type="Int32",
-        causality="input",
-        variability="discrete",
-        dimensions=("n_vehicle",),
-        description="0 car, 1 SUV or MPV, 2 van, 3 bus, 4 truck",
-    ),
-    Variable(
-        name="vehicle.lidar",
-        type="Boolean",
-        causality="input",
-        variability="discrete",
-        dimensions=("n_vehicle",),
-        description="Whether the vehicle carries a sensor",
-    ),
+_INPUTS: Final = (
+    vehicle("id"),
+    vehicle("position"),
+    vehicle("heading"),
+    vehicle("size", start=1),
+    vehicle("body"),
+    vehicle("lidar"),
+    building("vertex"),
+    building("index"),
+    building("height", start=1),
 )
-
-_BUILDINGS: Final = (
-    Variable(
-        name="building.vertex",
-        type="Float64",
-        causality="input",
-        variability="discrete",
-        unit="m",
-        dimensions=("n_building_vertex", 2),
-        description="Corners of all buildings, ring by ring, in either sense",
-    ),
-    Variable(
-        name="building.index",
-        type="Int32",
-        causality="input",
-        variability="discrete",
-        dimensions=("n_building_vertex",),
-        description="The building that each corner belongs to, ascending",
-    ),
-    Variable(
-        name="building.height",
-        type="Float64",
-        causality="input",
-        variability="discrete",
-        unit="m",
-        dimensions=("n_building",),
-        description="Height of the walls and of the flat roof",
-        start=1,
-    ),
-)
-
-_INPUTS: Final = _VEHICLES + _BUILDINGS
 
 INTERFACE: Final = Interface(
     name="lidar",
@@ -257,12 +98,10 @@ INTERFACE: Final = Interface(
         *_MOUNTING,
         *_NOISE,
         *_INPUTS,
-        Variable(
-            name="points",
-            type="Binary",
-            causality="output",
-            variability="discrete",
-            description="One scan of every sensor, taken at the communication point",
+        discrete_output(
+            "points",
+            "Binary",
+            "One scan of every sensor, taken at the communication point",
             dependencies=tuple(variable.name for variable in _INPUTS),
             mime_type=POINTS_MIME,
         ),

@@ -2,92 +2,52 @@
 
 from typing import Final
 
-from fmus.common.interface import Interface, Variable, VariableType
+from fmus.common.interface import (
+    Interface,
+    discrete_input,
+    discrete_output,
+    length,
+    parameter,
+    switch,
+    whole,
+)
 from fmus.records import APMS_MIME, OBJECTS_MIME, POINTS_MIME
 
 OWN_VIEW: Final = ("points",)
 DEMAND: Final = (*OWN_VIEW, "ego.id", "route.vertex")
 MATCH: Final = (*DEMAND, "received")
 
-
-def length(name: str, start: int, minimum: int, description: str, *, tunable: bool) -> Variable:
-    """A structural parameter, the length of an axis."""
-    return Variable(
-        name=name,
-        type="UInt64",
-        causality="structuralParameter",
-        variability="tunable" if tunable else "fixed",
-        start=start,
-        minimum=minimum,
-        maximum=1 << 20,
-        description=description,
-    )
-
-
-def parameter(
-    name: str,
-    start: float,
-    minimum: float,
-    maximum: float,
-    description: str,
-    *,
-    unit: str = "1",
-    kind: VariableType = "Float64",
-) -> Variable:
-    """A number that is fixed before initialisation."""
-    return Variable(
-        name=name,
-        type=kind,
-        causality="parameter",
-        variability="fixed",
-        start=start,
-        minimum=minimum,
-        maximum=maximum,
-        unit=unit,
-        description=description,
-    )
-
-
-def count(name: str, start: int, minimum: int, maximum: int, description: str) -> Variable:
-    """A whole number that is fixed before initialisation."""
-    return parameter(name, start, minimum, maximum, description, kind="Int32")
-
+LONGEST: Final = 1 << 20
+"""Most entries along an axis."""
 
 STRUCTURE: Final = (
-    length("n_route_vertex", 1, 0, "points of the route, fewer than 2: no route", tunable=True),
-    length("n_blind_zone", 32, 1, "most blind zones that are reported", tunable=False),
-    length("n_sharer", 8, 1, "most sharers that are reported", tunable=False),
+    length("n_route_vertex", 1, 0, LONGEST, "points of the route, fewer than 2: no route"),
+    length("n_blind_zone", 32, 1, LONGEST, "most blind zones that are reported", tunable=False),
+    length("n_sharer", 8, 1, LONGEST, "most sharers that are reported", tunable=False),
 )
 
 MATRIX: Final = (
-    count("rows", 20, 1, 1024, "m, cells of the matrix along the heading"),
-    count("columns", 20, 1, 1024, "n, cells of the matrix across the heading"),
+    whole("rows", 20, 1, 1024, "m, cells of the matrix along the heading"),
+    whole("columns", 20, 1, 1024, "n, cells of the matrix across the heading"),
     parameter("cell", 5.0, 0.01, 1000.0, "k, side of a cell", unit="m"),
     parameter("offset", 0.0, -1e4, 1e4, "centre of the matrix ahead of the sensor", unit="m"),
     parameter("floor", -0.5, -1e3, 0.0, "points deeper below the ground are outliers", unit="m"),
     parameter("ceiling", 4.5, 0.0, 1e3, "points higher above the ground are pruned", unit="m"),
-    Variable(
-        name="layer",
-        type="Boolean",
-        causality="parameter",
-        variability="fixed",
-        start=1,
-        description="attach the mobility-and-height layer to the matrices",
-    ),
+    switch("layer", "attach the mobility-and-height layer to the matrices", start=True),
 )
 
 OBJECTS: Final = (
     parameter("ground_height", 0.2, 0.0, 10.0, "returns up to this height are ground", unit="m"),
-    count("minimum_points", 5, 1, 1 << 20, "fewest points above the ground that are an object"),
-    count("track_memory", 5, 2, 1000, "scans that a tracked velocity is an average of"),
+    whole("minimum_points", 5, 1, 1 << 20, "fewest points above the ground that are an object"),
+    whole("track_memory", 5, 2, 1000, "scans that a tracked velocity is an average of"),
     parameter("track_timeout", 1.0, 0.0, 1e4, "age at which a lost track is forgotten", unit="s"),
 )
 
 BLIND_ZONES: Final = (
-    count("window_smallest", 1, 1, 1024, "side of the smallest filter window in cells"),
-    count("window_largest", 4, 1, 1024, "bound on the side of windows: smallest, twice it, ..."),
+    whole("window_smallest", 1, 1, 1024, "side of the smallest filter window in cells"),
+    whole("window_largest", 4, 1, 1024, "bound on the side of windows: smallest, twice it, ..."),
     parameter("threshold", 5.0, 0.0, 1e9, "T1, mean index of a window below which it is blind"),
-    count("threshold_exponent", 0, 0, 4, "p: T1 is multiplied by (threshold_distance / d)^p"),
+    whole("threshold_exponent", 0, 0, 4, "p: T1 is multiplied by (threshold_distance / d)^p"),
     parameter("threshold_distance", 50.0, 1e-3, 1e5, "distance at which T1 holds", unit="m"),
     parameter("corridor", 25.0, 0.0, 1e5, "reach of the search beside the route", unit="m"),
     parameter("near_field", 6.0, 0.0, 1e5, "the search begins at this distance", unit="m"),
@@ -105,107 +65,75 @@ MATCHING: Final = (
 )
 
 INPUTS: Final = (
-    Variable(
-        name="points",
-        type="Binary",
-        causality="input",
-        variability="discrete",
-        mime_type=POINTS_MIME,
-        description="the scans of all sensors",
-    ),
-    Variable(
-        name="received",
-        type="Binary",
-        causality="input",
-        variability="discrete",
+    discrete_input("points", "Binary", "the scans of all sensors", mime_type=POINTS_MIME),
+    discrete_input(
+        "received",
+        "Binary",
+        "APMs that reached the ego vehicle since the last step",
         mime_type=APMS_MIME,
-        description="APMs that reached the ego vehicle since the last step",
     ),
-    Variable(
-        name="ego.id",
-        type="Int64",
-        causality="input",
-        variability="discrete",
-        start=-1,
-        description="number of the ego vehicle, -1 if there is none",
-    ),
-    Variable(
-        name="route.vertex",
-        type="Float64",
-        causality="input",
-        variability="discrete",
+    discrete_input("ego.id", "Int64", "number of the ego vehicle, -1 if there is none", start=-1),
+    discrete_input(
+        "route.vertex",
+        "Float64",
+        "planned route of the ego vehicle, world frame",
         unit="m",
         dimensions=("n_route_vertex", 2),
-        description="planned route of the ego vehicle, world frame",
     ),
 )
 
 OUTPUTS: Final = (
-    Variable(
-        name="apms",
-        type="Binary",
-        causality="output",
-        variability="discrete",
+    discrete_output(
+        "apms",
+        "Binary",
+        "the APM message of each sensor's vehicle",
+        dependencies=OWN_VIEW,
         mime_type=APMS_MIME,
-        dependencies=OWN_VIEW,
-        description="the APM message of each sensor's vehicle",
     ),
-    Variable(
-        name="objects",
-        type="Binary",
-        causality="output",
-        variability="discrete",
+    discrete_output(
+        "objects",
+        "Binary",
+        "what each sensor detects and tracks",
+        dependencies=OWN_VIEW,
         mime_type=OBJECTS_MIME,
-        dependencies=OWN_VIEW,
-        description="what each sensor detects and tracks",
     ),
-    Variable(
-        name="blind_zone.center",
-        type="Float64",
-        causality="output",
-        variability="discrete",
+    discrete_output(
+        "blind_zone.center",
+        "Float64",
+        "centres of the ego vehicle's blind zones, world frame",
         unit="m",
         dimensions=("n_blind_zone", 2),
         dependencies=DEMAND,
-        description="centres of the ego vehicle's blind zones, world frame",
     ),
-    Variable(
-        name="blind_zone.range",
-        type="Float64",
-        causality="output",
-        variability="discrete",
+    discrete_output(
+        "blind_zone.range",
+        "Float64",
+        "half the side of each, 0 in unused entries",
         unit="m",
         dimensions=("n_blind_zone",),
         dependencies=DEMAND,
-        description="half the side of each, 0 in unused entries",
     ),
-    Variable(
-        name="match.sharer",
-        type="Int64",
-        causality="output",
-        variability="discrete",
-        start=-1,
+    discrete_output(
+        "match.sharer",
+        "Int64",
+        "vehicles whose data pays, best first; -1 in unused entries",
         dimensions=("n_sharer",),
+        start=-1,
         dependencies=MATCH,
-        description="vehicles whose data pays, best first; -1 in unused entries",
     ),
-    Variable(
-        name="match.benefit",
-        type="Float64",
-        causality="output",
-        variability="discrete",
+    discrete_output(
+        "match.benefit",
+        "Float64",
+        "sum of index times overlapping area of each",
         unit="m^2",
         dimensions=("n_sharer",),
         dependencies=MATCH,
-        description="sum of index times overlapping area of each",
     ),
-    Variable(
-        name="match.trigger",
-        type="Boolean",
-        causality="output",
-        variability="discrete",
+    discrete_output(
+        "match.trigger",
+        "Boolean",
+        "whether any sharer's data pays",
         dependencies=MATCH,
-        description="whether any sharer's data pays",
     ),
 )
 

@@ -2,14 +2,15 @@
 
 import pytest
 
-from .harness import Library
+from tests.fmus.driver import Library
+
 from .primitives import Primitives
 
 
 @pytest.fixture(scope="session")
 def library(tmp_path_factory: pytest.TempPathFactory) -> Library:
     """The FMU as built for this machine."""
-    return Library.build(tmp_path_factory.mktemp("channel"))
+    return Library.build("channel", tmp_path_factory.mktemp("channel"))
 
 
 @pytest.fixture(scope="session")

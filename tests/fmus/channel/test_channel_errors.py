@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from fmus.records import PACKET
+from tests.fmus.driver import Library, Refused
+from tests.fmus.scene import Building, Scene, Vehicle
 
-from .harness import Building, Channel, Library, Refused, Scene, Vehicle, packet, packets
+from .harness import Channel, packet, packets
 
 TRIANGLE = ((50.0, 0.0), (60.0, 0.0), (55.0, 9.0))
 CARS = (Vehicle(id=4), Vehicle(id=7, position=(10.0, 0.0, 0.0)))

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from .harness import rectangle
+from tests.fmus.scene import rectangle
+
 from .primitives import LIGHT_SPEED, Body, Primitives, Ring
 
 COORDINATE = st.floats(-200, 200)

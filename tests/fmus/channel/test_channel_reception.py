@@ -6,20 +6,10 @@ import numpy as np
 import pytest
 
 from fmus.records import LINKS, OUTCOMES
+from tests.fmus.driver import Library
+from tests.fmus.scene import Building, Scene, Vehicle, rectangle
 
-from .harness import (
-    NO_OBSTACLES,
-    Building,
-    Channel,
-    Library,
-    Scene,
-    Vehicle,
-    one_frame,
-    packet,
-    reception_ratio,
-    rectangle,
-    row_of_cars,
-)
+from .harness import NO_OBSTACLES, Channel, one_frame, packet, reception_ratio, row_of_cars
 
 LIGHT_SPEED = 299_792_458.0
 

@@ -4,8 +4,10 @@ import numpy as np
 
 from fmus.records import OUTCOMES
 from orchestrator.signal import Array
+from tests.fmus.driver import Library
+from tests.fmus.scene import Building, Scene, Vehicle, rectangle
 
-from .harness import MS, Building, Channel, Library, Scene, Vehicle, packet, rectangle
+from .harness import MS, Channel, packet
 
 # around the corner of a house: 0 and 2 see 1, but not each other
 CORNER = Scene(

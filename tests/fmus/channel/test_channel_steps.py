@@ -9,20 +9,10 @@ from hypothesis import given, settings, strategies as st
 
 from fmus.records import OUTCOMES, RECEPTION, unframe
 from orchestrator.signal import Array
+from tests.fmus.driver import Library, Refused
+from tests.fmus.scene import Building, Scene, Vehicle, rectangle
 
-from .harness import (
-    MS,
-    NO_OBSTACLES,
-    Building,
-    Channel,
-    Library,
-    Refused,
-    Scene,
-    Vehicle,
-    packet,
-    rectangle,
-    run,
-)
+from .harness import MS, NO_OBSTACLES, Channel, packet, run
 
 # weak radios, so that about half of the frames are lost
 WEAK = {"transmit_power": 2.0, "sensitivity": -97.0}

@@ -7,8 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fmus.records import BUILDING, GROUND
-
-from .harness import Scene, Vehicle
+from tests.fmus.scene import Scene, Vehicle
 
 Float = npt.NDArray[np.float64]
 NOTHING: Final = -(2**31)

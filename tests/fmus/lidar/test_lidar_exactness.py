@@ -7,16 +7,10 @@ import numpy as np
 import pytest
 
 from fmus.records import BUILDING
+from tests.fmus.scene import Building, Scene, Vehicle
 
 from .brute_force import NOTHING, Float, cast, rotation
-from .harness import (
-    NO_NOISE,
-    Building,
-    Cloud,
-    Scan,
-    Scene,
-    Vehicle,
-)
+from .harness import NO_NOISE, Cloud, Scan
 
 RAYS = 64 * 256
 SHAPES = (

@@ -6,17 +6,10 @@ import math
 import numpy as np
 import pytest
 
-from .harness import (
-    NO_NOISE,
-    Building,
-    Library,
-    Lidar,
-    Refused,
-    Scene,
-    Vehicle,
-    clouds,
-    rectangle,
-)
+from tests.fmus.driver import Library, Refused
+from tests.fmus.scene import Building, Scene, Vehicle, rectangle
+
+from .harness import NO_NOISE, Lidar, clouds
 
 A = Vehicle(id=3, lidar=True)
 B = Vehicle(id=5, position=(10.0, 0.0, 0.0))
@@ -92,8 +85,8 @@ def test_vehicles_come_and_go(library: Library) -> None:
     lidar = Lidar(library, GOOD, **NO_NOISE).start()
     assert clouds(lidar.points())[3].instances == {-1, -2, 5}
     for step, scene in enumerate([Scene(vehicles=[A]), Scene(), GOOD]):
-        lidar.resize(scene.inputs())
-        lidar.set_inputs(scene.inputs())
+        lidar.resize(**scene.lengths())
+        lidar.set_inputs(scene)
         lidar.step(step * 0.1, 0.1)
         found = {vehicle: cloud.instances for vehicle, cloud in clouds(lidar.points()).items()}
         assert found == [{3: {-1}}, {}, {3: {-1, -2, 5}}][step]
@@ -108,16 +101,15 @@ def test_a_restored_instance_continues_bit_for_bit(library: Library) -> None:
     moved = dataclasses.replace(B, position=(7.0, 3.0, 0.0))
     futures = []
     for _ in range(2):
-        lidar.resize(GOOD.inputs())
-        lidar.set_inputs(Scene(vehicles=[A, moved], buildings=GOOD.buildings).inputs())
+        lidar.resize(**GOOD.lengths())
+        lidar.set_inputs(Scene(vehicles=[A, moved], buildings=GOOD.buildings))
         lidar.step(0.1, 0.1)
         futures.append(lidar.points())
-        lidar.resize(Scene().inputs())
+        lidar.resize(**Scene().lengths())
         lidar.restore(state)
         assert lidar.points() == before
     assert futures[0] == futures[1]
     assert futures[0] != before
-    lidar.free(state)
     lidar.free()
 
 
@@ -132,6 +124,5 @@ def test_a_state_moves_to_an_instance_with_other_parameters(library: Library) ->
         lidar.step(0.0, 0.1)
         frames.append(lidar.points())
     assert frames[0] == frames[1]
-    source.free(state)
     source.free()
     target.free()

@@ -8,20 +8,10 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
-from .harness import (
-    BUS,
-    NO_NOISE,
-    TRUCK,
-    Building,
-    Cloud,
-    Library,
-    Lidar,
-    Scan,
-    Scene,
-    Vehicle,
-    clouds,
-    rectangle,
-)
+from tests.fmus.driver import Library
+from tests.fmus.scene import Building, Scene, Vehicle, rectangle
+
+from .harness import BUS, NO_NOISE, TRUCK, Cloud, Lidar, Scan, clouds
 
 EGO = Vehicle(id=500, position=(3.0, 1.0, 0.0), heading=0.4, lidar=True)
 OTHERS = (

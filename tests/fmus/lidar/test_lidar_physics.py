@@ -7,23 +7,10 @@ import numpy as np
 import pytest
 
 from fmus.records import BUILDING, GROUND
+from tests.fmus.driver import Library
+from tests.fmus.scene import Building, Scene, Vehicle, rectangle
 
-from .harness import (
-    BUS,
-    CAR,
-    NO_NOISE,
-    SUV,
-    TRUCK,
-    VAN,
-    Building,
-    Library,
-    Lidar,
-    Scan,
-    Scene,
-    Vehicle,
-    clouds,
-    rectangle,
-)
+from .harness import BUS, CAR, NO_NOISE, SUV, TRUCK, VAN, Lidar, Scan, clouds
 
 EGO = Vehicle(id=1, lidar=True)
 SENSOR_HEIGHT = EGO.size[2] + 0.5

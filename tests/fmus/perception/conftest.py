@@ -2,10 +2,10 @@
 
 import pytest
 
-from .harness import Library
+from tests.fmus.driver import Library
 
 
 @pytest.fixture(scope="session")
 def library(tmp_path_factory: pytest.TempPathFactory) -> Library:
     """The FMU as built for this machine."""
-    return Library.build(tmp_path_factory.mktemp("perception"))
+    return Library.build("perception", tmp_path_factory.mktemp("perception"))

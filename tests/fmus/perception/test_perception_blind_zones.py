@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from fmus.apm import Float
+from tests.fmus.driver import Library
 
-from .harness import Library, Outputs, Perception
+from .harness import Outputs, Perception
 from .scene import Scan, cloud, ground
 
 EGO = 1

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, strategies as st
 
 from fmus.apm import Apm, Float, encode, join
+from tests.fmus.driver import Library, Refused
 
-from .harness import STEP, Library, Outputs, Perception, Refused
+from .harness import STEP, Outputs, Perception
 from .scene import Scan, cloud
 
 EGO = 1

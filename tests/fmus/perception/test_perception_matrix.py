@@ -7,8 +7,9 @@ from hypothesis import given, strategies as st
 from fmus.apm import encode, join, layer_height, layer_velocity
 from fmus.records import APM_LAYER_CELL
 from orchestrator.signal import Array
+from tests.fmus.driver import Library
 
-from .harness import Library, Perception
+from .harness import Perception
 from .scene import Scan, car, cloud, look
 
 VEHICLE = 3

@@ -7,8 +7,9 @@ import pytest
 
 from fmus.records import BUILDING
 from orchestrator.signal import Array
+from tests.fmus.driver import Library, Refused
 
-from .harness import Library, Perception, Refused
+from .harness import Perception
 from .scene import SENSOR_HEIGHT, Box, Scan, car, cloud, look
 
 EGO = 1

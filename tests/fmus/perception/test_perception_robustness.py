@@ -9,8 +9,9 @@ from hypothesis import given, strategies as st
 
 from fmus.apm import join
 from fmus.records import FRAME, POINT, SENSOR
+from tests.fmus.driver import Library, Refused
 
-from .harness import Library, Outputs, Perception, Refused
+from .harness import Outputs, Perception
 from .scene import Scan, car, cloud, look
 
 EGO = 1
@@ -45,7 +46,7 @@ def bytes_of(outputs: list[Outputs]) -> list[tuple[bytes, ...]]:
 def test_a_restored_state_continues_bit_for_bit(library: Library) -> None:
     with Perception(library) as unit:
         advance(unit, range(5))
-        state, time = unit.serialize(), unit.time
+        state, time = unit.save(), unit.time
         expected = bytes_of(advance(unit, range(5, 9)))
         assert any(sharers for *_, sharers, _ in expected), "the scene must have matches"
         unit.restore(state)
@@ -78,7 +79,7 @@ def test_damaged_states_are_refused_or_harmless(library: Library) -> None:
     envelope = 24  # magic, checksum, size
     with Perception(library, layer=False, rows=2, columns=2) as unit:
         advance(unit, range(3))
-        good = unit.serialize()
+        good = unit.save()
         start = good.index(b"PRCP")
         header, track = range(start, start + 32), range(start + 32, start + 152)
         for place in [*header, *track, *range(start + 152, len(good), 23)]:
