@@ -5,8 +5,12 @@ import shlex
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from adapters.fmi import FmuComponentType
+from fmus.common.build import build_fmu, load_unit
+from fmus.common.targets import select_targets
 from orchestrator.cli import main
 from orchestrator.testing import check_component
 
@@ -33,6 +37,24 @@ def test_the_example_component_keeps_the_contract() -> None:
     exec(compile(first, "newest.py", "exec"), names)  # noqa: S102 - our own manual
     newest = names["Newest"]
     check_component(newest(newest.Parameters()), steps=5, h=100_000_000, seed=1)
+
+
+def test_the_example_unit_builds_and_multiplies(tmp_path: Path) -> None:
+    """As docs/fmus.md shows it: an interface, a C file, an FMU, a component."""
+    text = (ROOT / "docs" / "fmus.md").read_text()
+    (table,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    source = re.findall(r"```c\n(.*?)```", text, re.DOTALL)[0]
+    (tmp_path / "interface.py").write_text(table)
+    (tmp_path / "gain.c").write_text(source)
+    unit = load_unit(str(tmp_path))
+    fmu = build_fmu(unit, tmp_path, targets=select_targets(["host"])).path
+    component = FmuComponentType(fmu).create("gain", {"gain": 3.0})
+    check_component(component, steps=3, h=100_000_000, seed=1)
+    component.setup(0, np.random.default_rng(0))
+    component.initialise({"u": np.zeros(0)})
+    component.step({"u": np.array([1.0, -2.0])}, 0, 100_000_000)
+    np.testing.assert_array_equal(component.outputs()["y"], [3.0, -6.0])
+    component.close()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
