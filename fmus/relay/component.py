@@ -104,7 +104,7 @@ class Mohed(Component):
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         self._outputs = {name: output.start_value() for name, output in OUTPUTS.items()}
-        self._layers: dict[int, tuple[Time, Obstacles]] = {}
+        self._layers: dict[int, tuple[Time, Obstacles, float]] = {}
         self._last_known: dict[int, Node] = {}
         self._choice = _Candidate(0.0, 0.0, NO_VEHICLE)
         self._sharer = NO_VEHICLE
@@ -175,10 +175,11 @@ class Mohed(Component):
         """Steps 1 to 3 of the paper: locate, merge, keep what is an obstacle."""
         objects = unframe("OBJS", bytes(inputs["objects"]), OBJECT)
         own = from_objects(objects[objects["sensor"] == ego.vehicle])
-        layers = [layer for _, layer in self._layers.values()]
-        merged = merge([from_bsms(inputs), own, *layers], self._parameters.same_body)
-        inside_ego = np.linalg.norm(merged.center - ego.position, axis=1) < 1.0
-        return merged.without(~inside_ego)
+        margin = self._parameters.same_body
+        layers = [(layer, cell / 2.0) for _, layer, cell in self._layers.values()]
+        return merge(
+            [(_own_body(inputs, ego), margin), (from_bsms(inputs), margin), (own, margin), *layers]
+        )
 
     def _remember(self, inputs: Signals, now: Time) -> None:
         """Keep the layers of APMs, and where nodes were last heard.
@@ -193,7 +194,7 @@ class Mohed(Component):
             apm = decode(message)
             if apm.vehicle == ego:
                 continue
-            self._layers[apm.vehicle] = (apm.time, from_layer(apm))
+            self._layers[apm.vehicle] = (apm.time, from_layer(apm), apm.cell)
             if apm.vehicle in self._last_known and apm.vehicle not in heard:
                 node = self._last_known[apm.vehicle]
                 self._last_known[apm.vehicle] = replace(node, position=apm.position)
@@ -245,6 +246,19 @@ def _ego(inputs: Signals) -> Node:
         position=np.asarray(inputs["ego.position"]),
         velocity=speed * np.array([np.cos(heading), np.sin(heading)]),
         antenna_height=float(np.asarray(inputs["ego.size"])[2]),
+    )
+
+
+def _own_body(inputs: Signals, ego: Node) -> Obstacles:
+    """The ego's body: it explains what others see of it, and can stand between others."""
+    size = np.asarray(inputs["ego.size"])
+    return Obstacles(
+        owner=np.array([ego.vehicle]),
+        center=ego.position[None],
+        heading=np.asarray(inputs["ego.heading"])[None],
+        half=size[None, :2] / 2.0,
+        height=size[2:],
+        velocity=ego.velocity[None],
     )
 
 

@@ -7,12 +7,16 @@ is not added again from the next.
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 
 from fmus.apm import Apm, layer_height, layer_velocity
 from fmus.records import NO_VEHICLE
 from orchestrator.signal import Array, Signals
+
+HEIGHT_TOLERANCE: Final = 0.3
+"""By how much an observed height may exceed the true one: noise, and the layer's steps [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,19 +39,18 @@ class Obstacles:
     height: Array = field(default_factory=lambda: np.empty(0))
     velocity: Array = field(default_factory=lambda: np.empty((0, 2)))
 
-    def covers(self, points: Array, margin: float) -> Array:
-        """Whether each point lies in a box grown by `margin` [m].
+    def explain(self, others: "Obstacles", margin: float) -> Array:
+        """Whether each of `others` is one of these bodies, seen by somebody else.
 
-        Args:
-            points: [m], shape (points, 2).
-            margin: [m].
+        It is if its centre lies in a box grown by `margin` [m] that is not lower than it.
 
         Returns:
-            bool, shape (points,).
+            bool, shape (other,).
         """
-        local = np.abs(_to_boxes(points[:, None, :], self.center, self.heading))
+        local = np.abs(_to_boxes(others.center[:, None, :], self.center, self.heading))
         inside: Array = np.all(local <= self.half + margin, axis=-1)
-        return np.asarray(inside.any(axis=1))
+        high_enough = self.height + HEIGHT_TOLERANCE >= others.height[:, None]
+        return np.asarray((inside & high_enough).any(axis=1))
 
     def joined(self, other: "Obstacles") -> "Obstacles":
         """These obstacles followed by `other`."""
@@ -138,7 +141,8 @@ def from_layer(apm: Apm) -> Obstacles:
 
     A cell says that some obstacle of that height stands in it, not where; it counts as a
     square of half the cell's side at its centre, because taking the whole cell would
-    obstruct links that pass beside the obstacle in the next lane.
+    obstruct links that pass beside the obstacle in the next lane. When merged, a body known
+    otherwise explains every cell that it reaches into.
     """
     if apm.layer is None:
         return Obstacles()
@@ -155,17 +159,16 @@ def from_layer(apm: Apm) -> Obstacles:
     )
 
 
-def merge(sources: Iterable[Obstacles], margin: float) -> Obstacles:
+def merge(sources: Iterable[tuple[Obstacles, float]]) -> Obstacles:
     """All obstacles, each body once.
 
     Args:
-        sources: in order of trust.
-        margin: an obstacle whose centre lies in a box already known, grown by this much,
-            is the same body [m].
+        sources: in order of trust, each with the margin within which the centre of one of
+            its obstacles means a body already known [m].
     """
     merged = Obstacles()
-    for source in sources:
-        merged = merged.joined(source.without(~merged.covers(source.center, margin)))
+    for source, margin in sources:
+        merged = merged.joined(source.without(~merged.explain(source, margin)))
     return merged
 
 

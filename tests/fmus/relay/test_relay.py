@@ -130,6 +130,42 @@ def test_a_received_layer_reveals_an_obstacle_that_the_ego_does_not_see() -> Non
     assert chosen(started(Mohed(Mohed.Parameters())), values) != NO_VEHICLE
 
 
+def layer_cell(x: float, y: float, height: float) -> Obstacles:
+    """The obstacle that an APM of 5 m cells reports for whatever stands at (x, y)."""
+    layer = np.zeros((20, 20), APM_LAYER_CELL)
+    apm = Apm(
+        vehicle=SHARER,
+        time=0,
+        position=np.zeros(2),
+        heading=0.0,
+        center=np.zeros(2),
+        cell=5.0,
+        cells=np.zeros((20, 20), np.uint32),
+        layer=layer,
+    )
+    row, column = apm.locate(np.array([x, y]))
+    layer["height"][row, column] = round(height / 0.05)
+    return from_layer(apm)
+
+
+@given(st.floats(-40, 40), st.floats(-40, 40))
+def test_a_known_body_explains_the_cell_it_stands_in_but_not_a_higher_one(
+    x: float, y: float
+) -> None:
+    """Wherever in the cell it stands; a phantom beside it would obstruct free links."""
+    known = Obstacles(
+        owner=np.array([9]),
+        center=np.array([[x, y]]),
+        heading=np.zeros(1),
+        half=np.array([[2.25, 0.9]]),
+        height=np.array([1.5]),
+        velocity=np.zeros((1, 2)),
+    )
+    seen, truck_beside = layer_cell(x, y, 1.5), layer_cell(x, y, 4.0)
+    assert len(merge([(known, 1.0), (seen, 2.5)]).owner) == 1
+    assert len(merge([(known, 1.0), (truck_beside, 2.5)]).owner) == 2
+
+
 def test_the_choice_holds_for_the_window_and_then_follows_the_scene() -> None:
     mohed = started(Mohed(Mohed.Parameters()))
     assert chosen(mohed, inputs(neighbours(), truck(0, 30))) == LEFT
@@ -236,7 +272,7 @@ def test_one_body_known_from_two_sources_counts_once() -> None:
         height=np.array([1.5]),
         velocity=np.zeros((1, 2)),
     )
-    assert len(merge([box, box], margin=1.0).owner) == 1
+    assert len(merge([(box, 1.0), (box, 1.0)]).owner) == 1
     assert len(from_layer_without_layer().owner) == 0
 
 
