@@ -3,7 +3,7 @@
 # from the package index.
 PYTHON ?= python3
 
-.PHONY: demo test lint docs network fmus clean
+.PHONY: demo test lint docs bench verify network fmus clean
 
 demo: .venv-demo/installed  ## run the red-light scenario, closed loop, from nothing
 	.venv-demo/bin/nlosim run scenarios/red_light.yaml
@@ -26,6 +26,15 @@ test: .venv-test/installed  ## everything that CI checks
 	$(PYTHON) -m venv .venv-test
 	.venv-test/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	touch $@
+
+bench: .venv-demo/installed  ## measure, and make docs/benchmarks.md; keep the machine quiet
+	mkdir -p docs/results
+	.venv-demo/bin/nlosim bench channel --json > docs/results/bench-channel.json
+	.venv-demo/bin/python -m benchmarks.page docs/benchmarks.md docs/results/bench-channel.json
+
+verify: .venv-demo/installed  ## compare the channel with GOLDEN=DIR, make docs/validation-channel.md
+	$(if $(GOLDEN),,$(error write `make verify GOLDEN=DIR`, the directory of golden data))
+	.venv-demo/bin/nlosim verify channel --golden $(GOLDEN) --figures docs/validation
 
 network:  ## regenerate the road network of the red-light scene (needs netconvert)
 	$(PYTHON) -m venv .venv-network

@@ -94,16 +94,21 @@ PACKET: Final = np.dtype(
         ("source", "<i8"),  # vehicle
         ("destination", "<i8"),  # vehicle, or NO_VEHICLE for broadcast
         ("route", "<i8", 2),  # relays in order, NO_VEHICLE where there is none
+        ("duration", "<i8"),  # on air [ns]; 0: what size and bit rate make
+        ("power_offset", "<f8"),  # over the radio's transmit power [dB]
         ("size", "<u4"),  # MAC service data unit [byte]
         ("access_category", "u1"),  # 0 background, 1 best effort, 2 video, 3 voice
-        ("kind", "u1"),  # BSM, APM, SENSOR_DATA, REQUEST
-        ("reserved", "<u2"),
+        ("kind", "u1"),  # BSM, APM, SENSOR_DATA, REQUEST, NOISE
+        ("channel_offset", "<i2"),  # of NOISE from the radios' carrier, steps of 5 MHz
     ]
 )
 BSM: Final = 0
 APM: Final = 1
 SENSOR_DATA: Final = 2
 REQUEST: Final = 3
+NOISE: Final = 4
+"""Energy of another system or channel: goes on air at its time whatever the medium access says,
+interferes and is never received."""
 
 # ---- receptions: FRAME "RCPT", `count` RECEPTION records, by (time, packet, hop, receiver)
 RECEPTIONS_MIME: Final = "application/x-nlosim-receptions; version=1; events"
@@ -113,8 +118,8 @@ RECEPTION: Final = np.dtype(
         ("time", "<i8"),  # end of the frame at the receiver [ns]
         ("transmitter", "<i8"),
         ("receiver", "<i8"),
-        ("power_dbm", "<f4"),
-        ("snir_db", "<f4"),
+        ("power_dbm", "<f8"),  # received, fading included
+        ("snir_db", "<f8"),  # lowest over the frame; NaN where nothing was decoded
         ("hop", "u1"),  # 0 = sent by the source
         ("outcome", "u1"),  # see OUTCOMES
         ("link", "u1"),  # see LINKS
@@ -126,6 +131,24 @@ RECEPTION: Final = np.dtype(
 OUTCOMES: Final = "RNCBTU"
 """Received; lost to noise, to interference (collision), to a busy receiver, to the receiver's
 own transmission; under the sensitivity. The index is the number in `outcome`."""
+# ---- transmissions: FRAME "SENT", `count` TRANSMISSION records, by (time, packet, hop)
+TRANSMISSIONS_MIME: Final = "application/x-nlosim-transmissions; version=1; events"
+TRANSMISSION: Final = np.dtype(
+    [
+        ("packet", "<i8"),
+        ("time", "<i8"),  # start on air, or when it was given up [ns]
+        ("queued", "<i8"),  # handed to the medium access of this hop [ns]
+        ("transmitter", "<i8"),
+        ("duration", "<i4"),  # on air [ns]; 0 if it was given up
+        ("hop", "u1"),  # 0 = sent by the source
+        ("fate", "u1"),  # see FATES
+        ("access_category", "u1"),
+        ("kind", "u1"),  # of the packet
+    ]
+)
+FATES: Final = ("sent", "queue full", "expired", "gone")
+"""What became of a frame at its transmitter; gone: the vehicle has left, or has no radio any more.
+The index is the number in `fate`."""
 LINKS: Final = ("LOS", "NLOSv", "NLOSb")
 """Line of sight; obstructed by vehicles only; obstructed by buildings (and maybe vehicles)."""
 

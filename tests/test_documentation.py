@@ -11,6 +11,7 @@ import pytest
 from adapters.fmi import FmuComponentType
 from fmus.common.build import build_fmu, load_unit
 from fmus.common.targets import select_targets
+from fmus.records import LINKS
 from orchestrator.cli import main
 from orchestrator.testing import check_component
 
@@ -37,6 +38,20 @@ def test_the_example_component_keeps_the_contract() -> None:
     exec(compile(first, "newest.py", "exec"), names)  # noqa: S102 - our own manual
     newest = names["Newest"]
     check_component(newest(newest.Parameters()), steps=5, h=100_000_000, seed=1)
+
+
+def test_the_coverage_map_shows_what_stands_in_the_way() -> None:
+    """As docs/physics-channel.md draws it: free along the streets, dark behind the houses."""
+    names: dict[str, Any] = {"__name__": "coverage"}
+    (block,) = python_blocks(ROOT / "docs" / "physics-channel.md")
+    exec(compile(block, "coverage.py", "exec"), names)  # noqa: S102 - our own manual
+    x, y, success = names["x"], names["y"], names["success"]
+    links = names["found"]["probe.link"].reshape(x.shape)
+    assert (success[(x == 0) | (y == 0)] > 0.9).all()
+    assert (success[(abs(x) > 80) & (abs(x) == abs(y))] < 0.1).all()
+    behind_the_lorry = links[(y == 0) & (x > 40)]
+    assert LINKS[behind_the_lorry[0]] == "NLOSv"
+    assert LINKS[behind_the_lorry[-1]] == "LOS"
 
 
 def test_the_example_unit_builds_and_multiplies(tmp_path: Path) -> None:

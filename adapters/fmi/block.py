@@ -21,6 +21,11 @@ def shape_of(variable: FmuVariable, lengths: Mapping[str, int]) -> tuple[int, ..
     )
 
 
+def size_text(variable: FmuVariable) -> str:
+    """The number of elements of an array, for people: `2 x n_sample`."""
+    return " x ".join(str(axis.structural or axis.length) for axis in variable.axes)
+
+
 def address_of(elements: Array) -> Any:
     """Where new `elements` are, as an argument of a C function; quicker than `ctypes.data`."""
     memory: Any = elements  # NumPy's stubs do not say that arrays are buffers

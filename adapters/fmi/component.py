@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from typing_extensions import override
 
+from adapters.fmi.block import shape_of
 from adapters.fmi.connectors import SEED, connectors, is_seed
 from adapters.fmi.description import DTYPES, FmuDescription, FmuVariable
 from adapters.fmi.errors import FmuError
@@ -111,11 +112,24 @@ class FmuComponent(Component):
         instance.write_text(texts)
         instance.write(
             {
-                name: _as_array(self._description.variables[name], value)
+                name: self._as_array(self._description.variables[name], value)
                 for name, value in values.items()
                 if name not in texts
             }
         )
+
+    def _as_array(self, variable: FmuVariable, value: Any) -> Signal:
+        """A parameter value in the element type and the shape of its variable.
+
+        Raises:
+            FmuError: the type cannot hold it.
+        """
+        try:
+            elements = np.asarray(value, dtype=DTYPES[variable.type])
+        except (OverflowError, ValueError, TypeError) as error:
+            raise FmuError(f"`{variable.name}` cannot be {value!r}: {error}") from error
+        shape = shape_of(variable, self._lengths)
+        return np.full(shape, elements) if elements.size == 1 else elements.reshape(shape)
 
     def _write_inputs(self, instance: FmuInstance, inputs: Signals) -> None:
         written = self._written
@@ -219,15 +233,3 @@ class RestorableFmuComponent(RestorableComponent[FmuState]):
     @override
     def close(self) -> None:
         self._component.close()
-
-
-def _as_array(variable: FmuVariable, value: Any) -> Signal:
-    """A parameter value as the element type of its variable.
-
-    Raises:
-        FmuError: the type cannot hold it.
-    """
-    try:
-        return np.asarray(value, dtype=DTYPES[variable.type])
-    except (OverflowError, ValueError, TypeError) as error:
-        raise FmuError(f"`{variable.name}` cannot be {value!r}: {error}") from error

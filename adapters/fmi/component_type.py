@@ -1,7 +1,6 @@
 """FMUs as component types: what `fmu:` in a scenario opens."""
 
 import functools
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -9,7 +8,6 @@ from typing import Any
 
 from typing_extensions import override
 
-from adapters.fmi.block import shape_of
 from adapters.fmi.component import FmuComponent, RestorableFmuComponent
 from adapters.fmi.connectors import left_out, parameters
 from adapters.fmi.description import FmuDescription, read_description
@@ -17,6 +15,7 @@ from adapters.fmi.fmi2 import Fmi2Instance
 from adapters.fmi.fmi3 import Fmi3Instance
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.messages import MessageLog
+from adapters.fmi.settings import settings
 from adapters.fmi.sizes import Sizes
 from adapters.fmi.unpacked import check_binary
 from orchestrator.component import Component
@@ -29,9 +28,9 @@ class FmuComponentType(ComponentType):
 
     Parameters are those of the FMU, and the structural parameters that are not the length of
     an input. A structural parameter `n_vehicle` is the axis `vehicle` of its arrays; if it is
-    tunable and an input has the axis, it follows that input. An integer parameter `seed` that
-    is not set is drawn from the component's random stream. Inputs and outputs of the types
-    String, Clock, and clocked ones, are not offered.
+    tunable and an input has the axis, it follows that input. An Enumeration is set by the name
+    of an item. An integer parameter `seed` that is not set is drawn from the component's random
+    stream. Inputs and outputs of the types String, Clock, and clocked ones, are not offered.
     """
 
     def __init__(self, path: Path) -> None:
@@ -56,29 +55,17 @@ class FmuComponentType(ComponentType):
         offered = self.parameters
         if unknown := sorted(set(values) - set(offered)):
             raise ComponentTypeError(f"{self._fmu.path}: there is no parameter `{unknown[0]}`")
-        self._check_lengths(values)
+        native = settings(self._fmu, values)
         log = MessageLog(name)
         for missing in left_out(self._fmu):
             log.note(f"{missing} of {self._fmu.path.name} cannot be connected")
         may_restore = self._fmu.can_restore
         component = FmuComponent(
             self._fmu,
-            dict(values),
+            native,
             functools.partial(_instantiate, self._fmu, name, log, may_restore=may_restore),
         )
         return RestorableFmuComponent(component) if may_restore else component
-
-    def _check_lengths(self, values: Mapping[str, Any]) -> None:
-        sizes = Sizes(self._fmu, values)
-        for variable in self._fmu.of("parameter"):
-            if variable.name not in values or not variable.axes:
-                continue
-            count = math.prod(shape_of(variable, sizes.start))
-            if len(values[variable.name]) != count:
-                raise ComponentTypeError(
-                    f"{self._fmu.path}: `{variable.name}` takes {count} values, not "
-                    f"{len(values[variable.name])}"
-                )
 
 
 def _instantiate(

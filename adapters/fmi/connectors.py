@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 
-from adapters.fmi.block import shape_of
+from adapters.fmi.block import shape_of, size_text
 from adapters.fmi.description import DTYPES, FmuDescription, FmuVariable
 from orchestrator.parameters import DRAWN, REQUIRED, Parameter
 from orchestrator.signal import Causality, Connector, Signal, Variability
@@ -63,8 +63,14 @@ def _connector(
         start=start_value(variable, lengths) if is_input else None,
         mime_type=variable.mime_type,
         feedthrough=frozenset() if is_input else feedthrough,
-        description=variable.description,
+        description=variable.description + _legend(variable),
     )
+
+
+def _legend(variable: FmuVariable) -> str:
+    """What the numbers of an Enumeration mean."""
+    listed = ", ".join(f"{value} {name}" for name, value in variable.items.items())
+    return f" ({listed})" if listed else ""
 
 
 def start_value(variable: FmuVariable, lengths: Mapping[str, int]) -> Signal:
@@ -88,7 +94,7 @@ def parameters(description: FmuDescription, chosen: frozenset[str]) -> dict[str,
         chosen: the structural parameters that are not the length of any input.
     """
     own = [v for v in description.of("parameter") if v.variability != "constant"]
-    found = {v.name: _parameter(v) for v in own if _is_offered(v)}
+    found = {v.name: _parameter(v) for v in own if _is_offered(v, chosen)}
     structural = (v for v in description.of("structuralParameter") if v.name in chosen)
     return found | {v.name: _parameter(v) for v in structural}
 
@@ -97,28 +103,50 @@ def is_seed(variable: FmuVariable) -> bool:
     """Whether this is the parameter that is drawn when the scenario does not set it."""
     is_integer = variable.type in DTYPES and np.dtype(DTYPES[variable.type]).kind in "iu"
     is_scalar_parameter = variable.causality == "parameter" and not variable.axes
-    return variable.name == SEED and is_integer and is_scalar_parameter
+    return variable.name == SEED and is_integer and is_scalar_parameter and not variable.items
 
 
-def _is_offered(variable: FmuVariable) -> bool:
+def _is_offered(variable: FmuVariable, chosen: frozenset[str]) -> bool:
+    """Whether a scenario can set it; not if its length follows the inputs during the run."""
+    structural = {axis.structural for axis in variable.axes} - {None}
     has_type = variable.type in DTYPES or (variable.type == "String" and not variable.axes)
-    return has_type and not variable.is_clocked
+    return has_type and not variable.is_clocked and structural <= chosen
 
 
 def _parameter(variable: FmuVariable) -> Parameter:
-    element = _PYTHON_TYPES.get(variable.type, int)
-    is_text = element in {bool, str}
-    default: Any = variable.start[0] if variable.start else REQUIRED
-    if variable.axes:
-        count = math.prod(axis.length for axis in variable.axes)
-        default = variable.start * count if len(variable.start) == 1 else variable.start
-    if is_seed(variable):
-        default = DRAWN
+    element = _element_type(variable)
+    is_number = element in {int, float}
     return Parameter(
         type=tuple[element, ...] if variable.axes else element,  # type: ignore[valid-type]
-        unit="1" if is_text else variable.unit,
-        default=default,
-        minimum=None if is_text else variable.minimum,
-        maximum=None if is_text else variable.maximum,
-        doc=variable.description,
+        unit=variable.unit if is_number else "1",
+        default=_default(variable),
+        minimum=variable.minimum if is_number else None,
+        maximum=variable.maximum if is_number else None,
+        doc=variable.description + _size_note(variable),
     )
+
+
+def _element_type(variable: FmuVariable) -> Any:
+    if variable.items:
+        return Literal[tuple(variable.items)]
+    return _PYTHON_TYPES.get(variable.type, int)
+
+
+def _default(variable: FmuVariable) -> Any:
+    """The start value; arrays may have one for all elements, in any size."""
+    if is_seed(variable):
+        return DRAWN
+    start = variable.start
+    if variable.items:
+        names = {value: name for name, value in variable.items.items()}
+        start = tuple(names[value] for value in start if value in names)
+    if not start or len(start) != len(variable.start):
+        return REQUIRED
+    return start if variable.axes else start[0]
+
+
+def _size_note(variable: FmuVariable) -> str:
+    if not variable.axes:
+        return ""
+    order = " row by row" if len(variable.axes) > 1 else ""
+    return f"; {size_text(variable)} values{order}, or one for all"

@@ -65,6 +65,8 @@ class FmuVariable:
         unit: `"1"` if the file is silent.
         start: the start values in row-major order, one value for all elements, or none.
         minimum, maximum: inclusive bounds.
+        items: of an Enumeration, the values within the bounds by their names, in the order of
+            the file.
         axes: the dimensions; empty for a scalar.
         dependencies: of an output, the names of the inputs it depends on at the same time;
             `None` stands for all.
@@ -82,6 +84,7 @@ class FmuVariable:
     start: tuple[Any, ...]
     minimum: float | None
     maximum: float | None
+    items: Mapping[str, int]
     axes: tuple[Axis, ...]
     dependencies: frozenset[str] | None
     mime_type: str
@@ -229,6 +232,8 @@ def _variable(
     unit = parsed.unit or (declared.unit if declared is not None else None) or "1"
     low = raw.get("min", declared.min if declared is not None else None)
     high = raw.get("max", declared.max if declared is not None else None)
+    minimum = None if low is None else _number(low)
+    maximum = None if high is None else _number(high)
     known = dependencies.get(parsed.name)
     return FmuVariable(
         name=parsed.name,
@@ -238,14 +243,23 @@ def _variable(
         variability=parsed.variability,
         unit=unit,
         start=_start(parsed),
-        minimum=None if low is None else _number(low),
-        maximum=None if high is None else _number(high),
+        minimum=minimum,
+        maximum=maximum,
+        items=_items(declared, minimum, maximum) if parsed.type == "Enumeration" else {},
         axes=tuple(map(_axis, parsed.dimensions)),
         dependencies=None if known is None else frozenset(v.name for v in known),
         mime_type=raw.get("mimeType", "application/octet-stream"),
         is_clocked="clocks" in raw,
         description=parsed.description or "",
     )
+
+
+def _items(declared: Any, minimum: float | None, maximum: float | None) -> dict[str, int]:
+    """FMI 3.0.2, 2.4.4: items outside the bounds are not allowed."""
+    low = -math.inf if minimum is None else minimum
+    high = math.inf if maximum is None else maximum
+    values = {item.name: int(item.value) for item in declared.items} if declared else {}
+    return {name: value for name, value in values.items() if low <= value <= high}
 
 
 def _axis(dimension: Any) -> Axis:

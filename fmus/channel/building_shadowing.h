@@ -7,17 +7,23 @@
 #include "grid.h"
 #include <stdint.h>
 
+/* The line along a wall: a point p lies on its inner side if normal . p >= offset. All corners of
+ * the ring have normal . p - offset >= lowest; 0 if the wall is part of the convex hull. */
+typedef struct { double normal[2], offset, lowest; } Wall;
+
 typedef struct {
     size_t count;
     double (*corner)[2]; /* of all rings */
+    Wall *wall;          /* from the corner before to this one */
+    bool *is_opaque;     /* what lies on the inner side of all walls is inside the building */
     size_t *first;       /* ring k: corner[first[k]] to corner[first[k + 1]] */
     double *height;      /* above z = 0 [m] */
-    Box *box;
+    Area *area;
     Grid grid;
     double *crossing; /* scratch of one query */
     uint32_t *near;
-    size_t corner_capacity, first_capacity, height_capacity, box_capacity, crossing_capacity,
-        near_capacity;
+    size_t corner_capacity, first_capacity, height_capacity, area_capacity, crossing_capacity,
+        near_capacity, wall_capacity, opaque_capacity;
 } Buildings;
 
 /* What a link penetrates. A roof counts as a wall. */
@@ -29,8 +35,24 @@ int buildings_set(Buildings *, const double *corner, const int32_t *index, size_
                   const double *height, size_t count);
 void buildings_free(Buildings *);
 
-/* What the link from a to b penetrates. `finite`: buildings end at their height, and a link that
- * passes over the roof is free; otherwise they are infinitely high. */
-Penetration buildings_penetration(Buildings *, Position a, Position b, bool finite);
+/* All buildings whose areas the link from a to b comes nearer to than `margin` in x and y, ascending;
+ * valid until the next query. */
+Nearby buildings_near(Buildings *, Position a, Position b, const double margin[2]);
+
+/* What the link from a to b penetrates of the nearby buildings, given in ascending order. `finite`:
+ * buildings end at their height, and a link that passes over the roof is free; otherwise they are
+ * infinitely high. The result does not depend on buildings among them that are not in the way. */
+Penetration buildings_penetration(Buildings *, Position a, Position b, Nearby, bool finite);
+
+/* What all links between two areas have in common, seen in the plane. */
+typedef struct {
+    bool is_clear;  /* none of them touches the building */
+    bool is_hidden; /* all of them penetrate it, with both ends outside */
+    double inside;  /* the part of each link that runs inside, at least, as a fraction of its length */
+} Cover;
+
+/* Conservative: `is_clear` and `is_hidden` may be false, and `inside` too small, but never the
+ * other way round. */
+Cover building_cover(const Buildings *, uint32_t k, const Area *a, const Area *b);
 
 #endif

@@ -1,13 +1,14 @@
 #include "error_rate.h"
+#include "decibel.h"
 #include <math.h>
 
 /* Bit error rate before decoding, at symbol SNIR `snir`. */
 static double uncoded_error_rate(Constellation constellation, double snir) {
     switch (constellation) {
-    case BPSK: return 0.5 * erfc(sqrt(snir));
-    case QPSK: return 0.5 * erfc(sqrt(snir / 2));
-    case QAM16: return 3.0 / 8 * erfc(sqrt(snir / 10));
-    default: return 7.0 / 24 * erfc(sqrt(snir / 42));
+    case BPSK: return 0.5 * complementary_error(sqrt(snir));
+    case QPSK: return 0.5 * complementary_error(sqrt(snir / 2));
+    case QAM16: return 3.0 / 8 * complementary_error(sqrt(snir / 10));
+    default: return 7.0 / 24 * complementary_error(sqrt(snir / 42));
     }
 }
 
@@ -37,7 +38,7 @@ static double coded_error_rate(CodeRate code, double p) {
 
 double success_probability(const Mode *mode, double snir, double bits) {
     double error = coded_error_rate(mode->code, uncoded_error_rate(mode->constellation, snir));
-    return error < 1 ? exp(bits * log1p(-error)) : 0;
+    return error < 1 ? exponential(bits * natural_logarithm_of_one_plus(-error)) : 0;
 }
 
 double header_success_probability(double snir) {
@@ -52,7 +53,7 @@ double payload_success_probability(const Mode *mode, double snir, uint32_t size)
 double certain_snir_db(const Mode *mode) {
     double snir_db = 0; /* at most about 30 dB for the fastest mode */
     for (;; snir_db += 0.1) {
-        double snir = pow(10, snir_db / 10);
+        double snir = from_db(snir_db);
         if (header_success_probability(snir) == 1
             && payload_success_probability(mode, snir, FRAME_SIZE_MAX) == 1)
             return snir_db;

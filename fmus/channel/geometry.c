@@ -1,41 +1,24 @@
 #include "geometry.h"
 #include <math.h>
 
-double distance_between(Position a, Position b) {
-    double x = b.x - a.x, y = b.y - a.y, z = b.z - a.z;
-    return sqrt(x * x + y * y + z * z);
+void unit_vector(double heading, double direction[2]) {
+    sine_cosine(fmod(heading, 2 * PI), &direction[1], &direction[0]); /* fmod is exact */
 }
 
-/* Narrow `span` to where low <= start + t * step <= high (slab test); false if nothing is left. */
-static bool clip(double start, double step, double low, double high, Span *span) {
-    if (step == 0) return low <= start && start <= high;
-    double t0 = (low - start) / step, t1 = (high - start) / step;
-    if (t0 > t1) { double t = t0; t0 = t1; t1 = t; }
-    if (t0 > span->enter) span->enter = t0;
-    if (t1 < span->leave) span->leave = t1;
-    return span->enter <= span->leave;
+Area area_between(const double low[2], const double high[2]) {
+    Area area;
+    for (int k = 0; k < 2; k++) {
+        area.center[k] = (low[k] + high[k]) / 2;
+        area.half[k] = (high[k] - low[k]) / 2 + 1e-9 * (1 + fabs(low[k]) + fabs(high[k]));
+    }
+    return area;
 }
 
-bool box_meets_segment(const Box *box, Position a, Position b) {
-    Span span = {0, 1};
-    return clip(a.x, b.x - a.x, box->low[0], box->high[0], &span)
-        && clip(a.y, b.y - a.y, box->low[1], box->high[1], &span);
-}
-
-Box box_of_rectangle(const Rectangle *r) {
+Area area_around(const Rectangle *r) {
     double c = fabs(r->direction[0]), s = fabs(r->direction[1]);
     double x = c * r->half[0] + s * r->half[1], y = s * r->half[0] + c * r->half[1];
-    return (Box){{r->center[0] - x, r->center[1] - y}, {r->center[0] + x, r->center[1] + y}};
-}
-
-bool rectangle_span(const Rectangle *r, Position a, Position b, Span *span) {
-    double c = r->direction[0], s = r->direction[1];
-    double x = a.x - r->center[0], y = a.y - r->center[1], dx = b.x - a.x, dy = b.y - a.y;
-    double along = c * dx + s * dy, across = c * dy - s * dx;
-    *span = (Span){-INFINITY, INFINITY};
-    return clip(c * x + s * y, along, -r->half[0], r->half[0], span)
-        && clip(c * y - s * x, across, -r->half[1], r->half[1], span)
-        && isfinite(span->enter) && isfinite(span->leave);
+    return area_between((double[]){r->center[0] - x, r->center[1] - y},
+                        (double[]){r->center[0] + x, r->center[1] + y});
 }
 
 /* Insertion sort: crossings are few. */

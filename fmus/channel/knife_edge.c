@@ -1,10 +1,24 @@
 #include "knife_edge.h"
+#include "decibel.h"
 #include <math.h>
 
-double knife_edge_db(double v) {
-    if (v <= -0.7) return 0;
-    double u = v - 0.1;
-    return 6.9 + 20 * log10(sqrt(u * u + 1) + u);
+EdgeScale edge_scale(const Parameters *p) {
+    EdgeScale s;
+    for (int k = 0; k < BANDS; k++) s.at[k] = sqrt(p->knife_edge_factor / p->wavelength[k]);
+    return s;
+}
+
+double edge_loss_db(EdgeLoss s) { return to_db(s.factor) + s.huge * to_db(HUGE_LOSS); }
+
+static void attenuate(EdgeLoss *s, double loss) {
+    s->factor *= loss;
+    if (s->factor > HUGE_LOSS) s->factor /= HUGE_LOSS, s->huge++;
+}
+
+EdgeLoss edges_loss(const Edges *e, double scale) {
+    EdgeLoss s = e->spacing;
+    for (size_t k = 0; k < e->n; k++) attenuate(&s, knife_edge_loss(e->v[k] * scale));
+    return s;
 }
 
 /* Height of edge o over the straight line from point a to point b of the profile [m]. */
@@ -13,64 +27,59 @@ static double height_over_line(const Profile *p, size_t a, size_t o, size_t b) {
     return p->height[o] - (p->height[a] + rise * (p->distance[o] - p->distance[a]) / d);
 }
 
-/* Loss of edge o alone between points a and b [dB]. */
-static double edge_between_db(const Profile *p, size_t a, size_t o, size_t b, double wavelength,
-                              double factor) {
+/* Add edge o between points a and b. */
+static void add_edge(Edges *s, const Profile *p, size_t a, size_t o, size_t b) {
     double d1 = p->distance[o] - p->distance[a], d2 = p->distance[b] - p->distance[o];
-    double radius = sqrt(wavelength * d1 * d2 / (d1 + d2)); /* of the first Fresnel zone */
-    return knife_edge_db(sqrt(factor) * height_over_line(p, a, o, b) / radius);
+    s->v[s->n++] = height_over_line(p, a, o, b) * sqrt((d1 + d2) / (d1 * d2));
 }
 
-/* The points that a rope stretched from the first to the last point touches, both included: from
- * each, go to the point that is seen under the steepest angle, the nearest of equals. */
+/* The points that a rope stretched from the first to the last point touches, both included, also
+ * where it is straight: the upper hull. */
 static size_t stretch_rope(const Profile *p, uint32_t *major) {
-    size_t count = 0, at = 0;
-    major[count++] = 0;
-    while (at + 1 < p->n) {
-        size_t next = at + 1;
-        double steepest = -INFINITY;
-        for (size_t k = at + 1; k < p->n; k++) {
-            double slope = (p->height[k] - p->height[at]) / (p->distance[k] - p->distance[at]);
-            if (slope > steepest) steepest = slope, next = k;
+    const double *d = p->distance, *h = p->height;
+    size_t count = 0;
+    for (size_t k = 0; k < p->n; k++) {
+        for (; count > 1; count--) { /* drop points below the rope */
+            size_t a = major[count - 2], o = major[count - 1];
+            if ((h[o] - h[a]) * (d[k] - d[a]) >= (h[k] - h[a]) * (d[o] - d[a])) break;
         }
-        major[count++] = (uint32_t)next;
-        at = next;
+        major[count++] = (uint32_t)k;
     }
     return count;
 }
 
-/* Loss of the edge that comes nearest to the line between neighbours a and b of the rope [dB]. */
-static double gap_db(const Profile *p, size_t a, size_t b, double wavelength, double factor) {
-    if (b - a < 2) return 0;
+/* Add the edge that comes nearest to the line between neighbours a and b of the rope, the first of
+ * equals. */
+static void add_gap(Edges *s, const Profile *p, size_t a, size_t b) {
+    if (b - a < 2) return;
+    double slope = (p->height[b] - p->height[a]) / (p->distance[b] - p->distance[a]);
     size_t nearest = a + 1;
-    double height = height_over_line(p, a, nearest, b);
-    for (size_t k = a + 2; k < b; k++) {
-        double other = height_over_line(p, a, k, b);
-        if (other > height) height = other, nearest = k;
+    double highest = -INFINITY;
+    for (size_t k = a + 1; k < b; k++) {
+        double height = p->height[k] - slope * (p->distance[k] - p->distance[a]);
+        if (height > highest) highest = height, nearest = k;
     }
-    return edge_between_db(p, a, nearest, b, wavelength, factor);
+    add_edge(s, p, a, nearest, b);
 }
 
-/* C = -10 log10(prod s_i sum s_i / (s_1 s_N prod_{i=2..N} (s_{i-1} + s_i))) [dB], with s_i the
- * distances between neighbours of the rope. Factors are paired to stay in range. */
-static double spacing_correction_db(const Profile *p, const uint32_t *major, size_t count) {
-    if (count < 4) return 0; /* exactly 0 for up to one edge */
-    double ratio = p->distance[major[count - 1]] - p->distance[major[0]];
+/* C. Factors are paired to stay in range. */
+static EdgeLoss spacing(const Profile *p, const uint32_t *major, size_t count) {
+    EdgeLoss s = {1, 0};
+    if (count < 4) return s; /* C is exactly 0 for up to one edge */
+    const double *d = p->distance;
     for (size_t i = 1; i + 1 < count; i++) {
-        double before = p->distance[major[i]] - p->distance[major[i - 1]];
-        double after = p->distance[major[i + 1]] - p->distance[major[i]];
-        ratio *= (i + 2 < count ? after : 1) / (before + after);
+        double before = d[major[i]] - d[major[i - 1]], after = d[major[i + 1]] - d[major[i]];
+        attenuate(&s, (before + after) / (i + 2 < count ? after : d[p->n - 1] - d[0]));
     }
-    return -10 * log10(ratio);
+    return s;
 }
 
-double knife_edges_db(const Profile *p, double wavelength, double factor, uint32_t *major) {
-    if (p->n <= 2) return 0;
+void knife_edges(const Profile *p, uint32_t *major, Edges *s) {
+    s->n = 0;
     size_t count = stretch_rope(p, major);
-    double loss = spacing_correction_db(p, major, count);
-    for (size_t i = 1; i + 1 < count; i++)
-        loss += edge_between_db(p, major[i - 1], major[i], major[i + 1], wavelength, factor);
-    for (size_t i = 1; i < count; i++)
-        loss += gap_db(p, major[i - 1], major[i], wavelength, factor);
-    return loss;
+    for (size_t i = 1; i < count; i++) {
+        add_gap(s, p, major[i - 1], major[i]);
+        if (i + 1 < count) add_edge(s, p, major[i - 1], major[i], major[i + 1]);
+    }
+    s->spacing = spacing(p, major, count);
 }

@@ -1,67 +1,186 @@
 #include "link.h"
-#include "path_loss.h"
-#include "records.h"
+#include "buffer.h"
+#include "pair.h"
 #include <stdlib.h>
 #include <string.h>
 
-int links_forget(Links *s, size_t vehicles) {
-    if (vehicles > s->side) {
-        size_t side = vehicles + vehicles / 4;
-        free(s->known);
-        /* zeroed pages cost nothing until links on them are needed */
-        s->known = calloc(side, side * sizeof *s->known);
-        s->side = s->known ? side : 0;
-        s->era = 0;
-        if (!s->known) return 1;
+static int rows_clear(LinkRows *s, size_t count) {
+    size_t before = s->capacity;
+    if (BUFFER_RESERVE(s->row, s->capacity, count)) return 1;
+    if (s->capacity > before) memset(s->row + before, 0, (s->capacity - before) * sizeof *s->row);
+    for (size_t k = 0; k < s->capacity; k++) s->row[k].count = s->row[k].is_complete = 0;
+    s->count = count;
+    s->floor = -1;
+    return 0;
+}
+
+static void rows_free(LinkRows *s) {
+    for (size_t k = 0; k < s->capacity; k++) free(s->row[k].link);
+    free(s->row);
+}
+
+int links_forget(Links *s, const Scene *scene) {
+    return clusters_build(&s->clusters, scene) || rows_clear(&s->known, scene->count)
+        || rows_clear(&s->strong, scene->count);
+}
+
+void links_free(Links *s) {
+    clusters_free(&s->clusters);
+    rows_free(&s->known);
+    rows_free(&s->strong);
+    free(s->key);
+    free(s->unsorted);
+    *s = (Links){0};
+}
+
+static bool goes_first(const Scene *s, size_t from, size_t to) {
+    const Antenna *a = &s->antenna[from], *b = &s->antenna[to];
+    return is_before(a, b) || (!is_before(b, a) && from < to);
+}
+
+static Link direction(const Pair *pair, int way, size_t to) {
+    const double *gain = pair->gain[way];
+    return (Link){{gain[0], gain[1], gain[2]}, pair->distance, (uint32_t)to, pair->kind[way]};
+}
+
+static int add(LinkRow *row, Link link) {
+    if (BUFFER_RESERVE(row->link, row->capacity, row->count + 1)) return 1;
+    row->link[row->count++] = link;
+    return 0;
+}
+
+static bool is_nearer(const LinkKey *a, const LinkKey *b) {
+    if (a->distance != b->distance) return a->distance < b->distance;
+    return a->receiver < b->receiver;
+}
+
+static void sort_run(LinkKey *key, size_t n) {
+    for (size_t i = 1; i < n; i++) {
+        LinkKey moved = key[i];
+        size_t k = i;
+        for (; k > 0 && is_nearer(&moved, &key[k - 1]); k--) key[k] = key[k - 1];
+        key[k] = moved;
     }
-    if (++s->era == 0) { /* the counter has wrapped */
-        memset(s->known, 0, s->side * s->side * sizeof *s->known);
-        s->era = 1;
+}
+
+static void merge(const LinkKey *a, size_t na, const LinkKey *b, size_t nb, LinkKey *out) {
+    for (size_t n = na + nb, i = 0, k = 0; i + k < n;)
+        if (k == nb || (i < na && !is_nearer(&b[k], &a[i]))) out[i + k] = a[i], i++;
+        else out[i + k] = b[k], k++;
+}
+
+/* Merge sort from short runs on; returns where the sorted keys are. */
+static LinkKey *sort(LinkKey *key, LinkKey *other, size_t n) {
+    static const size_t RUN = 16;
+    for (size_t k = 0; k < n; k += RUN) sort_run(key + k, n - k < RUN ? n - k : RUN);
+    for (size_t width = RUN; width < n; width *= 2) {
+        for (size_t k = 0; k < n; k += 2 * width) {
+            size_t na = n - k < width ? n - k : width, nb = n - k - na < width ? n - k - na : width;
+            merge(key + k, na, key + k + na, nb, other + k);
+        }
+        LinkKey *sorted = other;
+        other = key;
+        key = sorted;
+    }
+    return key;
+}
+
+/* Put the links of a complete row in order; nonzero if memory is short. */
+static int put_in_order(Links *s, LinkRow *row) {
+    if (BUFFER_RESERVE(s->key, s->key_capacity, 2 * row->count)
+        || BUFFER_RESERVE(s->unsorted, s->unsorted_capacity, row->count))
+        return 1;
+    for (size_t k = 0; k < row->count; k++)
+        s->key[k] = (LinkKey){row->link[k].distance, row->link[k].receiver, (uint32_t)k};
+    const LinkKey *sorted = sort(s->key, s->key + row->count, row->count);
+    if (row->count > 0) memcpy(s->unsorted, row->link, row->count * sizeof *row->link);
+    for (size_t k = 0; k < row->count; k++) row->link[k] = s->unsorted[sorted[k].at];
+    return 0;
+}
+
+/* Evaluate the pairs of `from` with the radios of a view. */
+static int look_at(Links *s, Scene *scene, const Propagation *models, size_t from,
+                   const Sight *sight) {
+    LinkRows *rows = &s->known;
+    const Cluster *cluster = &s->clusters.cluster[sight->cluster];
+    const View *view = &s->clusters.view[sight->view];
+    const uint32_t *obstacle = s->clusters.obstacle + view->first;
+    Nearby buildings = {obstacle, view->buildings}, bodies = {obstacle + view->buildings, view->bodies};
+    for (uint32_t k = 0; k < cluster->count; k++) {
+        size_t to = s->clusters.member[cluster->first + k];
+        if (to == from || rows->row[to].is_complete) continue;
+        bool forth = goes_first(scene, from, to);
+        const Antenna *a = &scene->antenna[forth ? from : to], *b = &scene->antenna[forth ? to : from];
+        Pair pair;
+        if (!pair_evaluate(scene, models, a, b, buildings, bodies, rows->floor, &pair)) continue;
+        if (pair.distance > models->parameters->maximum_range) continue;
+        int way = forth ? 0 : 1;
+        if (pair.gain[way][CENTER] >= rows->floor && add(&rows->row[from], direction(&pair, way, to)))
+            return 1;
+        way = !way;
+        if (pair.gain[way][CENTER] >= rows->floor && add(&rows->row[to], direction(&pair, way, from)))
+            return 1;
     }
     return 0;
 }
 
-void links_free(Links *s) {
-    free(s->known);
-    *s = (Links){0};
+static int complete(Links *s, Scene *scene, const Parameters *p, size_t from) {
+    LinkRow *row = &s->known.row[from];
+    if (scene->equipped[from]) {
+        Propagation models = propagation_prepare(p);
+        size_t cluster = s->clusters.cluster_of[from];
+        const Cluster *own = &s->clusters.cluster[cluster];
+        if (!own->has_looked && clusters_look(&s->clusters, scene, &models, s->known.floor, cluster))
+            return 1;
+        for (uint32_t k = own->sight; k != NO_SIGHT; k = s->clusters.sight[k].next)
+            if (look_at(s, scene, &models, from, &s->clusters.sight[k])) return 1;
+    }
+    if (put_in_order(s, row)) return 1;
+    row->is_complete = true;
+    return 0;
 }
 
-static Link compute(Scene *s, const Parameters *p, size_t from, size_t to) {
-    Position a = s->antenna[from], b = s->antenna[to];
-    Link link = {path_loss_db(distance_between(a, b), p->wavelength, p->path_loss_exponent,
-                              p->lossless_distance), 0, LOS};
-    if (p->vehicle_shadowing) {
-        EdgeModel model = {p->wavelength, p->knife_edge_factor, p->reciprocal};
-        BodyShadow shadow = bodies_shadow(&s->bodies, a, b, s->body[from], s->body[to], model);
-        link.loss_db += shadow.loss_db;
-        if (shadow.blocked) link.kind = NLOSV;
+static int select_strong(LinkRow *strong, const LinkRow *row, double floor) {
+    strong->count = 0;
+    if (BUFFER_RESERVE(strong->link, strong->capacity, row->count)) return 1;
+    for (size_t k = 0; k < row->count; k++)
+        if (row->link[k].gain[CENTER] >= floor) strong->link[strong->count++] = row->link[k];
+    strong->is_complete = true;
+    return 0;
+}
+
+int links_from(Links *s, Scene *scene, const Parameters *p, size_t from, double floor,
+               const Link **links, size_t *count) {
+    if (!(floor >= LEAST_GAIN)) floor = 0;
+    if (s->known.floor > floor && links_forget(s, scene)) return 1;
+    if (s->known.floor < 0) s->known.floor = floor;
+    const LinkRow *row = &s->known.row[from];
+    if (!row->is_complete && complete(s, scene, p, from)) {
+        s->known.floor = INFINITY; /* half a row is none: the next call forgets it */
+        return 1;
     }
-    if (p->building_shadowing) {
-        Penetration penetration = buildings_penetration(&s->buildings, a, b, p->finite_buildings);
-        link.loss_db += penetration.walls * p->wall_loss + penetration.indoors * p->indoor_loss;
-        if (penetration.walls > 0 || penetration.indoors > 0) link.kind = NLOSB;
+    if (floor > s->known.floor) {
+        if (s->strong.floor != floor && rows_clear(&s->strong, scene->count)) return 1;
+        s->strong.floor = floor;
+        LinkRow *strong = &s->strong.row[from];
+        if (!strong->is_complete && select_strong(strong, row, floor)) return 1;
+        row = strong;
     }
+    *links = row->link;
+    *count = row->count;
+    return 0;
+}
+
+Link link_between(Links *s, Scene *scene, const Parameters *p, size_t from, size_t to,
+                  double negligible) {
+    (void)s;
+    bool forth = goes_first(scene, from, to);
+    size_t first = forth ? from : to, second = forth ? to : from;
+    Propagation models = propagation_prepare(p);
+    Pair pair;
+    bool strong = pair_look_up(scene, &models, &scene->antenna[first], &scene->antenna[second],
+                               negligible, &pair);
+    Link link = direction(&pair, forth ? 0 : 1, to);
+    if (!strong || link.gain[CENTER] < negligible) memset(link.gain, 0, sizeof link.gain);
     return link;
-}
-
-/* An order of two antennas that does not depend on who transmits, so that rounding and ties cannot
- * make a link differ between its directions. */
-static bool is_before(Position a, Position b) {
-    if (a.x != b.x) return a.x < b.x;
-    if (a.y != b.y) return a.y < b.y;
-    return a.z < b.z;
-}
-
-Link link_between(Links *s, Scene *scene, const Parameters *p, size_t from, size_t to) {
-    if (p->reciprocal) {
-        bool swap = is_before(scene->antenna[to], scene->antenna[from])
-            || (!is_before(scene->antenna[from], scene->antenna[to]) && to < from);
-        if (swap) { size_t moved = from; from = to; to = moved; }
-    }
-    Link *known = &s->known[from * s->side + to];
-    if (known->era != s->era) {
-        *known = compute(scene, p, from, to);
-        known->era = s->era;
-    }
-    return *known;
 }

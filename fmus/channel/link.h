@@ -1,27 +1,57 @@
-/* Loss and class of the link between two antennas. */
+/* Gain and class of the links between the antennas of the scene. */
 #ifndef LINK_H
 #define LINK_H
+#include "cluster.h"
 #include "parameters.h"
 #include "scene.h"
 
 typedef struct {
-    double loss_db;
-    uint32_t era; /* the scene that the link belongs to */
-    uint8_t kind; /* LOS, NLOSV or NLOSB */
+    double gain[BANDS];  /* received over transmitted power, antennas included, fading not */
+    double distance;     /* between the antennas [m] */
+    uint32_t receiver;   /* index in the scene */
+    uint8_t kind;        /* LOS, NLOSV or NLOSB */
 } Link;
 
-/* Every link is computed when it is first needed and kept until the scene changes. */
+/* The links of one transmitter. */
 typedef struct {
-    Link *known; /* of `side` x `side` vehicles, row by row */
-    size_t side;
-    uint32_t era; /* the scene now */
+    Link *link;
+    size_t count, capacity;
+    bool is_complete; /* and in order; otherwise what the rows of others have told so far */
+} LinkRow;
+
+typedef struct {
+    LinkRow *row;
+    size_t count, capacity;
+    double floor; /* of all rows; negative: none is complete */
+} LinkRows;
+
+/* What a row is sorted by. */
+typedef struct { double distance; uint32_t receiver, at; } LinkKey;
+
+/* A pair is evaluated when the first of its two rows is asked for, which leaves the result to the
+ * other. */
+typedef struct {
+    Clusters clusters;
+    LinkRows known;
+    LinkRows strong; /* those of `known` that reach a higher floor */
+    LinkKey *key;    /* scratch */
+    Link *unsorted;
+    size_t key_capacity, unsorted_capacity;
 } Links;
 
-/* To be called when scene or parameters have changed; nonzero if memory is short. */
-int links_forget(Links *, size_t vehicles);
+/* Forget all links: scene or parameters have changed. Nonzero if memory is short. */
+int links_forget(Links *, const Scene *);
 void links_free(Links *);
 
-/* The link between the antennas of vehicles `from` and `to` of the scene. */
-Link link_between(Links *, Scene *, const Parameters *, size_t from, size_t to);
+/* The links from the radio `from` to all other radios within the maximum range whose gain at the
+ * centre is not below `floor`, nearest first, of equally near ones the lower index first. They stay
+ * in place until the links are forgotten or another `floor` is asked for; a lower one than before
+ * costs as much as to forget the links. Nonzero if memory is short. */
+int links_from(Links *, Scene *, const Parameters *, size_t from, double floor, const Link **links,
+               size_t *count);
+
+/* The link between two radios at any distance. All gains are 0 if the one at the centre is below
+ * `negligible`, and `kind` is then unknown. */
+Link link_between(Links *, Scene *, const Parameters *, size_t from, size_t to, double negligible);
 
 #endif

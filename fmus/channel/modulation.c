@@ -15,8 +15,8 @@ const Mode *mode_of_bitrate(double bitrate) {
 }
 
 int64_t frame_duration(const Mode *mode, uint32_t size) {
-    const int64_t preamble = 32000, signal = 8000, symbol = 8000; /* [ns] */
+    const int64_t signal = 8 * MICROSECOND, symbol = 8 * MICROSECOND;
     uint32_t bits = 16 + 8 * size + 6; /* SERVICE, frame, tail */
     uint32_t symbols = (bits + mode->bits_per_symbol - 1) / mode->bits_per_symbol;
-    return preamble + signal + symbol * (int64_t)symbols;
+    return PREAMBLE + signal + symbol * (int64_t)symbols;
 }

@@ -1,7 +1,9 @@
 #include "packets.h"
 #include "buffer.h"
+#include "clock.h"
 #include "modulation.h"
 #include "variables.h"
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -32,12 +34,6 @@ int waiting_add(Waiting *w, const Transmission *added) {
     w->item[low] = *added;
     w->count++;
     return 0;
-}
-
-bool waiting_take(Waiting *w, int64_t end, Transmission *taken) {
-    if (w->count == 0 || w->item[w->count - 1].time >= end) return false;
-    *taken = w->item[--w->count];
-    return true;
 }
 
 void waiting_free(Waiting *w) {
@@ -111,6 +107,28 @@ static ModelStatus check_packet(Instance *i, const Waiting *w, const Scene *s, u
                          "packets[%u].size: %u bytes and %u of headers do not fit into one frame of "
                          "%u bytes; split the packet", (unsigned)k, (unsigned)p->size,
                          (unsigned)mac_header, FRAME_SIZE_MAX);
+    const int64_t last = (int64_t)LAST_SECOND * 1000000000;
+    if (p->time <= -last || p->time >= last)
+        return model_log(i, MODEL_ERROR, "packets[%u].time is %lld ns; it must lie within %g s of 0",
+                         (unsigned)k, (long long)p->time, LAST_SECOND);
+    if (p->duration < 0 || p->duration > INT32_MAX)
+        return model_log(i, MODEL_ERROR,
+                         "packets[%u].duration is %lld ns; it must be 0 to 2147483647", (unsigned)k,
+                         (long long)p->duration);
+    if (!(fabs(p->power_offset) <= 300))
+        return model_log(i, MODEL_ERROR,
+                         "packets[%u].power_offset is %g dB; it must lie between -300 and 300",
+                         (unsigned)k, p->power_offset);
+    if (p->kind > NOISE)
+        return model_log(i, MODEL_ERROR, "packets[%u].kind is %u; it must be 0 to %d", (unsigned)k,
+                         (unsigned)p->kind, NOISE);
+    if (p->kind == NOISE && p->duration == 0)
+        return model_log(i, MODEL_ERROR, "packets[%u].duration is 0; noise needs a duration",
+                         (unsigned)k);
+    if (p->kind != NOISE && p->channel_offset != 0)
+        return model_log(i, MODEL_ERROR,
+                         "packets[%u].channel_offset is %d; only noise may lie beside the channel",
+                         (unsigned)k, (int)p->channel_offset);
     if (p->access_category > 3)
         return model_log(i, MODEL_ERROR, "packets[%u].access_category is %u; it must be 0 to 3",
                          (unsigned)k, (unsigned)p->access_category);
@@ -131,6 +149,12 @@ static ModelStatus remember(Instance *i, Waiting *w, uint32_t count) {
     return MODEL_OK;
 }
 
+static Packet packet_at(const Binary *binary, uint32_t k) {
+    Packet packet;
+    memcpy(&packet, binary->data + sizeof(Frame) + k * sizeof packet, sizeof packet);
+    return packet;
+}
+
 ModelStatus packets_accept(Instance *i, Waiting *w, const Scene *s, uint32_t mac_header, int64_t now) {
     if (s->count > 0 && s->id[s->count - 1] > w->highest_vehicle)
         w->highest_vehicle = s->id[s->count - 1];
@@ -141,13 +165,17 @@ ModelStatus packets_accept(Instance *i, Waiting *w, const Scene *s, uint32_t mac
     if (BUFFER_RESERVE(w->incoming, w->incoming_capacity, head.count))
         return model_log(i, MODEL_ERROR, "memory is short for %u packets", (unsigned)head.count);
     for (uint32_t k = 0; k < head.count; k++) {
-        Transmission added = {.hop = 0};
-        memcpy(&added.packet, binary->data + sizeof head + k * sizeof(Packet), sizeof(Packet));
-        w->incoming[k] = added.packet.id;
-        if (is_known(w, added.packet.id)) continue; /* the input is held over several steps */
-        status = check_packet(i, w, s, mac_header, k, &added.packet);
+        Packet packet = packet_at(binary, k);
+        w->incoming[k] = packet.id;
+        if (is_known(w, packet.id)) continue; /* the input is held over several steps */
+        status = check_packet(i, w, s, mac_header, k, &packet);
         if (status != MODEL_OK) return status;
-        added.time = added.packet.time > now ? added.packet.time : now;
+    }
+    for (uint32_t k = head.count; k-- > 0;) { /* the last one first, see waiting_add */
+        Transmission added = {.packet = packet_at(binary, k)};
+        if (is_known(w, added.packet.id)) continue;
+        added.time = added.packet.time * NANOSECOND;
+        if (added.time < now) added.time = now;
         added.transmitter = added.packet.source;
         if (waiting_add(w, &added))
             return model_log(i, MODEL_ERROR, "memory is short for %u packets", (unsigned)head.count);

@@ -25,10 +25,10 @@ static double unit(uint32_t high, uint32_t low) {
     return (double)((((uint64_t)high << 32) | low) >> 11) * 0x1p-53;
 }
 
-Uniforms draw(uint64_t seed, Draw what, int64_t packet, uint8_t hop, int64_t receiver) {
+Uniforms draw(uint64_t seed, Draw what, int64_t packet, uint16_t hop, int64_t vehicle) {
     uint32_t key[2] = {(uint32_t)seed, (uint32_t)(seed >> 32)}, out[4];
-    uint32_t counter[4] = {(uint32_t)packet, (uint32_t)((uint64_t)packet >> 32), (uint32_t)receiver,
-                           (uint32_t)what << 8 | hop};
+    uint32_t counter[4] = {(uint32_t)packet, (uint32_t)((uint64_t)packet >> 32), (uint32_t)vehicle,
+                           (uint32_t)what << 16 | hop};
     philox4x32(counter, key, out);
     return (Uniforms){unit(out[0], out[1]), unit(out[2], out[3])};
 }

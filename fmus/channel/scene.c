@@ -4,9 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Coordinates beyond this are taken for garbage [m]. */
-static const double FARTHEST = 1e8;
-
 typedef struct { uint32_t reference; size_t size; } Input;
 
 static ModelStatus out_of_memory(Instance *i) {
@@ -35,9 +32,8 @@ static ModelStatus copy_inputs(Instance *i, InputCopy *copy, const Input *input,
     return MODEL_OK;
 }
 
-/* Whether all elements of a Float64 input lie between `low` and `high`; NaN does not. */
-static ModelStatus check_range(Instance *i, const char *name, uint32_t reference, size_t columns,
-                               double low, double high) {
+ModelStatus check_range(Instance *i, const char *name, uint32_t reference, size_t columns, double low,
+                        double high) {
     const double *value = variable_data(i, reference);
     size_t n = variable_length(i, reference);
     for (size_t k = 0; k < n; k++) {
@@ -75,28 +71,34 @@ static ModelStatus read_vehicles(Instance *i, Scene *s, const Parameters *p) {
     size_t n = variable_length(i, VR_vehicle_id), bodies = 0;
     if (BUFFER_RESERVE(s->id, s->id_capacity, n)
         || BUFFER_RESERVE(s->antenna, s->antenna_capacity, n)
-        || BUFFER_RESERVE(s->equipped, s->equipped_capacity, n)
-        || BUFFER_RESERVE(s->body, s->body_capacity, n))
+        || BUFFER_RESERVE(s->equipped, s->equipped_capacity, n))
         return out_of_memory(i);
     const int64_t *id = variable_data(i, VR_vehicle_id);
     const double *position = variable_data(i, VR_vehicle_position);
     const double *heading = variable_data(i, VR_vehicle_heading);
     const double *size = variable_data(i, VR_vehicle_size);
-    const double *antenna_height = variable_data(i, VR_vehicle_antenna_height);
+    const double *own_height = variable_data(i, VR_vehicle_antenna_height);
     const bool *equipped = variable_data(i, VR_vehicle_equipped);
     for (size_t k = 0; k < n; k++) {
         const double *at = position + 3 * k;
+        double height = p->antenna_height > 0 ? p->antenna_height : own_height[k];
+        double ahead = p->antenna_in_front ? size[3 * k] / 2 : 0, direction[2];
+        unit_vector(heading[k], direction);
         s->id[k] = id[k];
         s->equipped[k] = equipped[k];
-        s->antenna[k] = (Position){at[0], at[1], at[2] + antenna_height[k]};
-        s->body[k] = equipped[k] || p->unequipped_shadow ? bodies++ : NO_BODY;
+        s->antenna[k] = (Antenna){
+            .at = {at[0] + ahead * direction[0], at[1] + ahead * direction[1], at[2] + height},
+            .height = height,
+            .heading = heading[k],
+            .body = equipped[k] || p->unequipped_shadow ? bodies++ : NO_BODY,
+        };
     }
     s->count = n;
     if (bodies_resize(&s->bodies, bodies)) return out_of_memory(i);
     for (size_t k = 0; k < n; k++) {
-        if (s->body[k] == NO_BODY) continue;
+        if (s->antenna[k].body == NO_BODY) continue;
         Position center = {position[3 * k], position[3 * k + 1], position[3 * k + 2]};
-        bodies_put(&s->bodies, s->body[k], center, heading[k], size + 3 * k);
+        bodies_put(&s->bodies, s->antenna[k].body, center, heading[k], size + 3 * k);
     }
     return bodies_index(&s->bodies) ? out_of_memory(i) : MODEL_OK;
 }
@@ -171,7 +173,6 @@ void scene_free(Scene *s) {
     free(s->id);
     free(s->antenna);
     free(s->equipped);
-    free(s->body);
     free(s->vehicle_inputs.bytes);
     free(s->building_inputs.bytes);
     bodies_free(&s->bodies);

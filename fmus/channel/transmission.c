@@ -1,62 +1,190 @@
+/* From the packet to the frame on air. */
 #include "channel.h"
-#include "error_rate.h"
-#include "random.h"
+#include "decibel.h"
+#include "fading.h"
+#include "medium_access.h"
 #include <math.h>
 
-/* Whether a frame is received. The radio does not notice frames under its sensitivity; of the
- * others it has to decode first the SIGNAL field, then the rest. */
-static uint8_t outcome(const Parameters *p, double power, const Transmission *t, int64_t receiver) {
-    if (power < p->sensitivity) return LOST_WEAK;
-    double snir_db = power - p->noise_floor;
-    if (snir_db >= p->certain_snir) return RECEIVED;
-    double snir = pow(10, snir_db / 10);
-    uint32_t size = t->packet.size + p->mac_header;
-    Uniforms u = draw(p->seed, DRAW_RECEPTION, t->packet.id, (uint8_t)t->hop, receiver);
-    bool received = u.first < header_success_probability(snir)
-        && u.second < payload_success_probability(p->mode, snir, size);
-    return received ? RECEIVED : LOST_NOISE;
+static int64_t duration(const Channel *c, const Packet *packet) {
+    if (packet->duration > 0) return packet->duration * NANOSECOND;
+    return frame_duration(c->parameters.mode, packet->size + c->parameters.mac_header);
 }
 
-/* The next hop of a frame that its relay received at `time`. */
-static int relay(Channel *c, const Transmission *t, int64_t relay, int64_t time) {
-    Transmission next = *t;
-    next.time = time + c->parameters.relay_delay;
-    next.transmitter = relay;
-    next.hop++;
-    return waiting_add(&c->waiting, &next);
+static int tell(Channel *c, const Transmission *t, int64_t time, int64_t on_air, uint8_t fate) {
+    TransmissionRecord *record = report_transmission(&c->reports);
+    if (!record) return 1;
+    *record = (TransmissionRecord){
+        .packet = t->packet.id,
+        .time = nanoseconds_down(time),
+        .queued = nanoseconds_down(t->time),
+        .transmitter = t->transmitter,
+        .duration = (int32_t)(on_air / NANOSECOND),
+        .hop = (uint8_t)t->hop,
+        .fate = fate,
+        .access_category = t->packet.access_category,
+        .kind = t->packet.kind,
+    };
+    return 0;
 }
 
-int transmit(Channel *c, const Transmission *t) {
+int give_up(Channel *c, const Transmission *t, int64_t now, uint8_t fate) {
+    return tell(c, t, now, 0, fate);
+}
+
+static bool comes_before(const Arrival *a, const Arrival *b) {
+    return a->delay != b->delay ? a->delay < b->delay : a->receiver < b->receiver;
+}
+
+/* By (delay, receiver); they come by distance, so that next to nothing moves. */
+static void sort(Arrival *item, size_t n) {
+    for (size_t i = 1; i < n; i++) {
+        if (!comes_before(&item[i], &item[i - 1])) continue;
+        Arrival moved = item[i];
+        size_t k = i;
+        for (; k > 0 && comes_before(&moved, &item[k - 1]); k--) item[k] = item[k - 1];
+        item[k] = moved;
+    }
+}
+
+Arrival arrival_of_link(Channel *c, const AirFrame *f, const Link *link) {
     const Parameters *p = &c->parameters;
-    Scene *s = &c->scene;
-    size_t from = scene_find(s, t->transmitter);
-    if (from == NO_INDEX || !s->equipped[from]) return 1;
-    if (receptions_reserve(&c->on_air, s->count)) return -1;
-    int64_t end = t->time + frame_duration(p->mode, t->packet.size + p->mac_header);
-    int64_t addressee = packet_addressee(&t->packet, t->hop);
-    bool is_last_hop = t->hop >= packet_relays(&t->packet);
-    for (size_t to = 0; to < s->count; to++) {
-        if (to == from || !s->equipped[to]) continue;
-        double distance = distance_between(s->antenna[from], s->antenna[to]);
-        if (distance > p->maximum_range) continue;
-        Link link = link_between(&c->links, s, p, from, to);
-        double power = p->transmit_power - link.loss_db;
-        Reception r = {
-            .packet = t->packet.id,
-            .time = end + llround(distance / LIGHT_SPEED * 1e9),
-            .transmitter = t->transmitter,
-            .receiver = s->id[to],
-            .power_dbm = (float)power,
-            .snir_db = (float)(power - p->noise_floor),
-            .hop = (uint8_t)t->hop,
-            .outcome = outcome(p, power, t, s->id[to]),
-            .link = link.kind,
-            .kind = t->packet.kind,
-            .addressed = addressee == NO_VEHICLE || addressee == s->id[to],
-        };
-        c->on_air.item[c->on_air.count++] = r;
-        if (r.outcome == RECEIVED && !is_last_hop && r.addressed && relay(c, t, r.receiver, r.time))
-            return -1;
+    Arrival a = {.receiver = link->receiver, .link = link->kind};
+    double power = f->power;
+    if (p->fading != FADING_NONE) {
+        Position from = c->scene.antenna[f->transmitter].at;
+        Position to = c->scene.antenna[link->receiver].at;
+        double x = to.x - from.x, y = to.y - from.y;
+        power *= fading_factor(p, sqrt(x * x + y * y), f->what.packet.id,
+                               (uint8_t)f->what.hop, c->scene.id[link->receiver]);
+    }
+    for (int band = 0; band < BANDS; band++) a.power[band] = power * link->gain[band];
+    a.delay = (int64_t)(link->distance * (1e12 / LIGHT_SPEED) + 0.5);
+    return a;
+}
+
+/* The radios that notice the frame, or are told of it at least. */
+static int add_arrivals(Channel *c, AirFrame *f) {
+    const Parameters *p = &c->parameters;
+    double weakest = p->weak_receptions ? 0 : p->noticeable;
+    const Link *link;
+    size_t links;
+    if (links_from(&c->links, &c->scene, p, f->transmitter,
+                   weakest / (f->power * fading_bound(p)), &link, &links))
+        return 1;
+    for (size_t k = 0; k < links; k++) {
+        Arrival a = arrival_of_link(c, f, &link[k]);
+        if (a.power[CENTER] < weakest) continue;
+        Arrival *added = frame_add_arrival(f);
+        if (!added) return 1;
+        *added = a;
+    }
+    sort(f->arrival, f->arrivals);
+    for (size_t k = 0; k < f->arrivals; k++) f->at[f->arrival[k].receiver] = (uint32_t)k + 1;
+    f->noticed = f->arrivals;
+    return 0;
+}
+
+static int put_on_air(Channel *c, const Transmission *t, uint32_t from, int64_t now) {
+    int64_t on_air = duration(c, &t->packet);
+    frames_let_go(&c->frames, now, c->longest_delay);
+    AirFrame *f = frames_add(&c->frames, c->radios.count);
+    if (!f) return 1;
+    f->what = *t;
+    f->start = now;
+    f->end = now + on_air;
+    f->power = c->parameters.transmit_power;
+    if (t->packet.power_offset != 0) f->power *= from_db(t->packet.power_offset);
+    f->transmitter = from;
+    return add_arrivals(c, f) || schedule_frame(c, frame_index(&c->frames, f))
+        || tell(c, t, now, on_air, SENT);
+}
+
+/* Forget frames that have waited too long at the head of a queue. */
+static int drop_expired(Channel *c, Queue *queue, int64_t now) {
+    int64_t lifetime = c->parameters.packet_lifetime;
+    if (lifetime == 0) return 0;
+    while (queue->count > 0 && now - queue_first(&c->radios.store, queue)->time > lifetime) {
+        Transmission expired = queue_take(&c->radios.store, queue);
+        if (give_up(c, &expired, now, EXPIRED)) return 1;
     }
     return 0;
+}
+
+static void set_contention(Radio *r, int64_t end) {
+    r->contention_ends = end;
+    r->contention_stamp++;
+}
+
+/* Without medium access all frames wait in one queue while the radio sends. */
+static int send_next(Channel *c, uint32_t radio, int64_t now) {
+    Radio *r = &c->radios.item[radio];
+    Queue *queue = &r->category[VOICE].queue;
+    if (radio_is_sending(r)) return 0;
+    set_contention(r, NEVER);
+    if (drop_expired(c, queue, now)) return 1;
+    if (queue->count == 0) return 0;
+    r->sending = queue_take(&c->radios.store, queue);
+    r->sending_from = now;
+    return start_sending(c, radio, now);
+}
+
+static int enqueue(Channel *c, const Transmission *t, uint32_t radio) {
+    const Parameters *p = &c->parameters;
+    Radio *r = &c->radios.item[radio];
+    AccessCategory k = p->medium_access ? (AccessCategory)t->packet.access_category : VOICE;
+    Queue *queue = &r->category[k].queue;
+    if (drop_expired(c, queue, t->time)) return 1;
+    if (p->queue_limit > 0 && queue->count >= p->queue_limit)
+        return give_up(c, t, t->time, QUEUE_FULL);
+    if (queue_add(&c->radios.store, queue, t)) return 1;
+    if (!p->medium_access) return send_next(c, radio, t->time);
+    access_enqueued(r, k, p->seed, t->time);
+    return schedule_contention(c, radio);
+}
+
+int hand_over(Channel *c, const Transmission *t) {
+    size_t radio = scene_find(&c->scene, t->transmitter);
+    if (radio == NO_INDEX || !c->scene.equipped[radio]) return give_up(c, t, t->time, GONE);
+    if (t->packet.kind == NOISE) return put_on_air(c, t, (uint32_t)radio, t->time);
+    return enqueue(c, t, (uint32_t)radio);
+}
+
+int end_contention(Channel *c, uint32_t radio, int64_t now) {
+    if (!c->parameters.medium_access) return send_next(c, radio, now);
+    Radio *r = &c->radios.item[radio];
+    for (int a = 0; a < CATEGORIES; a++)
+        if (drop_expired(c, &r->category[a].queue, now)) return 1;
+    int k = access_contention_ended(r, c->parameters.seed, now);
+    if (k == CATEGORIES) return schedule_contention(c, radio);
+    r->sending = queue_take(&c->radios.store, &r->category[k].queue);
+    r->sending_from = now + TURNAROUND;
+    r->is_idle = false; /* for the other categories, too */
+    r->busy_since = now;
+    return schedule_radio(c, radio);
+}
+
+int start_sending(Channel *c, uint32_t radio, int64_t now) {
+    Radio *r = &c->radios.item[radio];
+    if (r->locked != NO_FRAME) { /* a frame came in during the turnaround */
+        AirFrame *f = &c->frames.pool[r->locked];
+        f->arrival[f->at[radio] - 1].verdict = DEAFENED;
+        r->locked = NO_FRAME;
+    }
+    r->sending_until = now + duration(c, &r->sending.packet);
+    if (r->is_idle) {
+        r->is_idle = false;
+        r->busy_since = now;
+    }
+    return put_on_air(c, &r->sending, radio, now) || schedule_radio(c, radio);
+}
+
+int end_sending(Channel *c, uint32_t radio, int64_t now) {
+    Radio *r = &c->radios.item[radio];
+    r->sending_from = r->sending_until = NEVER;
+    if (c->parameters.medium_access)
+        access_sent(r, (AccessCategory)r->sending.packet.access_category, c->parameters.seed);
+    if (sense_idle(c, radio, now)) return 1;
+    if (c->parameters.medium_access) return 0;
+    set_contention(r, now); /* not at once: the next frame begins in the step that begins now */
+    return schedule_contention(c, radio);
 }

@@ -1,6 +1,5 @@
 #include "vehicle_shadowing.h"
 #include "buffer.h"
-#include "knife_edge.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -13,103 +12,161 @@ static const double SHORTEST = 1e-9;
 int bodies_resize(Bodies *s, size_t count) {
     s->count = 0;
     if (BUFFER_RESERVE(s->body, s->body_capacity, count)
-        || BUFFER_RESERVE(s->base, s->base_capacity, count)
-        || BUFFER_RESERVE(s->roof, s->roof_capacity, count)
-        || BUFFER_RESERVE(s->box, s->box_capacity, count)
+        || BUFFER_RESERVE(s->area, s->area_capacity, count)
         || BUFFER_RESERVE(s->near, s->near_capacity, count)
-        || BUFFER_RESERVE(s->owner, s->owner_capacity, count + 2)
-        || BUFFER_RESERVE(s->major, s->major_capacity, count + 2)
-        || BUFFER_RESERVE(s->distance, s->distance_capacity, count + 2)
-        || BUFFER_RESERVE(s->height, s->height_capacity, count + 2))
+        || BUFFER_RESERVE(s->major, s->major_capacity, count + 2))
         return 1;
+    for (int way = 0; way < 2; way++) {
+        EdgeRow *row = &s->row[way];
+        if (BUFFER_RESERVE(row->owner, row->owner_capacity, count + 2)
+            || BUFFER_RESERVE(row->v, row->v_capacity, 2 * (count + 2))
+            || BUFFER_RESERVE(row->distance, row->distance_capacity, count + 2)
+            || BUFFER_RESERVE(row->height, row->height_capacity, count + 2))
+            return 1;
+    }
     s->count = count;
     return 0;
 }
 
 void bodies_put(Bodies *s, size_t k, Position center, double heading, const double size[3]) {
-    s->body[k] = (Rectangle){{center.x, center.y},
-                             {cos(heading), sin(heading)},
-                             {size[0] / 2, size[1] / 2}};
-    s->base[k] = center.z;
-    s->roof[k] = center.z + size[2];
-    s->box[k] = box_of_rectangle(&s->body[k]);
+    Rectangle outline = {.center = {center.x, center.y}, .half = {size[0] / 2, size[1] / 2}};
+    unit_vector(heading, outline.direction);
+    s->body[k] = (Body){outline, center.z, center.z + size[2]};
+    s->area[k] = area_around(&outline);
 }
 
-int bodies_index(Bodies *s) { return grid_build(&s->grid, s->box, s->count); }
+int bodies_index(Bodies *s) { return grid_build(&s->grid, s->area, s->count); }
 
 void bodies_free(Bodies *s) {
     free(s->body);
-    free(s->base);
-    free(s->roof);
-    free(s->box);
+    free(s->area);
     free(s->near);
-    free(s->owner);
     free(s->major);
-    free(s->distance);
-    free(s->height);
+    for (int way = 0; way < 2; way++) {
+        free(s->row[way].owner);
+        free(s->row[way].v);
+        free(s->row[way].distance);
+        free(s->row[way].height);
+    }
     grid_free(&s->grid);
     *s = (Bodies){0};
 }
 
-/* Where along the link the edge of a body stands, as a fraction of its length; negative: nowhere.
- * Reciprocal: in the middle of the part of the link over the body, seen alike from both ends.
- * Otherwise: at the first face from a; a body above a itself does not count. */
-static double edge_position(const Rectangle *body, Position a, Position b, bool reciprocal) {
-    Span span;
-    if (!rectangle_span(body, a, b, &span)) return -1;
-    if (!reciprocal) return span.enter > 0 && span.enter < 1 ? span.enter : -1;
-    double enter = fmax(span.enter, 0), leave = fmin(span.leave, 1);
-    return enter <= leave ? (enter + leave) / 2 : -1;
+EdgeModel edge_model(const Parameters *p) {
+    return (EdgeModel){edge_scale(p), p->wavelength[CENTER], p->reciprocal};
 }
 
-/* Insert an edge into the ascending profile of `n` points (the first is antenna a; antenna b is not
- * yet in); returns the new n. Of two edges in one place one stays: the higher one; in the
- * direction-dependent model the one of the lower index. */
-static size_t insert(Bodies *s, size_t n, double distance, uint32_t k, bool reciprocal) {
-    size_t at = n;
-    while (at > 1 && s->distance[at - 1] > distance) at--;
-    double same = reciprocal ? SAME_EDGE : SHORTEST;
-    for (size_t i = at > 1 ? at - 1 : 1; i < n && i <= at; i++) {
-        if (fabs(s->distance[i] - distance) > same) continue;
-        bool replaces = reciprocal ? s->roof[k] > s->height[i] : k < s->owner[i];
-        if (replaces) s->height[i] = s->roof[k], s->owner[i] = k;
-        return n;
-    }
-    for (size_t i = n; i > at; i--) {
-        s->distance[i] = s->distance[i - 1];
-        s->height[i] = s->height[i - 1];
-        s->owner[i] = s->owner[i - 1];
-    }
-    s->distance[at] = distance;
-    s->height[at] = s->roof[k];
-    s->owner[at] = k;
-    return n + 1;
+Nearby bodies_near(Bodies *s, Position a, Position b, const double margin[2]) {
+    return (Nearby){s->near, grid_near_segment(&s->grid, a, b, margin, s->near)};
 }
 
-BodyShadow bodies_shadow(Bodies *s, Position a, Position b, size_t own_a, size_t own_b, EdgeModel model) {
-    BodyShadow shadow = {0, false};
-    double length = distance_between(a, b);
-    if (length < 8 * SHORTEST) return shadow;
+/* A link, with what all its edges have in common. */
+typedef struct {
+    Position a, b;
+    double length, margin; /* edges stay this far from the antennas [m] */
+} Way;
+
+static Way way_of(Position a, Position b, const EdgeModel *model) {
+    Way w = {.a = a, .b = b, .length = distance_between(a, b)};
     /* The formula needs edges many wavelengths away from the antennas; nearer ones are moved. */
-    double margin = model.reciprocal ? fmin(model.wavelength, length / 4) : 0;
-    size_t near = grid_near_segment(&s->grid, a, b, s->near), n = 1;
-    s->distance[0] = 0;
-    s->height[0] = a.z;
-    for (size_t i = 0; i < near; i++) {
-        uint32_t k = s->near[i];
-        if (k == own_a || k == own_b) continue;
-        double t = edge_position(&s->body[k], a, b, model.reciprocal);
-        double line = a.z + (b.z - a.z) * t; /* height of the straight line between the antennas */
-        if (t < 0 || s->base[k] > line) continue; /* beside the link, or on a bridge above it */
-        double distance = fmin(fmax(t * length, margin), length - margin);
-        if (distance < SHORTEST || distance > length - SHORTEST) continue;
-        shadow.blocked |= s->roof[k] > line;
-        n = insert(s, n, distance, k, model.reciprocal);
+    w.margin = model->reciprocal ? smaller(model->wavelength, w.length / 4) : 0;
+    return w;
+}
+
+/* Put an edge into the row, by distance and then by body, so that the order of arrival is
+ * indifferent. */
+static void insert(EdgeRow *row, double distance, double roof, uint32_t k) {
+    size_t at = row->n++;
+    for (; at > 1; at--) {
+        double before = row->distance[at - 1];
+        if (before < distance || (before == distance && row->owner[at - 1] < k)) break;
+        row->distance[at] = before;
+        row->height[at] = row->height[at - 1];
+        row->owner[at] = row->owner[at - 1];
     }
-    if (n == 1) return shadow;
-    s->distance[n] = length;
-    s->height[n] = b.z;
-    Profile profile = {s->distance, s->height, n + 1};
-    shadow.loss_db = knife_edges_db(&profile, model.wavelength, model.factor, s->major);
+    row->distance[at] = distance;
+    row->height[at] = roof;
+    row->owner[at] = k;
+}
+
+/* Let a body stand `t` of the way from one antenna to the other, in the row of that direction. */
+static void stand(EdgeRow *row, const Way *w, double from, double to, double t, const Body *body,
+                  uint32_t k, bool *blocked) {
+    double line = from + (to - from) * t; /* height of the straight line between the antennas */
+    if (body->base > line) return;        /* on a bridge above it */
+    double distance = smaller(larger(t * w->length, w->margin), w->length - w->margin);
+    if (distance < SHORTEST || distance > w->length - SHORTEST) return;
+    *blocked |= body->roof > line;
+    insert(row, distance, body->roof, k);
+}
+
+/* Reciprocal: the edge stands in the middle of the part of the link over the body, seen alike from
+ * both ends. Otherwise: at the first face from the transmitter; a body above it does not count. */
+static void place(Bodies *s, const Way *w, uint32_t k, bool reciprocal, BodyShadow *shadow) {
+    const Body *body = &s->body[k];
+    Span span;
+    if (!rectangle_span(&body->outline, w->a, w->b, &span)) return;
+    double a = w->a.z, b = w->b.z;
+    if (reciprocal) {
+        double enter = larger(span.enter, 0), leave = smaller(span.leave, 1);
+        if (enter <= leave)
+            stand(&s->row[0], w, a, b, (enter + leave) / 2, body, k, &shadow->blocked[0]);
+        return;
+    }
+    if (span.enter > 0 && span.enter < 1)
+        stand(&s->row[0], w, a, b, span.enter, body, k, &shadow->blocked[0]);
+    if (span.leave > 0 && span.leave < 1)
+        stand(&s->row[1], w, b, a, 1 - span.leave, body, k, &shadow->blocked[1]);
+}
+
+/* Of edges in one place one stays: the higher one; in the direction-dependent model the one of the
+ * lower index. */
+static void merge(EdgeRow *row, bool reciprocal) {
+    double same = reciprocal ? SAME_EDGE : SHORTEST;
+    size_t last = 0;
+    for (size_t i = 1; i < row->n; i++) {
+        bool is_same = last > 0 && row->distance[i] - row->distance[last] <= same;
+        if (is_same) {
+            bool replaces = reciprocal ? row->height[i] > row->height[last]
+                                       : row->owner[i] < row->owner[last];
+            if (!replaces) continue;
+        } else {
+            row->distance[++last] = row->distance[i];
+        }
+        row->height[last] = row->height[i];
+        row->owner[last] = row->owner[i];
+    }
+    row->n = last + 1;
+}
+
+static Edges edges_of(Bodies *s, EdgeRow *row, const Way *w, double from, double to, bool reciprocal) {
+    Edges edges = {row->v, 0, {1, 0}};
+    if (row->n == 1) return edges;
+    merge(row, reciprocal);
+    row->distance[0] = 0;
+    row->height[0] = from;
+    row->distance[row->n] = w->length;
+    row->height[row->n] = to;
+    Profile profile = {row->distance, row->height, row->n + 1};
+    knife_edges(&profile, s->major, &edges);
+    return edges;
+}
+
+BodyShadow bodies_shadow(Bodies *s, const Antenna *a, const Antenna *b, Nearby nearby,
+                         const EdgeModel *model) {
+    BodyShadow shadow = {.blocked = {false, false}};
+    Way w = way_of(a->at, b->at, model);
+    s->row[0].n = s->row[1].n = 1;
+    for (size_t i = 0; i < nearby.count && w.length >= 8 * SHORTEST; i++) {
+        uint32_t k = nearby.index[i];
+        if (k != a->body && k != b->body) place(s, &w, k, model->reciprocal, &shadow);
+    }
+    shadow.edges[0] = edges_of(s, &s->row[0], &w, w.a.z, w.b.z, model->reciprocal);
+    if (model->reciprocal) {
+        shadow.edges[1] = shadow.edges[0];
+        shadow.blocked[1] = shadow.blocked[0];
+    } else {
+        shadow.edges[1] = edges_of(s, &s->row[1], &w, w.b.z, w.a.z, false);
+    }
     return shadow;
 }

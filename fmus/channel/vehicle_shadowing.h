@@ -1,33 +1,50 @@
 /* Loss by vehicle bodies in the way: a knife edge over each roof. */
 #ifndef VEHICLE_SHADOWING_H
 #define VEHICLE_SHADOWING_H
+#include "antenna.h"
 #include "geometry.h"
 #include "grid.h"
+#include "knife_edge.h"
 #include <stdint.h>
 
 typedef struct {
-    size_t count;
-    Rectangle *body;
-    double *base, *roof; /* heights of the road under the body and of its roof [m] */
-    Box *box;
-    Grid grid;
-    /* scratch of one query: bodies near the link; the profile; the points the rope touches */
-    uint32_t *near, *owner, *major;
+    Rectangle outline;
+    double base, roof;    /* heights of the road under the body and of its roof [m] */
+} Body;
+
+/* The edges under one direction of a link, ascending by distance from its transmitter; the first
+ * point is the one antenna, and when all edges are in, the last is the other. */
+typedef struct {
     double *distance, *height;
-    size_t body_capacity, base_capacity, roof_capacity, box_capacity, near_capacity, owner_capacity,
-        major_capacity, distance_capacity, height_capacity;
+    uint32_t *owner; /* the body */
+    double *v;       /* scratch, see Edges */
+    size_t n;
+    size_t distance_capacity, height_capacity, owner_capacity, v_capacity;
+} EdgeRow;
+
+typedef struct {
+    size_t count;
+    Body *body;
+    Area *area;
+    Grid grid;
+    /* scratch of one query: bodies near the link; edges in its two directions; rope */
+    uint32_t *near, *major;
+    EdgeRow row[2];
+    size_t body_capacity, area_capacity, near_capacity, major_capacity;
 } Bodies;
 
-/* How bodies are turned into knife edges. */
+/* How bodies are turned into knife edges, prepared for many links. */
 typedef struct {
-    double wavelength; /* [m] */
-    double factor;     /* see knife_edges_db */
-    bool reciprocal;   /* edge in the middle of the body, else at its face nearest to a */
+    EdgeScale scale;
+    double wavelength; /* at the centre [m] */
+    bool reciprocal;   /* edge in the middle of the body, else at its face nearest to the transmitter */
 } EdgeModel;
 
+
+/* Of the two directions of a link, from a to b and back; valid until the next query. */
 typedef struct {
-    double loss_db;
-    bool blocked; /* a body rises above the straight line between the antennas */
+    Edges edges[2];
+    bool blocked[2]; /* a body rises above the straight line between the antennas */
 } BodyShadow;
 
 /* Make room for `count` bodies, to be filled in by `bodies_put`; nonzero if memory is short. */
@@ -40,8 +57,15 @@ void bodies_free(Bodies *);
 
 #define NO_BODY SIZE_MAX
 
-/* Shadow on the link from a to b. The bodies that carry the antennas, `own_a` and `own_b` (or
- * NO_BODY), never shadow. */
-BodyShadow bodies_shadow(Bodies *, Position a, Position b, size_t own_a, size_t own_b, EdgeModel);
+EdgeModel edge_model(const Parameters *);
+
+/* All bodies whose areas the link from a to b comes nearer to than `margin` in x and y; valid until
+ * the next query. */
+Nearby bodies_near(Bodies *, Position a, Position b, const double margin[2]);
+
+/* Shadows on the link from a to b and back. The bodies that carry the antennas never shadow. The
+ * result does not depend on the order of the nearby bodies, nor on bodies among them that are not in
+ * the way. */
+BodyShadow bodies_shadow(Bodies *, const Antenna *a, const Antenna *b, Nearby, const EdgeModel *);
 
 #endif

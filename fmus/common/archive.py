@@ -87,6 +87,8 @@ th, td {{ border: 1px solid #aaa; padding: 0.3em 0.6em; text-align: left; }}
 def _row(variable: Variable) -> str:
     axes = ", ".join(map(str, variable.dimensions))
     kind = f"{variable.type}[{axes}]" if axes else variable.type
+    if variable.items:
+        kind += f": {variable.listed_items()}"
     start = "" if variable.causality == "output" or variable.type == "Binary" else variable.start
     unit = variable.mime_type if variable.type == "Binary" else variable.unit
     cells = (variable.name, variable.causality, kind, unit, f"{start}", variable.description)

@@ -12,6 +12,7 @@ _CAUSALITIES = {
     "input": "INPUT",
     "output": "OUTPUT",
 }
+_C_TYPES = {"Enumeration": "INT64"}  # FMI 3.0.2, 2.2.6.2: accessed by fmi3{Get|Set}Int64
 
 
 def variables_header(interface: Interface) -> str:
@@ -56,11 +57,12 @@ def variables_source(interface: Interface, token: str) -> str:
 def _variable_row(variable: Variable, references: dict[str, int]) -> str:
     return _row(
         variable.name,
-        variable.type.upper(),
+        _C_TYPES.get(variable.type, variable.type.upper()),
         _CAUSALITIES[variable.causality],
         is_tunable=variable.variability == "tunable",
         start=variable.start,
-        bounds=(variable.minimum, variable.maximum),
+        bounds=(1, len(variable.items)) if variable.items else (variable.minimum, variable.maximum),
+        items=variable.listed_items(),
         dimensions=[_dimension(axis, references) for axis in variable.dimensions],
     )
 
@@ -73,6 +75,7 @@ def _row(
     is_tunable: bool = False,
     start: float = 0,
     bounds: tuple[float | None, float | None] = (None, None),
+    items: str = "",
     dimensions: list[str] | None = None,
 ) -> str:
     axes = dimensions or []
@@ -89,6 +92,8 @@ def _row(
         f".maximum = {_number(high)}",
         f".rank = {len(axes)}",
     ]
+    if items:
+        fields.append(f".items = {json.dumps(items)}")
     if axes:
         fields.append(f".dimensions = {{{', '.join(axes)}}}")
     return "    {" + ", ".join(fields) + "},"

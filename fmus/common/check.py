@@ -11,13 +11,15 @@ from fmus.common.units import UNITS
 
 MAX_RANK: Final = 4  # MAX_RANK in fmi3_shell.h
 FLOATS: Final = frozenset({"Float32", "Float64"})
-NOT_NUMERIC: Final = frozenset({"Boolean", "Binary"})
+NOT_NUMERIC: Final = frozenset({"Boolean", "Enumeration", "Binary"})
 _VARIABILITIES: Final = {
     "structuralParameter": {"fixed", "tunable"},
     "parameter": {"fixed", "tunable"},
     "input": {"discrete", "continuous"},
     "output": {"discrete", "continuous"},
 }
+_ITEM: Final = re.compile(r"(?!(null|true|false)$)[a-z][a-z0-9_]*")
+"""Items are written in scenario files, where `null` and the like are no text."""
 _NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
 
 
@@ -30,6 +32,11 @@ def c_name(name: str) -> str:
     return name.replace(".", "_")
 
 
+def type_name(name: str) -> str:
+    """Of the Enumeration `name`; no variable may be called so (FMI 3.0.2, 2.4.4)."""
+    return f"{name}.item"
+
+
 def check_interface(interface: Interface) -> None:
     """Refuse an interface that FMI or the shell could not express.
 
@@ -37,7 +44,9 @@ def check_interface(interface: Interface) -> None:
         InterfaceError: with every problem found.
     """
     names = {variable.name: variable for variable in interface.variables}
-    problems = [f"`{name}` is declared twice" for name in _twice([*_names(interface), "time"])]
+    types = [type_name(v.name) for v in interface.variables if v.type == "Enumeration"]
+    declared = [*_names(interface), "time", *types]
+    problems = [f"`{name}` is declared twice" for name in _twice(declared)]
     problems += [
         f"two variables are called `VR_{name}` in C"
         for name in _twice([c_name(name) for name in {*_names(interface), "time"}])
@@ -48,6 +57,7 @@ def check_interface(interface: Interface) -> None:
         found = [
             *_problems_of_kind(variable),
             *_problems_of_values(variable),
+            *_problems_of_items(variable),
             *_problems_of_references(variable, names),
         ]
         problems += [f"`{variable.name}` {problem}" for problem in found]
@@ -114,6 +124,22 @@ def _problems_of_values(variable: Variable) -> list[str]:
     if variable.causality == "structuralParameter" and variable.start < 1:
         # FMI 3.0.2, 2.4.7.3: the start value of a dimension is positive; its min may be 0
         found.append("is a structural parameter and must start at 1 or more")
+    return found
+
+
+def _problems_of_items(variable: Variable) -> list[str]:
+    items = variable.items
+    if variable.type != "Enumeration":
+        return [f"is {variable.type} and has no items"] if items else []
+    found = [] if items else ["is an Enumeration without items"]
+    found += [
+        f"has the item `{item}`; write a word in lower case, letters, digits and `_`"
+        for item in items
+        if not _ITEM.fullmatch(item)
+    ]
+    found += [f"has the item `{item}` twice" for item in _twice(list(items))]
+    if items and variable.start not in range(1, len(items) + 1):
+        found.append(f"starts at {variable.start}; its items are 1 to {len(items)}")
     return found
 
 

@@ -82,7 +82,19 @@ def _variable(element: ET.Element, root: ET.Element) -> dict[str, Any]:
         "dimensions": [_length(axis, root) for axis in element.iterfind("Dimension")],
         "unit": typed.get("unit", "1"),
         "start": typed.get("start"),
+        "items": _items(typed, root),
         "description": element.get("description", ""),
+    }
+
+
+def _items(typed: ET.Element, root: ET.Element) -> dict[str, str | None]:
+    """The values by name of an Enumeration's items; none for another type."""
+    if typed.tag != "Enumeration":
+        return {}
+    kinds = root.iterfind("TypeDefinitions/*")
+    declared = [kind for kind in kinds if kind.get("name") == typed.get("declaredType")]
+    return {
+        item.get("name", ""): item.get("value") for kind in declared for item in kind.iter("Item")
     }
 
 
@@ -105,6 +117,8 @@ def _as_text(found: dict[str, Any]) -> str:
     for v in found["variables"]:
         axes = ", ".join(map(str, v["dimensions"]))
         kind = f"{v['type']}[{axes}]" if axes else v["type"]
+        if v["items"]:
+            kind += f" ({', '.join(f'{value} {item}' for item, value in v['items'].items())})"
         start = "" if v["start"] is None else f" = {v['start']}"
         lines.append(
             f"{v['causality']:20} {v['name']}: {kind} [{v['unit']}]{start}  {v['description']}"

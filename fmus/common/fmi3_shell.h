@@ -32,6 +32,7 @@ typedef struct {
     bool is_bounded;          /* minimum or maximum is declared */
     double start;             /* of every element; Binary starts empty */
     double minimum, maximum;  /* inclusive; infinite where not declared */
+    const char *items;        /* of an Enumeration, for messages: "1 (first), 2 (second)"; or NULL */
     size_t rank;
     Dimension dimensions[MAX_RANK];
 } VariableInfo;

@@ -223,6 +223,9 @@ static fmi3Status check_new_values(Instance *instance, const char *function,
     if (i == count) return fmi3OK;
     if (isnan(value))
         return refuse(instance, function, "element %zu of `%s` is not a number", i, info->name);
+    if (info->items)
+        return refuse(instance, function, "element %zu of `%s` is %.9g, allowed are %s", i,
+                      info->name, value, info->items);
     return refuse(instance, function, "element %zu of `%s` is %.9g, allowed are %.9g to %.9g", i,
                   info->name, value, info->minimum, info->maximum);
 }

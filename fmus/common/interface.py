@@ -2,8 +2,9 @@
 
 Each native unit has a module `interface.py` with an `INTERFACE`; `fmus.common.build` turns it
 into an FMU. Names, types, dimensions, units, start values and dependencies exist only here.
-Most variables are one line each, made by the constructors `length`, `parameter`, `whole`, `switch`,
-`discrete_input` and `discrete_output`; `fmus.common.scene` has the inputs that units share.
+Most variables are one line each, made by the constructors `length`, `parameter`, `whole`,
+`switch`, `choice`, `discrete_input` and `discrete_output`; `fmus.common.scene` has the inputs that
+units share.
 """
 
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ VariableType: TypeAlias = Literal[
     "Int64",
     "UInt64",
     "Boolean",
+    "Enumeration",
     "Binary",
 ]
 Causality: TypeAlias = Literal["structuralParameter", "parameter", "input", "output"]
@@ -41,6 +43,8 @@ class Variable:
         minimum, maximum: inclusive bounds, checked by the shell when a value is set.
         dependencies: for an output, the inputs that it depends on at the same time.
         mime_type: contents of a Binary.
+        items: of an Enumeration; their values are 1, 2, ... in this order, and `start` is one of
+            these values.
     """
 
     name: str
@@ -55,6 +59,11 @@ class Variable:
     maximum: float | None = None
     dependencies: tuple[str, ...] = ()
     mime_type: str = BYTES_MIME
+    items: tuple[str, ...] = ()
+
+    def listed_items(self) -> str:
+        """The items with their values, for people: `1 (hold), 2 (linear)`."""
+        return ", ".join(f"{value} ({item})" for value, item in enumerate(self.items, start=1))
 
 
 def length(
@@ -87,6 +96,7 @@ def parameter(
     description: str,
     *,
     unit: str = "1",
+    dimensions: tuple[int | str, ...] = (),
 ) -> Variable:
     """A number that is fixed before initialisation; `None` is no bound."""
     return Variable(
@@ -96,6 +106,7 @@ def parameter(
         variability="fixed",
         description=description,
         unit=unit,
+        dimensions=dimensions,
         start=start,
         minimum=minimum,
         maximum=maximum,
@@ -133,6 +144,19 @@ def switch(name: str, description: str, *, start: bool) -> Variable:
         variability="fixed",
         description=description,
         start=start,
+    )
+
+
+def choice(name: str, items: tuple[str, ...], description: str) -> Variable:
+    """One of several names, fixed before initialisation; the first one is the default."""
+    return Variable(
+        name=name,
+        type="Enumeration",
+        causality="parameter",
+        variability="fixed",
+        description=description,
+        start=1,
+        items=items,
     )
 
 

@@ -3,7 +3,7 @@
 from typing import Final
 from xml.etree import ElementTree as ET
 
-from fmus.common.check import FLOATS, NOT_NUMERIC
+from fmus.common.check import FLOATS, NOT_NUMERIC, type_name
 from fmus.common.interface import Interface, Variable
 from fmus.common.units import UNITS
 
@@ -47,6 +47,7 @@ def model_description(interface: Interface, *, token: str, version: str) -> byte
         hasEventMode="true",
     )
     _add_units(root, interface)
+    _add_types(root, interface)
     categories = ET.SubElement(root, "LogCategories")
     for name, description in LOG_CATEGORIES.items():
         ET.SubElement(categories, "Category", name=name, description=description)
@@ -81,6 +82,17 @@ def _add_units(root: ET.Element, interface: Interface) -> None:
             base.set("factor", repr(unit.factor))
 
 
+def _add_types(root: ET.Element, interface: Interface) -> None:
+    enumerations = [v for v in interface.variables if v.type == "Enumeration"]
+    if not enumerations:
+        return
+    definitions = ET.SubElement(root, "TypeDefinitions")
+    for variable in enumerations:
+        element = ET.SubElement(definitions, "EnumerationType", name=type_name(variable.name))
+        for value, item in enumerate(variable.items, start=1):
+            ET.SubElement(element, "Item", name=item, value=str(value))
+
+
 def _add_time(parent: ET.Element) -> None:
     ET.SubElement(
         parent,
@@ -106,6 +118,10 @@ def _add_variable(parent: ET.Element, variable: Variable, references: dict[str, 
     )
     if variable.type in FLOATS:
         element.set("unit", variable.unit)
+    if variable.type == "Enumeration":
+        element.set("declaredType", type_name(variable.name))
+        element.set("min", "1")
+        element.set("max", str(len(variable.items)))
     if variable.type == "Binary":
         element.set("mimeType", variable.mime_type)
     if variable.type not in NOT_NUMERIC:

@@ -20,7 +20,22 @@
  * place of 1. */
 void sine_cosine(double angle, double *sine, double *cosine);
 
-/* Natural logarithm of a normal `x` > 0, with an error below 1e-10. */
+/* Natural logarithm of a normal `x` > 0; -INFINITY of 0. Relative error below 1e-15. */
 double natural_logarithm(double x);
+
+/* log(1 + x) for x > -1, with a relative error below 1e-15 also where x is small. */
+double natural_logarithm_of_one_plus(double x);
+
+/* e^x, with a relative error below 1e-15 |x| + 1e-15; 0 below -708, INFINITY above 709. */
+double exponential(double x);
+
+/* x^y of a normal `x` > 0, with a relative error below 1e-15 (1 + |y log x|). */
+double power(double x, double y);
+
+/* Complementary error function of x >= 0, with a relative error below 1e-15 (1 + x^2). */
+double complementary_error(double x);
+
+/* Angle of the vector (x, y) from the x axis [rad], in [-pi, pi]; 0 for (0, 0). */
+double direction_angle(double y, double x);
 
 #endif

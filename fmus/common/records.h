@@ -35,17 +35,24 @@ typedef struct { uint8_t height; int8_t vx, vy; uint8_t points; } ApmLayerCell;
 #define APM_LAYER_FLAG 1u
 
 typedef struct {
-    int64_t id, time, source, destination, route[2];
+    int64_t id, time, source, destination, route[2], duration;
+    double power_offset;
     uint32_t size;
     uint8_t access_category, kind;
-    uint16_t reserved;
+    int16_t channel_offset;
 } Packet;
 typedef struct {
     int64_t packet, time, transmitter, receiver;
-    float power_dbm, snir_db;
+    double power_dbm, snir_db;
     uint8_t hop, outcome, link, kind, addressed, reserved[3];
 } Reception;
-enum { BSM, APM, SENSOR_DATA, REQUEST };
+typedef struct {
+    int64_t packet, time, queued, transmitter;
+    int32_t duration;
+    uint8_t hop, fate, access_category, kind;
+} TransmissionRecord;
+enum { BSM, APM, SENSOR_DATA, REQUEST, NOISE };
+enum { SENT, QUEUE_FULL, EXPIRED, GONE };
 enum { RECEIVED, LOST_NOISE, LOST_COLLISION, LOST_BUSY, LOST_TRANSMITTING, LOST_WEAK };
 enum { LOS, NLOSV, NLOSB };
 
@@ -55,7 +62,8 @@ _Static_assert(sizeof(Point) == 20, "Point");
 _Static_assert(sizeof(Object) == 88, "Object");
 _Static_assert(sizeof(ApmHeader) == 72, "ApmHeader");
 _Static_assert(sizeof(ApmLayerCell) == 4, "ApmLayerCell");
-_Static_assert(sizeof(Packet) == 56, "Packet");
-_Static_assert(sizeof(Reception) == 48, "Reception");
+_Static_assert(sizeof(Packet) == 72, "Packet");
+_Static_assert(sizeof(Reception) == 56, "Reception");
+_Static_assert(sizeof(TransmissionRecord) == 40, "TransmissionRecord");
 
 #endif

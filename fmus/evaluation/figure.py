@@ -204,13 +204,14 @@ def _draw_links(axes: Axes, now: Scene, links: Links) -> None:
                 linewidth=2.0,
                 linestyle="-" if event["outcome"] == _RECEIVED else "--",
             )
-            axes.annotate(
-                f"{event['power_dbm']:.0f} dBm",
-                ends.mean(axis=0),
-                fontsize=7,
-                bbox={"boxstyle": "round,pad=0.1", "facecolor": "white", "alpha": 0.7},
-                annotation_clip=True,
-            )
+            if not np.isnan(event["power_dbm"]):  # known; a replayed recording need not say it
+                axes.annotate(
+                    f"{event['power_dbm']:.0f} dBm",
+                    ends.mean(axis=0),
+                    fontsize=7,
+                    bbox={"boxstyle": "round,pad=0.1", "facecolor": "white", "alpha": 0.7},
+                    annotation_clip=True,
+                )
 
 
 def _draw_motion(axes: Axes, traces: Traces) -> None:

@@ -75,7 +75,10 @@ def packet_reception(sent: Array, heard: Array, ego: int, end: int) -> dict[str,
 
 
 def links(heard: Array, roles: Roles) -> list[dict[str, Any]]:
-    """PRR and link classes of the links that carried sensor data, busiest first."""
+    """PRR and link classes of the links that carried sensor data, busiest first.
+
+    `mean_power_dbm` is null where the channel does not know the power (replayed recordings).
+    """
     used = heard[(heard["addressed"] == 1) | (heard["receiver"] == roles.ego)]
     found = []
     for transmitter, receiver in sorted(
@@ -89,7 +92,7 @@ def links(heard: Array, roles: Roles) -> list[dict[str, Any]]:
                 "receiver": receiver,
                 "packets": len(link),
                 "prr": float((link["outcome"] == _RECEIVED).mean()),
-                "mean_power_dbm": float(link["power_dbm"].mean()),
+                "mean_power_dbm": _mean(link["power_dbm"]),
                 "classes": dict(zip(LINKS, map(int, counts), strict=True)),
             }
         )
@@ -130,6 +133,12 @@ def _braking(traces: Traces) -> dict[str, Any]:
         "seen_by": int(traces.scalars("policy.hazard.sensor")[1][k]),
         "data_age": float(traces.scalars("policy.hazard.age")[1][k]),
     }
+
+
+def _mean(values: Array) -> float | None:
+    """The mean of those that are known; NaN stands for "not known"."""
+    known = values[~np.isnan(values)]
+    return float(known.mean()) if len(known) else None
 
 
 def _who(vehicle: int | None, roles: Roles) -> str | None:

@@ -88,13 +88,17 @@ def _radio(metrics: Mapping[str, Any]) -> list[str]:
         classes = ", ".join(f"{name} {n}" for name, n in link["classes"].items() if n)
         lines.append(
             f"  link {link['transmitter']} -> {link['receiver']}: PRR {_percent(link['prr'])}, "
-            f"mean {link['mean_power_dbm']:.1f} dBm, {link['packets']} packets ({classes})"
+            f"mean {_power(link['mean_power_dbm'])}, {link['packets']} packets ({classes})"
         )
     return lines
 
 
 def _percent(share: float | None) -> str:
     return "-" if share is None else f"{100 * share:.1f} %"
+
+
+def _power(dbm: float | None) -> str:
+    return "power unknown" if dbm is None else f"{dbm:.1f} dBm"
 
 
 def _seconds(time: float | None) -> str:

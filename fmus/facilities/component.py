@@ -73,6 +73,12 @@ class Facilities(Component):
         maximum_age: float = parameter(
             1.0, unit="s", minimum=0.01, doc="age at which received contents are forgotten"
         )
+        processing_time: float = parameter(
+            0.01,
+            unit="s",
+            minimum=0.0,
+            doc="at most this long after its scan a message reaches the radio; drawn uniformly",
+        )
 
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
@@ -89,6 +95,7 @@ class Facilities(Component):
         self._maximum_age = nanoseconds(given.maximum_age)
         self._request_period = nanoseconds(given.request_period)
         self._bsm = BsmSender(nanoseconds(given.bsm_period), rng)
+        self._rng = rng
         self._neighbourhood = Neighbourhood(self._maximum_age)
         self._outbox = Outbox(given.fragment_size, 2 * self._maximum_age)
         self._sessions: dict[int, _Session] = {}
@@ -112,9 +119,10 @@ class Facilities(Component):
         self._sessions = {v: s for v, s in self._sessions.items() if s.end > self._now}
         messages = [
             *self._safety_messages(inputs, h),
-            *self._apms_sent(inputs),
-            *self._requests(inputs, ego),
-            *self._sensor_data(inputs),
+            *map(
+                self._processed,
+                (*self._apms_sent(inputs), *self._requests(inputs, ego), *self._sensor_data(inputs)),
+            ),
         ]
         self._outbox.forget(self._now)
         self._outputs = {
@@ -165,6 +173,15 @@ class Facilities(Component):
             )
             for time, content in zip(times, contents, strict=True)
         ]
+
+    def _processed(self, message: Message) -> Message:
+        """`message` when its vehicle's computer is done with it.
+
+        All sensors scan at the same instant here. Computers that also answered at the same
+        instant would let the radios collide every time, which they do not on the road.
+        """
+        longest = nanoseconds(self._parameters.processing_time)
+        return replace(message, time=message.time + int(self._rng.integers(longest + 1)))
 
     def _apms_sent(self, inputs: Signals) -> list[Message]:
         """A broadcast of every APM, and a copy along the route where there is a session.

@@ -76,6 +76,8 @@ class Outbox:
                         message.source,
                         message.destination,
                         hops,
+                        0,  # duration: by size and bit rate
+                        0.0,  # power offset
                         size,
                         message.access_category,
                         message.kind,

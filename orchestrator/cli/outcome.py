@@ -10,6 +10,7 @@ class Exit(enum.IntEnum):
     """Exit codes; scripts rely on them."""
 
     DONE = 0
+    NOT_PASSED = 1  # a check ran to its end, and what it checks did not pass
     WRONG_INPUT = 2
     COMPONENT_FAILED = 3
     INTERRUPTED = 4

@@ -23,6 +23,7 @@ VALUE is YAML. May be given several times."""
 _EPILOG: Final = """\
 exit codes:
   0  done
+  1  what was checked does not pass (`nlosim verify`)
   2  the input is wrong: the scenario, the command line
   3  a component failed; what was recorded until then can be read
   4  interrupted; likewise

@@ -14,7 +14,7 @@ from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
 from orchestrator.parameters import REQUIRED, ComponentType
-from orchestrator.scenario import diagnosis, overrides as overriding, schema, values
+from orchestrator.scenario import diagnosis, extension, overrides as overriding, schema, values
 from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.model import ComponentUse, ConnectionUse, Scenario
 from orchestrator.scenario.units import format_duration
@@ -26,14 +26,15 @@ def load_scenario(path: Path, overrides: Sequence[str] = ()) -> Scenario:
     """Read and check a scenario file.
 
     Args:
-        path: of the file; paths in it are relative to its folder.
+        path: of the file; paths in it, and in files that it extends, are relative to the folder
+            of the file that says them.
         overrides: `PATH=VALUE`, as `nlosim run --set` takes them.
 
     Raises:
         ScenarioError: all problems, each at its place. Whether the connections fit is known
             only once the components exist; see `wiring.assemble`.
     """
-    document = overriding.apply(Document.read(path), overrides)
+    document = overriding.apply(extension.read(path), overrides)
     return _Build(path, tuple(overrides), document).scenario()
 
 
@@ -48,6 +49,9 @@ class _Build:
     remarks: list[Problem] = field(default_factory=list)
 
     def scenario(self) -> Scenario:
+        if isinstance(self.document.data, dict) and extension.KEY in self.document.data:
+            what = "cannot be set; write a file that extends the other one"
+            self._add((extension.KEY,), what, at_key=True)
         try:
             file = schema.ScenarioFile.model_validate(self.document.data)
         except ValidationError as error:
@@ -113,7 +117,9 @@ class _Build:
             neither = "`type` (an installed type) or `fmu` (a path) is missing"
             self._add(address, neither if entry.type is None else both, at_key=True)
             return None
-        fmu = None if entry.fmu is None else (self.path.parent / entry.fmu).absolute()
+        fmu = None
+        if entry.fmu is not None:
+            fmu = (self.document.folder((*address, "fmu")) / entry.fmu).absolute()
         try:
             found = _type(entry.type, fmu)
         except ComponentTypeError as error:
@@ -140,9 +146,10 @@ class _Build:
                 self._unknown((*address, name), name, declared)
                 continue
             try:
-                converted[name] = values.convert(declared[name], value, self.path.parent)
+                folder = self.document.folder((*address, name))
+                converted[name] = values.convert(declared[name], value, folder)
             except values.ValueProblem as problem:
-                self._add((*address, name), str(problem))
+                self._add((*address, name, *problem.item), str(problem))
         for name, parameter in declared.items():
             if parameter.default is REQUIRED and name not in given:
                 kind = values.kind_name(parameter.type)
@@ -154,13 +161,13 @@ class _Build:
     def _unknown(self, address: Address, name: str, declared: Collection[str]) -> None:
         """A parameter that the type does not have.
 
-        If an override has just replaced the type, the file's parameters of the old one are no
+        If an override has just replaced the type, a file's parameters of the old one are no
         mistake.
         """
-        entry, place = address[:2], self.document.key(address)
-        types = [self.document.places.get((*entry, key)) for key in ("type", "fmu")]
-        is_swapped = any(p is not None and p.value.file != self.document.file for p in types)
-        if is_swapped and place.file == self.document.file:
+        document, entry, place = self.document, address[:2], self.document.key(address)
+        types = [document.places.get((*entry, key)) for key in ("type", "fmu")]
+        is_swapped = any(p is not None and not document.is_in_a_file(p.value) for p in types)
+        if is_swapped and document.is_in_a_file(place):
             what = f"{diagnosis.spell(address)}: ignored, the type that was set has no `{name}`"
             self.remarks.append(Problem(place, what))
         else:

@@ -1,7 +1,7 @@
 """YAML documents that remember where every key and every value was written."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
@@ -37,11 +37,13 @@ class Document:
         file: the name that locations carry.
         data: mappings, lists and scalars of YAML 1.2; keys are strings.
         places: by address; every value of `data` has one.
+        folders: where relative paths start, by the name of the file that says them.
     """
 
     file: str
     data: Any
     places: Mapping[Address, Place]
+    folders: Mapping[str, Path] = field(default_factory=dict)
 
     @classmethod
     def read(cls, path: Path) -> "Document":
@@ -67,7 +69,7 @@ class Document:
                 f"byte 0x{raw[error.start]:02x} is not UTF-8; "
                 "save the file with the encoding UTF-8",
             ) from None
-        return cls.parse(text, str(path))
+        return replace(cls.parse(text, str(path)), folders={str(path): path.parent})
 
     @classmethod
     def parse(cls, text: str, file: str, *, offset: int = 0) -> "Document":
@@ -100,6 +102,14 @@ class Document:
             address = address[:-1]
         place = self.places.get(address)
         return place.value if place else Location(self.file, 1, 1)
+
+    def folder(self, address: Address) -> Path:
+        """Where a relative path at `address` starts; what no file says, at `file`."""
+        return self.folders.get(self.value(address).file, self.folders.get(self.file, Path()))
+
+    def is_in_a_file(self, where: Location) -> bool:
+        """Whether `where` is in a file rather than on the command line."""
+        return where.file in self.folders
 
 
 def _failure(file: str, line: int, column: int, what: str) -> ScenarioError:

@@ -1,7 +1,7 @@
 """`--set PATH=VALUE`: values that replace or add to those of a scenario file."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from orchestrator.errors import Location, Problem, ScenarioError
@@ -84,7 +84,7 @@ class _Edit:
     def result(self, keys: Sequence[str]) -> Document:
         places = dict(self.document.places)
         data = self._inserted(self.document.data, (), keys, 1, places)
-        return Document(self.document.file, data, places)
+        return replace(self.document, data=data, places=places)
 
     def _inserted(
         self,

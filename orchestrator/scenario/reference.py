@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.scenario import unit_table
-from orchestrator.scenario.schema import json_schema
+from orchestrator.scenario.schema import json_schema, whole_schema
 
 SCHEMA_FILE: Final = "orchestrator/scenario/scenario.schema.json"
 REFERENCE_FILE: Final = "docs/scenario-reference.md"
@@ -54,7 +54,38 @@ are allowed; merge keys (`<<`) and tags are not. Paths are relative to the folde
 `--set components.channel.parameters.transmit_power="20 dBm"`, `--set connections.0.to=channel.x`.
 The part after `parameters.` is the name of one parameter, even if it contains dots. Setting
 `type` of a component removes its `fmu`, and the other way round; parameters in the file that the
-new type does not have are ignored, with a remark.
+new type does not have are ignored, with a remark. `extends` cannot be set.
+"""
+
+_EXTENDING: Final = """\
+## Extending a scenario
+
+A file that differs from another one in a few places says only these:
+
+```yaml
+schema: 1
+extends: red_light.yaml
+components:
+  relay: {type: relay-direct}
+  channel:
+    parameters: {bitrate: 12 Mbit/s}
+```
+
+The path is relative to the folder of the file. A base may extend another file in turn; only the
+whole has to be complete. What holds:
+
+* Mappings are merged key by key, to any depth: above, `channel` keeps its type, its step size and
+  its other parameters. Anything else replaces what the base says; this includes lists, so
+  `connections` in a file are all connections.
+* A component that gets another `type` or another `fmu` starts without the base's parameters; it
+  keeps `step` and `process`. What the base says of `type` and `fmu` is gone.
+* A component that the base does not have must say its `type` or `fmu`; one that the base has
+  cannot be removed.
+* `schema` is not taken over: each file says of which form it is.
+* Relative paths start at the folder of the file that says them.
+* Problems are reported in the file that says the wrong value. `--set` applies to the whole.
+
+`manifest.json` of a run has the whole scenario, so that it can be repeated without these files.
 """
 
 _UNITS: Final = """\
@@ -84,8 +115,7 @@ def schema_text() -> str:
 
 def reference_text() -> str:
     """The contents of the reference."""
-    schema = json_schema()
-    sections = [_INTRODUCTION, *_sections(schema), _UNITS, _symbols()]
+    sections = [_INTRODUCTION, _EXTENDING, *_sections(whole_schema()), _UNITS, _symbols()]
     return "\n".join(sections)
 
 

@@ -84,9 +84,7 @@ class Coupling(_Mapping):
 class ComponentEntry(_Mapping):
     """One component: what it is, its communication step size and its parameters."""
 
-    model_config = ConfigDict(
-        json_schema_extra={"oneOf": [{"required": ["type"]}, {"required": ["fmu"]}]}
-    )
+    model_config = ConfigDict(json_schema_extra={"not": {"required": ["type", "fmu"]}})
 
     type: Annotated[Text | None, Field(examples=["sumo-traffic", "channel"])] = None
     """The name of an installed component type; `nlosim components` lists them."""
@@ -133,6 +131,13 @@ class ScenarioFile(_Mapping):
     version: Annotated[Literal[1], Field(alias="schema")]
     """The version of the form of this file."""
 
+    extends: Annotated[
+        Text | None,
+        Field(examples=["red_light.yaml"]),
+        WithJsonSchema({"type": "string", "minLength": 1}),
+    ] = None
+    """Another scenario file, relative to this one, that says what this one leaves open."""
+
     title: Annotated[Text, Field(examples=["Red light"])]
     """One line for people."""
 
@@ -160,10 +165,34 @@ class ScenarioFile(_Mapping):
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON Schema of scenario files (draft 2020-12), for editors."""
-    generated = ScenarioFile.model_json_schema(by_alias=True)
+    """The JSON Schema of scenario files (draft 2020-12), for editors.
+
+    What a file must say is asked of files that extend no other one; the rest is in both.
+    """
+    generated = whole_schema()
+    entry, span = (generated["$defs"][name] for name in ("ComponentEntry", "TimeSpan"))
+    whole = {
+        "required": generated.pop("required"),
+        "properties": {
+            "time": {"required": span.pop("required")},
+            "components": {
+                "additionalProperties": {
+                    "required": entry.pop("required"),
+                    "anyOf": [{"required": ["type"]}, {"required": ["fmu"]}],
+                }
+            },
+        },
+    }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **generated,
         "title": "nlosim scenario",
+        "required": ["schema"],
+        "if": {"not": {"required": ["extends"]}},
+        "then": whole,
     }
+
+
+def whole_schema() -> dict[str, Any]:
+    """As pydantic has it: of a scenario file that extends no other one."""
+    return ScenarioFile.model_json_schema(by_alias=True)

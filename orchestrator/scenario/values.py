@@ -1,5 +1,6 @@
 """Parameter values: from what a scenario file says to what a component receives, and back."""
 
+import json
 import math
 import types
 from collections.abc import Callable, Mapping
@@ -16,7 +17,15 @@ _N = TypeVar("_N", int, float)
 
 
 class ValueProblem(ValueError):  # noqa: N818 - one sentence, to be located by the caller
-    """A value that a parameter cannot take; the message says what to write instead."""
+    """A value that a parameter cannot take; the message says what to write instead.
+
+    Attributes:
+        item: which item of a list is wrong, as the end of an address; empty for the value itself.
+    """
+
+    def __init__(self, what: str, item: tuple[int, ...] = ()) -> None:
+        super().__init__(what)
+        self.item = item
 
 
 def convert(parameter: Parameter, value: Any, folder: Path) -> Any:
@@ -51,9 +60,11 @@ def _convert(kind: Any, parameter: Parameter, value: Any, folder: Path) -> Any:
 
 
 def _choice(choices: tuple[str, ...], value: Any) -> str:
-    if value not in choices:
-        raise ValueProblem(f"cannot be {show(value)}; {suggestion(str(value), choices)}")
-    return str(value)
+    if isinstance(value, str) and value in choices:
+        return value
+    text = value if isinstance(value, str) else json.dumps(value)  # `true`, `null`, 1
+    hint = f"write '{text}' in quotes" if text in choices else suggestion(text, choices)
+    raise ValueProblem(f"cannot be {show(value)}; {hint}")
 
 
 def _items(kind: Any, parameter: Parameter, value: Any, folder: Path) -> tuple[Any, ...]:
@@ -66,7 +77,7 @@ def _items(kind: Any, parameter: Parameter, value: Any, folder: Path) -> tuple[A
         try:
             converted.append(_convert(inner, parameter, item, folder))
         except ValueProblem as problem:
-            raise ValueProblem(f"item {index}: {problem}") from None
+            raise ValueProblem(str(problem), (index, *problem.item)) from None
     return tuple(converted)
 
 

@@ -104,7 +104,7 @@ def _create(scenario: Scenario, place: Place, components: dict[str, Component]) 
         try:
             components[name] = place(use)
         except (ComponentTypeError, ValueError) as error:
-            where = scenario.document.key((*address, "parameters"))
+            where = scenario.document.key((*address, "parameters", *_named(str(error), use)))
             problems.append(Problem(where, f"{spell(address)}: {error}"))
         except CosimError:
             raise
@@ -113,6 +113,12 @@ def _create(scenario: Scenario, place: Place, components: dict[str, Component]) 
             raise ComponentError(name, None, reason) from error
     if problems:
         raise ScenarioError(problems)
+
+
+def _named(what: str, use: ComponentUse) -> tuple[str, ...]:
+    """The parameter set by the scenario that `what` names first, if there is one."""
+    found = [name for name in use.values if f"`{name}`" in what]
+    return tuple(sorted(found, key=lambda name: what.index(f"`{name}`"))[:1])
 
 
 def _connections(

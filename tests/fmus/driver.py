@@ -33,6 +33,7 @@ class Library:
     """The binary of an FMU and what its modelDescription.xml says."""
 
     name: str
+    folder: Path
     binary: ctypes.CDLL
     token: bytes
     variables: Mapping[str, tuple[int, str]]  # reference, type
@@ -43,6 +44,11 @@ class Library:
         archive = build_fmu(load_unit(name), folder, targets=select_targets(["host"])).path
         with zipfile.ZipFile(archive) as file:
             file.extractall(folder)
+        return cls.load(name, folder)
+
+    @classmethod
+    def load(cls, name: str, folder: Path) -> Self:
+        """Load the unit `name` that has been built into a folder."""
         (path,) = (folder / "binaries" / host_platform()).iterdir()
         root = ET.parse(folder / "modelDescription.xml").getroot()  # noqa: S314 - our own file
         found = root.find("ModelVariables")
@@ -51,9 +57,17 @@ class Library:
         binary.fmi3InstantiateCoSimulation.restype = c_void_p
         return cls(
             name,
+            folder,
             binary,
             root.attrib["instantiationToken"].encode(),
-            {v.attrib["name"]: (int(v.attrib["valueReference"]), v.tag) for v in found},
+            # an Enumeration is accessed as Int64
+            {
+                v.attrib["name"]: (
+                    int(v.attrib["valueReference"]),
+                    v.tag.replace("Enumeration", "Int64"),
+                )
+                for v in found
+            },
         )
 
 

@@ -22,6 +22,7 @@ STRUCTS = {
     "ApmLayerCell": records.APM_LAYER_CELL,
     "Packet": records.PACKET,
     "Reception": records.RECEPTION,
+    "TransmissionRecord": records.TRANSMISSION,
 }
 C_TYPES: dict[str, Any] = {
     "char": ctypes.c_char,
@@ -66,9 +67,14 @@ def test_c_and_numpy_declare_the_same_layout(name: str) -> None:
 def test_c_and_numpy_number_the_kinds_alike() -> None:
     text = HEADER.read_text()
     enums = [re.findall(r"\w+", body) for body in re.findall(r"enum \{([^}]*)\}", text)]
-    kinds = ["BSM", "APM", "SENSOR_DATA", "REQUEST"]
+    kinds = ["BSM", "APM", "SENSOR_DATA", "REQUEST", "NOISE"]
     assert kinds in enums
-    assert [getattr(records, kind) for kind in kinds] == [0, 1, 2, 3]
+    assert [getattr(records, kind) for kind in kinds] == [0, 1, 2, 3, 4]
+    assert [fate.upper().replace(" ", "_") for fate in records.FATES] in enums
+    (outcomes,) = (names for names in enums if "RECEIVED" in names)
+    letters = {"RECEIVED": "R", "WEAK": "U"}
+    found = [letters.get(name.removeprefix("LOST_"), name[len("LOST_")]) for name in outcomes]
+    assert "".join(found) == records.OUTCOMES
     assert ["LOS", "NLOSV", "NLOSB"] in enums
     assert [name.upper() for name in records.LINKS] == ["LOS", "NLOSV", "NLOSB"]
 
@@ -91,7 +97,7 @@ def test_an_empty_signal_has_no_records() -> None:
     [
         (b"short", "not a `PKTS` frame"),
         (records.frame("RCPT", np.zeros(1, records.RECEPTION)), "not a `PKTS` frame"),
-        (records.frame("PKTS", np.zeros(1, records.RECEPTION)), "56 bytes, not 48"),
+        (records.frame("PKTS", np.zeros(1, records.RECEPTION)), "72 bytes, not 56"),
         (records.frame("PKTS", np.zeros(2, records.PACKET))[:-1], "2 records is cut short"),
     ],
 )

@@ -17,15 +17,19 @@ TYPES = sorted(installed())
 
 def test_all_units_of_the_study_are_installed() -> None:
     ours = {"sumo-traffic", "lidar", "perception", "facilities", "channel", "relay-mohed"}
-    assert ours | {"relay-direct", "policy-rule-based", "policy-blind"} <= set(TYPES)
+    stand_ins = {"channel-constant-per", "channel-trace", "relay-direct", "policy-blind"}
+    assert ours | stand_ins | {"policy-rule-based"} <= set(TYPES)
 
 
 @pytest.mark.parametrize("name", TYPES)
 def test_it_keeps_the_contract_of_components(name: str) -> None:
     """With default parameters and start values: no vehicles but those of traffic itself."""
-    scene = Path(scenarios.__file__).parent / "assets" / "red_light" / "red_light.sumocfg"
-    values = {"scene": scene} if name == "sumo-traffic" else {}
-    component = installed()[name].load().create(name, values)
+    assets = Path(scenarios.__file__).parent / "assets" / "red_light"
+    required = {
+        "sumo-traffic": {"scene": assets / "red_light.sumocfg"},
+        "channel-trace": {"file": assets / "links.csv"},
+    }
+    component = installed()[name].load().create(name, required.get(name, {}))
     check_component(component, steps=3, h=nanoseconds("0.1"), seed=1)
 
 

@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from adapters.fmi import FmuComponentType
 from adapters.fmi.component import FmuComponent
 from adapters.fmi.errors import FmuError
 from orchestrator.component import Component
+from orchestrator.errors import ComponentTypeError
 from orchestrator.randomness import stream
 from orchestrator.signal import Signal
 from orchestrator.testing import check_component
@@ -57,13 +58,14 @@ def test_connectors_and_parameters_are_those_of_the_description(lag2: Path) -> N
         "count_out": "int32[]",
         "flag_out": "bool[]",
         "rollback": "bool[]",
+        "method_used": "int32[]",
     }
     assert connectors["x"].unit == "V"
     assert connectors["count_in"].start_value() == 7
     assert connectors["x"].feedthrough == frozenset()
     assert connectors["count_out"].feedthrough == {"count_in"}
     assert connectors["flag_out"].feedthrough == {"u", "count_in", "flag_in"}  # not declared
-    assert set(kind.parameters) == {"time_constant", "fail_at", "fail_as"}
+    assert set(kind.parameters) == {"time_constant", "fail_at", "fail_as", "method"}
     assert "without `label` (String)" in kind.description
 
 
@@ -72,6 +74,24 @@ def test_a_component_that_can_be_restored_announces_it_to_each_step(lag2: Path) 
     lag.step(INPUTS, 0, STEP)
     assert lag.outputs()["rollback"]  # noSetFMUStatePriorToCurrentPoint is false
     lag.close()
+
+
+def test_an_enumeration_is_set_by_the_name_of_an_item(lag2: Path) -> None:
+    method = FmuComponentType(lag2).parameters["method"]
+    assert (method.type, method.default) == (Literal["exact", "Forward Euler"], "exact")  # max is 5
+    lag = started(lag2, time_constant=2.0, method="Forward Euler")
+    lag.step(INPUTS, 0, STEP)
+    assert lag.outputs()["x"] == pytest.approx(3.0 - 2.0 * (1.0 - 0.05), rel=1e-12)
+    assert int(lag.outputs()["method_used"]) == 5
+    lag.close()
+    description = lag.connectors["method_used"].description
+    assert description.endswith("(1 exact, 5 Forward Euler, 9 not yet)")
+
+
+@pytest.mark.parametrize("wrong", ["not yet", "euler", ""])
+def test_a_wrong_item_is_refused(lag2: Path, wrong: str) -> None:
+    with pytest.raises(ComponentTypeError, match=f"`method` has no item `{wrong}`; "):
+        FmuComponentType(lag2).create("lag", {"method": wrong})
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .primitives import Body, Primitives, Ring
+from .primitives import Body, PathLoss, Primitives, Ring
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,13 +29,40 @@ def _rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def path_loss(primitives: Primitives, folder: Path) -> Comparison:
-    """Free space and other exponents."""
-    rows = [row for row in _rows(folder / "pathloss.csv") if row["model"] == "simple"]
-    column = {name: [float(row[name]) for row in rows] for name in ("freq_hz", "alpha", "loss_db")}
+def path_loss(primitives: Primitives, folder: Path, model: str) -> Comparison:
+    """One of the models of the file: `simple`, `tworay` or `breakpoint`."""
+    rows = [row for row in _rows(folder / "pathloss.csv") if row["model"] == model]
     tx, rx = ([[float(row[f"{end}_{k}"]) for k in "xyz"] for row in rows] for end in ("tx", "rx"))
-    loss = primitives.path_loss(tx, rx, column["freq_hz"], column["alpha"], lossless_distance=1.0)
-    return _comparison(list(loss), column["loss_db"])
+    frequency = [float(row["freq_hz"]) for row in rows]
+    loss = primitives.path_loss(tx, rx, frequency, [_path_loss_model(row) for row in rows])
+    return _comparison(list(loss), [float(row["loss_db"]) for row in rows])
+
+
+def _path_loss_model(row: dict[str, str]) -> PathLoss:
+    if row["model"] == "simple":
+        return PathLoss(exponent=float(row["alpha"]), lossless_distance=1.0)
+    if row["model"] == "tworay":
+        return PathLoss(model="two_ray", permittivity=float(row["epsilon_r"]))
+    return PathLoss(
+        model="breakpoint",
+        exponent=float(row["alpha1"]),
+        lossless_distance=1.0,
+        breakpoint_distance=float(row["breakpoint_m"]),
+        breakpoint_near_loss=float(row["L01_db"]),
+        breakpoint_far_loss=float(row["L02_db"]),
+        breakpoint_far_exponent=float(row["alpha2"]),
+    )
+
+
+def antenna_gain(primitives: Primitives, folder: Path) -> Comparison:
+    """Sampled patterns of 4 to 72 azimuths."""
+    ours: list[float] = []
+    cases = json.loads((folder / "antenna_gain.json").read_text())
+    for case in cases:
+        x, y = np.subtract(case["other"], case["own"])
+        azimuth = np.arctan2(y, x) - np.arctan2(case["orientation"][1], case["orientation"][0])
+        ours.append(primitives.pattern_gain(case["gains_db"], float(azimuth)))
+    return _comparison(ours, [case["gain_db"] for case in cases])
 
 
 def building_shadowing(primitives: Primitives, folder: Path, category: str) -> Comparison:

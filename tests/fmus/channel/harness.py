@@ -1,4 +1,4 @@
-"""Drives the channel FMU: scenes and packets in, receptions out."""
+"""Drives the channel FMU: scenes and packets in, receptions and transmissions out."""
 
 import itertools
 from collections.abc import Iterable, Sequence
@@ -6,14 +6,28 @@ from typing import Any, Final
 
 import numpy as np
 
-from fmus.records import NO_VEHICLE, OUTCOMES, PACKET, RECEPTION, frame, unframe
+from fmus.records import (
+    BSM,
+    NO_VEHICLE,
+    NOISE,
+    OUTCOMES,
+    PACKET,
+    RECEPTION,
+    TRANSMISSION,
+    frame,
+    unframe,
+)
 from orchestrator.signal import Array
 from tests.fmus.driver import Instance, Library
 from tests.fmus.scene import Scene, Vehicle
 
+US: Final = 1_000
 MS: Final = 1_000_000
+AIRTIME: Final = 368 * US
+"""Of 200 bytes and 38 of headers at 6 Mbit/s: 41 symbols of 8 us after 40 us [ns]."""
+LIGHT_SPEED: Final = 299_792_458.0
 NO_OBSTACLES: Final = {"vehicle_shadowing": False, "building_shadowing": False}
-VOICE: Final = 3
+BACKGROUND, BEST_EFFORT, VIDEO, VOICE = range(4)
 
 
 def packet(
@@ -24,10 +38,30 @@ def packet(
     to: int = NO_VEHICLE,
     via: Sequence[int] = (),
     size: int = 200,
+    category: int = VOICE,
+    power_offset: float = 0.0,
+    duration: int = 0,
 ) -> Array:
     """One PACKET record."""
     route = (*via, NO_VEHICLE, NO_VEHICLE)[:2]
-    return np.array((number, time, source, to, route, size, VOICE, 0, 0), PACKET)
+    return np.array(
+        (number, time, source, to, route, duration, power_offset, size, category, BSM, 0), PACKET
+    )
+
+
+def noise(
+    number: int,
+    source: int,
+    *,
+    time: int,
+    duration: int,
+    power_offset: float = 0.0,
+    channel_offset: int = 0,
+) -> Array:
+    """One PACKET record of kind NOISE."""
+    record = packet(number, source, time=time, power_offset=power_offset, duration=duration)
+    record["kind"], record["channel_offset"] = NOISE, channel_offset
+    return record
 
 
 def packets(records: Iterable[Array]) -> bytes:
@@ -71,6 +105,10 @@ class Channel(Instance):
         """The output."""
         return self.get_binary("receptions")
 
+    def transmissions(self) -> Array:
+        """What was sent or given up in the last step."""
+        return unframe("SENT", self.get_binary("transmissions"), TRANSMISSION)
+
 
 def row_of_cars(distances: Sequence[float]) -> Scene:
     """Cars side by side with vehicle 0, at these distances from it along x, 3 m apart along y."""
@@ -80,6 +118,11 @@ def row_of_cars(distances: Sequence[float]) -> Scene:
         for k, distance in enumerate(distances, start=1)
     ]
     return Scene(vehicles=cars)
+
+
+def outcomes(records: Array) -> dict[tuple[int, int], str]:
+    """The letter of each outcome, by packet and receiver."""
+    return {(int(r["packet"]), int(r["receiver"])): OUTCOMES[r["outcome"]] for r in records}
 
 
 def one_frame(library: Library, scene: Scene, record: Array, **parameters: float) -> dict[int, Any]:
@@ -92,7 +135,7 @@ def one_frame(library: Library, scene: Scene, record: Array, **parameters: float
 def reception_ratio(library: Library, scene: Scene, frames: int, **parameters: float) -> Array:
     """The share of vehicle 0's frames that each other vehicle receives (PRR)."""
     with Channel(library, scene, **parameters) as channel:
-        records = [packet(k, 0, time=k * MS) for k in range(frames)]
+        records = [packet(k, 0, time=k * MS) for k in range(frames)]  # one after the other
         received = channel.step(0.0, frames * 1e-3 + 1, records)
     good = received[received["outcome"] == OUTCOMES.index("R")]
     counts = [np.count_nonzero(good["receiver"] == v.id) for v in scene.vehicles[1:]]

@@ -1,13 +1,16 @@
 /* The channel's formulas as functions on arrays, for tests against golden data. Compiled together
  * with the sources of the FMU itself. Links are rows of `a` and `b`: x, y, z [m]. */
+#include "antenna.h"
 #include "building_shadowing.h"
 #include "error_rate.h"
 #include "knife_edge.h"
+#include "link.h"
 #include "path_loss.h"
 #include "random.h"
 #include "vehicle_shadowing.h"
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #ifdef _WIN32
 #define EXPORT __declspec(dllexport)
@@ -15,14 +18,52 @@
 #define EXPORT __attribute__((visibility("default")))
 #endif
 
+static const double NO_MARGIN[2] = {0, 0};
+
 static Position position(const double *row) { return (Position){row[0], row[1], row[2]}; }
 
-EXPORT void path_losses(size_t n, const double *a, const double *b, const double *wavelength,
-                        const double *exponent, double lossless_distance, double *loss) {
-    for (size_t i = 0; i < n; i++)
-        loss[i] = path_loss_db(distance_between(position(a + 3 * i), position(b + 3 * i)),
-                               wavelength[i], exponent[i], lossless_distance);
+static Antenna antenna(const double *row, int64_t body) {
+    return (Antenna){position(row), row[2], 0, body < 0 ? NO_BODY : (size_t)body};
 }
+
+/* ---- path loss and antennas ---- */
+
+/* Columns: wavelength [m], PathLossModel, exponent, lossless distance, permittivity, breakpoint
+ * distance, loss at 1 m, loss at the breakpoint, exponent beyond it. */
+static Parameters path_loss_parameters(const double model[9]) {
+    return (Parameters){
+        .wavelength = {model[0], model[0], model[0]}, .path_loss = (PathLossModel)model[1],
+        .path_loss_exponent = model[2], .lossless_distance = model[3], .permittivity = model[4],
+        .breakpoint_distance = model[5], .breakpoint_near_loss_db = model[6],
+        .breakpoint_far_loss_db = model[7], .breakpoint_far_exponent = model[8],
+    };
+}
+
+EXPORT void path_losses(size_t n, const double *a, const double *b, const double (*model)[9],
+                        double *loss) {
+    for (size_t i = 0; i < n; i++) {
+        Parameters p = path_loss_parameters(model[i]);
+        PathLoss prepared = path_loss_prepare(&p);
+        double x = b[3 * i] - a[3 * i], y = b[3 * i + 1] - a[3 * i + 1];
+        double z = b[3 * i + 2] - a[3 * i + 2], gain[BANDS];
+        Path path = {x * x + y * y + z * z, x * x + y * y, {a[3 * i + 2], b[3 * i + 2]}};
+        path_gains(&prepared, &path, gain);
+        loss[i] = -10 * log10(gain[CENTER]);
+    }
+}
+
+/* The bound below which no path of at least `distance` [m] on the ground comes [dB]. */
+EXPORT double lowest_path_loss(const double model[9], double distance) {
+    Parameters p = path_loss_parameters(model);
+    PathLoss prepared = path_loss_prepare(&p);
+    return -10 * log10(path_highest_gain(&prepared, distance * distance));
+}
+
+EXPORT double pattern_gain(size_t n, const double *gain_db, double azimuth) {
+    return pattern_gain_db(gain_db, n, azimuth);
+}
+
+/* ---- obstacles ---- */
 
 EXPORT int penetrations(size_t corners, const double *corner, const int32_t *index, size_t count,
                         const double *height, bool finite, size_t n, const double *a,
@@ -30,8 +71,10 @@ EXPORT int penetrations(size_t corners, const double *corner, const int32_t *ind
     Buildings buildings = {0};
     int failed = buildings_set(&buildings, corner, index, corners, height, count);
     for (size_t i = 0; i < n && !failed; i++) {
-        Penetration p =
-            buildings_penetration(&buildings, position(a + 3 * i), position(b + 3 * i), finite);
+        Position from = position(a + 3 * i), to = position(b + 3 * i);
+        Penetration p = buildings_penetration(&buildings, from, to,
+                                              buildings_near(&buildings, from, to, NO_MARGIN),
+                                              finite);
         walls[i] = p.walls;
         indoors[i] = p.indoors;
     }
@@ -43,7 +86,7 @@ EXPORT int penetrations(size_t corners, const double *corner, const int32_t *ind
 EXPORT int shadows(size_t bodies, const double *center, const double *heading, const double *size,
                    bool reciprocal, double factor, size_t n, const double *a, const double *b,
                    const int64_t *own_a, const int64_t *own_b, const double *wavelength,
-                   double *loss, bool *blocked) {
+                   double (*loss)[2], bool (*blocked)[2]) {
     Bodies s = {0};
     int failed = bodies_resize(&s, bodies);
     if (!failed) {
@@ -52,12 +95,15 @@ EXPORT int shadows(size_t bodies, const double *center, const double *heading, c
         failed = bodies_index(&s);
     }
     for (size_t i = 0; i < n && !failed; i++) {
-        EdgeModel model = {wavelength[i], factor, reciprocal};
-        BodyShadow shadow = bodies_shadow(&s, position(a + 3 * i), position(b + 3 * i),
-                                          own_a[i] < 0 ? NO_BODY : (size_t)own_a[i],
-                                          own_b[i] < 0 ? NO_BODY : (size_t)own_b[i], model);
-        loss[i] = shadow.loss_db;
-        blocked[i] = shadow.blocked;
+        double w = wavelength[i];
+        Parameters p = {.wavelength = {w, w, w}, .knife_edge_factor = factor, .reciprocal = reciprocal};
+        EdgeModel model = edge_model(&p);
+        Antenna from = antenna(a + 3 * i, own_a[i]), to = antenna(b + 3 * i, own_b[i]);
+        BodyShadow shadow = bodies_shadow(&s, &from, &to, bodies_near(&s, from.at, to.at, NO_MARGIN), &model);
+        for (int way = 0; way < 2; way++) {
+            loss[i][way] = edge_loss_db(edges_loss(&shadow.edges[way], model.scale.at[CENTER]));
+            blocked[i][way] = shadow.blocked[way];
+        }
     }
     bodies_free(&s);
     return failed;
@@ -66,11 +112,141 @@ EXPORT int shadows(size_t bodies, const double *center, const double *heading, c
 EXPORT double profile_loss(size_t n, const double *distance, const double *height,
                            double wavelength, double factor) {
     Profile profile = {distance, height, n};
+    Parameters p = {.wavelength = {wavelength, wavelength, wavelength}, .knife_edge_factor = factor};
     uint32_t *major = malloc(n * sizeof *major);
-    double loss = major ? knife_edges_db(&profile, wavelength, factor, major) : NAN;
+    Edges edges = {.v = malloc(2 * n * sizeof(double))};
+    double loss = NAN;
+    if (major && edges.v) {
+        knife_edges(&profile, major, &edges);
+        loss = edge_loss_db(edges_loss(&edges, edge_scale(&p).at[CENTER]));
+    }
     free(major);
+    free(edges.v);
     return loss;
 }
+
+/* ---- links in a scene ---- */
+
+typedef struct {
+    double carrier_frequency, path_loss, path_loss_exponent, lossless_distance, permittivity,
+        breakpoint_distance, breakpoint_near_loss, breakpoint_far_loss, breakpoint_far_exponent,
+        maximum_range, wall_loss, indoor_loss, knife_edge_factor;
+    bool band_edges, building_shadowing, finite_buildings, vehicle_shadowing, reciprocal;
+    size_t antenna_gains;
+    const double *antenna_gain;
+} Model;
+
+typedef struct {
+    size_t vehicles, buildings, corners;
+    const double *position, *heading, *size, *antenna_height;
+    const bool *equipped;
+    const double *corner, *building_height;
+    const int32_t *index;
+} Town;
+
+/* Matrices, row = transmitter. `rank`: place of the receiver in the row, -1 if it is not in it. */
+typedef struct {
+    double *gain, *distance;
+    int32_t *kind, *rank;
+} LinkMatrix;
+
+static Parameters parameters(const Model *m) {
+    Parameters p = {
+        .antenna_gain_db = m->antenna_gain, .antenna_gains = m->antenna_gains,
+        .maximum_range = m->maximum_range, .band_edges = m->band_edges,
+        .path_loss = (PathLossModel)m->path_loss, .path_loss_exponent = m->path_loss_exponent,
+        .lossless_distance = m->lossless_distance, .permittivity = m->permittivity,
+        .breakpoint_distance = m->breakpoint_distance,
+        .breakpoint_near_loss_db = m->breakpoint_near_loss,
+        .breakpoint_far_loss_db = m->breakpoint_far_loss,
+        .breakpoint_far_exponent = m->breakpoint_far_exponent, .wall_loss_db = m->wall_loss,
+        .indoor_loss_db = m->indoor_loss, .knife_edge_factor = m->knife_edge_factor,
+        .building_shadowing = m->building_shadowing, .finite_buildings = m->finite_buildings,
+        .vehicle_shadowing = m->vehicle_shadowing, .reciprocal = m->reciprocal,
+    };
+    double highest = 0;
+    for (size_t k = 0; k < m->antenna_gains; k++) highest = fmax(highest, m->antenna_gain[k]);
+    p.highest_antenna_gain = pow(10, highest / 10);
+    for (int band = 0; band < BANDS; band++)
+        p.wavelength[band] =
+            LIGHT_SPEED / (m->carrier_frequency + (m->band_edges ? 5e6 * (band - CENTER) : 0));
+    return p;
+}
+
+static int build(Scene *s, const Town *t) {
+    size_t n = t->vehicles;
+    s->id = calloc(n, sizeof *s->id);
+    s->antenna = calloc(n, sizeof *s->antenna);
+    s->equipped = calloc(n, sizeof *s->equipped);
+    if (!s->id || !s->antenna || !s->equipped || bodies_resize(&s->bodies, n)) return 1;
+    s->count = n;
+    for (size_t k = 0; k < n; k++) {
+        Position center = position(t->position + 3 * k), at = center;
+        at.z += t->antenna_height[k];
+        s->id[k] = (int64_t)k;
+        s->equipped[k] = t->equipped[k];
+        s->antenna[k] = (Antenna){at, t->antenna_height[k], t->heading[k], k};
+        bodies_put(&s->bodies, k, center, t->heading[k], t->size + 3 * k);
+    }
+    return bodies_index(&s->bodies)
+        || buildings_set(&s->buildings, t->corner, t->index, t->corners, t->building_height,
+                         t->buildings);
+}
+
+static void dismantle(Scene *s, Links *links) {
+    links_free(links);
+    bodies_free(&s->bodies);
+    buildings_free(&s->buildings);
+    free(s->id);
+    free(s->antenna);
+    free(s->equipped);
+}
+
+static void put(const LinkMatrix *m, size_t n, size_t from, const Link *link, int32_t rank) {
+    size_t k = from * n + link->receiver;
+    memcpy(m->gain + BANDS * k, link->gain, sizeof link->gain);
+    m->distance[k] = link->distance;
+    m->kind[k] = link->kind;
+    m->rank[k] = rank;
+}
+
+/* The rows of the transmitters in `order`, each asked for with its own floor. */
+EXPORT int link_rows(const Town *town, const Model *model, size_t rows, const uint32_t *order,
+                     const double *floor, const LinkMatrix *out) {
+    Scene scene = {0};
+    Links links = {0};
+    Parameters p = parameters(model);
+    int failed = build(&scene, town) || links_forget(&links, &scene);
+    for (size_t i = 0; i < rows && !failed; i++) {
+        const Link *link;
+        size_t count;
+        failed = links_from(&links, &scene, &p, order[i], floor[i], &link, &count);
+        for (size_t to = 0; to < town->vehicles && !failed; to++)
+            out->rank[order[i] * town->vehicles + to] = -1;
+        for (size_t k = 0; k < count && !failed; k++)
+            put(out, town->vehicles, order[i], &link[k], (int32_t)k);
+    }
+    dismantle(&scene, &links);
+    return failed;
+}
+
+/* Every link on its own. */
+EXPORT int link_pairs(const Town *town, const Model *model, double negligible, const LinkMatrix *out) {
+    Scene scene = {0};
+    Links links = {0};
+    Parameters p = parameters(model);
+    int failed = build(&scene, town) || links_forget(&links, &scene);
+    for (size_t from = 0; from < town->vehicles && !failed; from++)
+        for (size_t to = 0; to < town->vehicles; to++) {
+            if (to == from) continue;
+            Link link = link_between(&links, &scene, &p, from, to, negligible);
+            put(out, town->vehicles, from, &link, 0);
+        }
+    dismantle(&scene, &links);
+    return failed;
+}
+
+/* ---- error rates and draws ---- */
 
 EXPORT int successes(double bitrate, size_t n, const double *snir, const double *bits,
                      double *chunk, double *header, double *payload) {

@@ -48,7 +48,7 @@ def _with(**change: object) -> Scene:
     ],
 )
 def test_wrong_scenes(library: Library, scene: Scene, message: str) -> None:
-    with Channel(library, scene) as channel, pytest.raises(Refused, match=re.escape(message)):
+    with pytest.raises(Refused, match=re.escape(message)), Channel(library, scene) as channel:
         channel.step(0.0, 0.1, [])
 
 
@@ -120,9 +120,9 @@ GOOD = packets([packet(1, 4)])
         (b"PK", "packets: 2 bytes are too few"),
         (b"RCPT" + GOOD[4:], "packets: not a `PKTS` frame of version 1"),
         (GOOD[:4] + b"\2" + GOOD[5:], "packets: not a `PKTS` frame of version 1"),
-        (GOOD[:12] + b"\x30" + GOOD[13:], "packets: records have 56 bytes, not 48"),
-        (GOOD[:-1], "packets: a frame of 1 records has 72 bytes, not 71"),
-        (GOOD + b"\0", "packets: a frame of 1 records has 72 bytes, not 73"),
+        (GOOD[:12] + b"\x30" + GOOD[13:], "packets: records have 72 bytes, not 48"),
+        (GOOD[:-1], "packets: a frame of 1 records has 88 bytes, not 87"),
+        (GOOD + b"\0", "packets: a frame of 1 records has 88 bytes, not 89"),
         (GOOD[:8] + b"\xff" * 4 + GOOD[12:], "packets: a frame of 4294967295 records"),
     ],
 )
@@ -156,4 +156,4 @@ def test_wrong_parameters(library: Library, parameters: dict[str, float], messag
 
 
 def test_the_record_layout_is_the_one_these_tests_damage() -> None:
-    assert PACKET.itemsize == 56
+    assert PACKET.itemsize == 72

@@ -11,10 +11,17 @@ from .primitives import Primitives
 GOLDEN: Final = Path(__file__).parent / "golden"
 
 
-def test_path_loss(primitives: Primitives) -> None:
-    compared = golden.path_loss(primitives, GOLDEN)
-    assert compared.cases == 350
+@pytest.mark.parametrize(("model", "cases"), [("simple", 350), ("tworay", 100), ("breakpoint", 50)])
+def test_path_loss(primitives: Primitives, model: str, cases: int) -> None:
+    compared = golden.path_loss(primitives, GOLDEN, model)
+    assert compared.cases == cases
     assert compared.error < 1e-6
+
+
+def test_antenna_gain(primitives: Primitives) -> None:
+    compared = golden.antenna_gain(primitives, GOLDEN)
+    assert compared.cases == 25
+    assert compared.error < 1e-9
 
 
 @pytest.mark.parametrize(

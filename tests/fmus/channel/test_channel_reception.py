@@ -9,9 +9,17 @@ from fmus.records import LINKS, OUTCOMES
 from tests.fmus.driver import Library
 from tests.fmus.scene import Building, Scene, Vehicle, rectangle
 
-from .harness import NO_OBSTACLES, Channel, one_frame, packet, reception_ratio, row_of_cars
-
-LIGHT_SPEED = 299_792_458.0
+from .harness import (
+    AIRTIME,
+    LIGHT_SPEED,
+    MS,
+    NO_OBSTACLES,
+    Channel,
+    one_frame,
+    packet,
+    reception_ratio,
+    row_of_cars,
+)
 
 
 def test_every_other_radio_gets_one_reception(library: Library) -> None:
@@ -30,20 +38,36 @@ def test_every_other_radio_gets_one_reception(library: Library) -> None:
 
 def test_power_snir_and_time_of_a_free_link(library: Library) -> None:
     scene = row_of_cars([100.0])
-    record = one_frame(library, scene, packet(1, 0, time=5_000), sensitivity=-95.0)[1]
+    sending = packet(1, 0, time=5_000)
+    record = one_frame(library, scene, sending, sensitivity=-95.0, medium_access=False)[1]
     distance = math.hypot(100, 3)
     loss = 20 * math.log10(4 * math.pi * distance * 5.9e9 / LIGHT_SPEED)
     assert record["power_dbm"] == pytest.approx(26 - loss, abs=1e-5)
-    assert record["snir_db"] == pytest.approx(26 - loss + 98, abs=1e-5)
-    # 200 bytes and 38 of headers: 1926 bits in 41 symbols of 48, 8 us each, after 40 us
-    assert record["time"] == 5_000 + 368_000 + round(distance / LIGHT_SPEED * 1e9)
+    # the upper edge of the channel is weakest
+    edge = 20 * math.log10(5.905 / 5.9)
+    assert record["snir_db"] == pytest.approx(26 - loss + 98 - edge, abs=1e-5)
+    assert record["time"] == 5_000 + AIRTIME + math.ceil(distance / LIGHT_SPEED * 1e9)
     assert LINKS[record["link"]] == "LOS"
     assert OUTCOMES[record["outcome"]] == "R"
 
 
+def test_without_band_edges_the_snir_is_that_of_the_centre(library: Library) -> None:
+    record = one_frame(library, row_of_cars([100.0]), packet(1, 0), band_edges=False)[1]
+    assert record["snir_db"] == pytest.approx(record["power_dbm"] + 98, abs=1e-9)
+
+
 def test_without_header_bytes_a_frame_lasts_as_long_as_in_veins(library: Library) -> None:
-    record = one_frame(library, row_of_cars([0.0]), packet(1, 0), mac_header=0)[1]
-    assert record["time"] == 312_000 + round(3 / LIGHT_SPEED * 1e9)
+    parameters = {"mac_header": 0, "medium_access": False}
+    record = one_frame(library, row_of_cars([0.0]), packet(1, 0), **parameters)[1]
+    assert record["time"] == 312_000 + math.ceil(3 / LIGHT_SPEED * 1e9)
+
+
+def test_a_given_duration_and_power_override_those_of_the_radio(library: Library) -> None:
+    sending = packet(1, 0, duration=1_000_000, power_offset=-7.5)
+    record = one_frame(library, row_of_cars([0.0]), sending, medium_access=False)[1]
+    usual = one_frame(library, row_of_cars([0.0]), packet(1, 0), medium_access=False)[1]
+    assert record["time"] - usual["time"] == 1_000_000 - AIRTIME
+    assert usual["power_dbm"] - record["power_dbm"] == pytest.approx(7.5, abs=1e-9)
 
 
 def test_reception_ratio_falls_with_distance(library: Library) -> None:
@@ -135,7 +159,7 @@ def test_both_directions_of_a_link_have_the_same_power(library: Library) -> None
         for k in range(25)
     ]
     with Channel(library, Scene(vehicles=cars)) as channel:
-        received = channel.step(0.0, 0.1, [packet(k, k, time=k * 1000) for k in range(25)])
+        received = channel.step(0.0, 0.1, [packet(k, k, time=k * MS) for k in range(25)])
     power = {(r["transmitter"], r["receiver"]): r["power_dbm"] for r in received}
     assert len(power) == 25 * 24
     assert all(power[a, b] == power[b, a] for a, b in power)
@@ -145,6 +169,16 @@ def test_weak_frames_are_not_noticed(library: Library) -> None:
     scene = row_of_cars([500.0, 600.0])
     received = one_frame(library, scene, packet(1, 0), sensitivity=-76.8, **NO_OBSTACLES)
     assert [OUTCOMES[received[k]["outcome"]] for k in (1, 2)] == ["R", "U"]
+    assert math.isnan(received[2]["snir_db"])
+
+
+def test_weak_receptions_can_be_left_out(library: Library) -> None:
+    scene = row_of_cars([500.0, 600.0])
+    parameters = {"sensitivity": -76.8, **NO_OBSTACLES}
+    told = one_frame(library, scene, packet(1, 0), **parameters)
+    kept = one_frame(library, scene, packet(1, 0), weak_receptions=False, **parameters)
+    assert list(kept) == [1]
+    assert kept[1].tobytes() == told[1].tobytes()
 
 
 def test_beyond_the_range_there_is_no_reception(library: Library) -> None:

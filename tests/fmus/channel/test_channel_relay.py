@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from fmus.records import OUTCOMES
+from fmus.records import FATES, OUTCOMES
 from orchestrator.signal import Array
 from tests.fmus.driver import Library
 from tests.fmus.scene import Building, Scene, Vehicle, rectangle
 
-from .harness import MS, Channel, packet
+from .harness import AIRTIME, MS, US, Channel, packet
 
 # around the corner of a house: 0 and 2 see 1, but not each other
 CORNER = Scene(
@@ -18,7 +18,6 @@ CORNER = Scene(
     ],
     buildings=[Building(ring=rectangle(-155, 155, 300, 300))],
 )
-AIRTIME = 368_000  # of 200 bytes and 38 of headers at 6 Mbit/s [ns]
 RELAY_DELAY = 200_000
 PROPAGATION = 1_001  # over 300 m
 
@@ -30,11 +29,14 @@ def _received(records: Array, number: int, receiver: int) -> Array:
 
 
 def test_a_relay_delivers_where_the_direct_link_is_blocked(library: Library) -> None:
+    numbers = range(50, 100)
     with Channel(library, CORNER) as channel:
         direct = channel.step(0.0, 0.1, [packet(k, 0, to=2) for k in range(50)])
-        relayed = channel.step(0.1, 0.1, [packet(k, 0, to=2, via=[1]) for k in range(50, 100)])
+        relayed = channel.step(
+            0.1, 0.1, [packet(k, 0, to=2, via=[1], time=2 * k * MS) for k in numbers]
+        )
     assert not any(len(_received(direct, k, 2)) for k in range(50))
-    final = np.concatenate([_received(relayed, k, 2) for k in range(50, 100)])
+    final = np.concatenate([_received(relayed, k, 2) for k in numbers])
     assert len(final) == 50
     assert (final["hop"] == 1).all()
     assert (final["transmitter"] == 1).all()
@@ -42,12 +44,26 @@ def test_a_relay_delivers_where_the_direct_link_is_blocked(library: Library) -> 
 
 
 def test_a_hop_takes_its_airtime_and_the_relays_delay(library: Library) -> None:
-    with Channel(library, CORNER) as channel:
+    with Channel(library, CORNER, medium_access=False) as channel:
         records = channel.step(0.0, 0.1, [packet(1, 0, to=2, via=[1], time=MS)])
+        sent = channel.transmissions()
     (first,), (second,) = _received(records, 1, 1), _received(records, 1, 2)
     assert first["time"] == MS + AIRTIME + PROPAGATION
     assert second["time"] == first["time"] + RELAY_DELAY + AIRTIME + PROPAGATION
     assert first["addressed"]
+    assert sent[["hop", "transmitter", "duration"]].tolist() == [(0, 0, AIRTIME), (1, 1, AIRTIME)]
+    assert sent["queued"].tolist() == sent["time"].tolist()
+
+
+def test_a_relay_contends_for_each_hop(library: Library) -> None:
+    with Channel(library, CORNER) as channel:
+        records = channel.step(0.0, 0.1, [packet(1, 0, to=2, via=[1], time=MS)])
+        sent = channel.transmissions()
+    (first,), (second,) = _received(records, 1, 1), _received(records, 1, 2)
+    assert 0 <= first["time"] + RELAY_DELAY - sent[1]["queued"] <= 1  # a part of a nanosecond
+    # the medium has been idle for 200 us: next slot boundary, turnaround
+    assert 0 < sent[1]["time"] - US - sent[1]["queued"] <= 13 * US
+    assert second["time"] == sent[1]["time"] + AIRTIME + PROPAGATION + 1
 
 
 def test_a_relay_that_does_not_receive_does_not_send(library: Library) -> None:
@@ -78,13 +94,15 @@ def test_a_routed_broadcast_addresses_everyone_on_its_last_hop(library: Library)
 def test_a_frame_vanishes_with_its_relay(library: Library) -> None:
     without = Scene(vehicles=[CORNER.vehicles[0], CORNER.vehicles[2]], buildings=CORNER.buildings)
     cut = (AIRTIME + PROPAGATION) * 1e-9 + 1e-5  # the relay holds the packet
-    with Channel(library, CORNER) as channel:
+    with Channel(library, CORNER, medium_access=False) as channel:
         first = channel.step(0.0, cut, [packet(1, 0, to=2, via=[1])])
         channel.change(without)
         rest = channel.step(cut, 0.1, [])
-        assert any("1 frames vanished" in message for message in channel.messages)
+        (given_up,) = channel.transmissions()
     assert len(_received(first, 1, 1)) == 1
     assert len(rest) == 0
+    assert FATES[given_up["fate"]] == "gone"
+    assert [given_up[name] for name in ("packet", "hop", "transmitter", "duration")] == [1, 1, 1, 0]
 
 
 def test_a_source_that_has_left_sends_nothing(library: Library) -> None:
@@ -92,3 +110,4 @@ def test_a_source_that_has_left_sends_nothing(library: Library) -> None:
         channel.step(0.0, 0.1, [])
         channel.change(Scene(vehicles=CORNER.vehicles[:2]))
         assert len(channel.step(0.1, 0.1, [packet(1, 2)])) == 0
+        assert [FATES[r["fate"]] for r in channel.transmissions()] == ["gone"]

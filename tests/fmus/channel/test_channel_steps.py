@@ -7,54 +7,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from fmus.records import OUTCOMES, RECEPTION, unframe
+from fmus.records import OUTCOMES, RECEPTION, TRANSMISSION, unframe
 from orchestrator.signal import Array
-from tests.fmus.driver import Library, Refused
+from tests.fmus.driver import Library
 from tests.fmus.scene import Building, Scene, Vehicle, rectangle
 
-from .harness import MS, NO_OBSTACLES, Channel, packet, run
+from .harness import MS, Channel, packet, run
+from .town import BUSY, RADIOS, TOWN, WEAK, busy_traffic, light_traffic
 
-# weak radios, so that about half of the frames are lost
-WEAK = {"transmit_power": 2.0, "sensitivity": -97.0}
-
-
-def _town(seed: int = 1, cars: int = 20) -> Scene:
-    rng = np.random.default_rng(seed)
-    return Scene(
-        vehicles=[
-            Vehicle(
-                id=3 * k,
-                position=(*rng.uniform(-300, 300, 2), 0.0),
-                heading=rng.uniform(0, 7),
-                size=(5.0, 2.0, rng.uniform(1.4, 3.5)),
-                equipped=bool(k % 5),
-            )
-            for k in range(cars)
-        ],
-        buildings=[
-            Building(ring=rectangle(60, 60, 80, 80)),
-            Building(ring=rectangle(-60, 0, 40, 9)),
-        ],
-    )
-
-
-TOWN = _town()
-RADIOS = [v.id for v in TOWN.vehicles if v.equipped]
-
-
-def _traffic(packets: int = 60) -> list[Array]:
-    """Broadcasts and routed packets, many at the same time, some near the ends of steps."""
-    rng = np.random.default_rng(2)
-    records = []
-    for number in range(packets):
-        source, relay, other, end = (int(v) for v in rng.choice(RADIOS, 4, replace=False))
-        time = int(rng.integers(0, 100)) * MS // 2
-        via = [[], [relay], [relay, other]][number % 3]
-        records.append(packet(number, source, time=time, to=end if via else -1, via=via))
-    return sorted(records, key=lambda r: (int(r["time"]), int(r["id"])))
-
-
-TRAFFIC = _traffic()
+TRAFFIC = light_traffic()
 WHOLE = [0.0, 0.08]
 
 
@@ -66,7 +27,7 @@ def _all(library: Library, cuts: Sequence[float], records: Sequence[Array] = TRA
 def test_the_traffic_has_losses_and_relays(library: Library) -> None:
     records = np.frombuffer(_all(library, WHOLE), RECEPTION)
     outcomes = {OUTCOMES[k] for k in records["outcome"]}
-    assert outcomes == {"R", "N", "U"}
+    assert outcomes == set(OUTCOMES)
     assert set(records["hop"].tolist()) == {0, 1, 2}
     assert len(records) > 1000
 
@@ -89,6 +50,45 @@ def test_any_cuts_give_equal_receptions(library: Library, cuts: list[int]) -> No
     assert _all(library, [0.0, *(c * 1e-6 for c in sorted(cuts)), 0.08]) == _all(library, WHOLE)
 
 
+CROWDED = busy_traffic()
+END = 60 * MS
+
+
+def _everything(library: Library, cuts: Sequence[int], **parameters: float) -> list[bytes]:
+    """All outputs of busy traffic in steps between these times [ns], which lie within 0..END."""
+    received, sent = [], []
+    with Channel(library, TOWN, **{**BUSY, **parameters}) as channel:
+        for begin, end in itertools.pairwise([0, *sorted(set(cuts)), END]):
+            records = [r for r in CROWDED if begin <= r["time"] < end]
+            received.append(channel.step(begin / 1e9, (end - begin) / 1e9, records))
+            sent.append(channel.transmissions())
+        ratios = channel.get("busy_ratio", len(TOWN.vehicles))
+    return [np.concatenate(received).tobytes(), np.concatenate(sent).tobytes(), ratios.tobytes()]
+
+
+@given(st.sets(st.integers(1, END - 1), max_size=30), st.booleans())
+@settings(max_examples=30)
+def test_any_cuts_give_equal_outputs_of_busy_traffic(
+    library: Library, cuts: set[int], medium_access: bool
+) -> None:
+    whole = _everything(library, [], medium_access=medium_access)
+    assert _everything(library, sorted(cuts), medium_access=medium_access) == whole
+
+
+@pytest.mark.parametrize("medium_access", [True, False])
+@pytest.mark.parametrize("shift", [-1, 0, 1])
+def test_so_do_cuts_exactly_where_something_happens(
+    library: Library, shift: int, medium_access: bool
+) -> None:
+    whole = _everything(library, [], medium_access=medium_access)
+    received = np.frombuffer(whole[0], RECEPTION)
+    sent = np.frombuffer(whole[1], TRANSMISSION)
+    times = np.concatenate([received["time"], sent["time"], sent["time"] + sent["duration"]])
+    cuts = np.unique(times + shift)
+    cuts = cuts[(cuts > 0) & (cuts < END)][:: 1 if len(cuts) < 600 else len(cuts) // 300]
+    assert _everything(library, cuts.tolist(), medium_access=medium_access) == whole
+
+
 def test_packets_ahead_of_their_time_wait(library: Library) -> None:
     with Channel(library, TOWN, **WEAK) as channel:
         early = [channel.step(0.0, 0.02, TRAFFIC)]
@@ -108,7 +108,7 @@ def test_receptions_come_in_order_and_when_the_frame_has_ended(library: Library)
 
 
 def test_a_late_packet_goes_on_air_at_once(library: Library) -> None:
-    with Channel(library, TOWN) as channel:
+    with Channel(library, TOWN, medium_access=False) as channel:
         channel.step(0.0, 1.0, [])
         late = channel.step(1.0, 0.1, [packet(1, RADIOS[0], time=0)])
         due = channel.step(1.1, 0.1, [packet(2, RADIOS[0], time=1_100_000_000)])
@@ -138,11 +138,27 @@ def test_a_bystander_changes_nobody_elses_reception(library: Library) -> None:
     assert (records["receiver"] == 1).any()
 
 
-def test_another_packet_changes_no_other_packets_reception(library: Library) -> None:
-    half = [record for record in TRAFFIC if record["id"] % 2]
-    alone = np.frombuffer(_all(library, WHOLE, half), RECEPTION)
-    together = np.frombuffer(_all(library, WHOLE), RECEPTION)
+def test_frames_that_do_not_overlap_do_not_change_each_others_reception(library: Library) -> None:
+    records = [packet(k, RADIOS[k % len(RADIOS)], time=k * MS) for k in range(80)]
+    every = {"medium_access": False, **WEAK}
+    with Channel(library, TOWN, **every) as channel:
+        together, _ = run(channel, WHOLE, records)
+    with Channel(library, TOWN, **every) as channel:
+        alone, _ = run(channel, WHOLE, [r for r in records if r["id"] % 2])
     assert together[together["packet"] % 2 == 1].tobytes() == alone.tobytes()
+    assert {OUTCOMES[k] for k in alone["outcome"]} == {"R", "N", "U"}
+
+
+def test_a_frame_that_nobody_can_hear_changes_no_reception(library: Library) -> None:
+    far = Vehicle(id=1, position=(0.0, 50_000.0, 0.0))
+    crowd = Scene(
+        vehicles=sorted([*TOWN.vehicles, far], key=lambda v: v.id), buildings=TOWN.buildings
+    )
+    cries = [packet(1000 + k, 1, time=k * MS // 4) for k in range(200)]
+    records = sorted([*TRAFFIC, *cries], key=lambda r: (int(r["time"]), int(r["id"])))
+    with Channel(library, crowd, **WEAK) as channel:
+        received, _ = run(channel, WHOLE, records)
+    assert received.tobytes() == _all(library, WHOLE)
 
 
 def test_the_numbers_of_vehicles_do_not_change_powers(library: Library) -> None:
@@ -180,40 +196,3 @@ def test_a_change_of_the_scene_is_noticed(library: Library) -> None:
         (behind,) = channel.step(0.2, 0.1, [packet(3, 0)])
     assert near["power_dbm"] - far["power_dbm"] == pytest.approx(6.02, abs=0.01)
     assert far["power_dbm"] - behind["power_dbm"] == pytest.approx(18.8, abs=0.01)
-
-
-@pytest.mark.parametrize("cut", [0.0004, 0.01, 0.0353, 0.042])
-def test_a_restored_state_continues_bit_for_bit(library: Library, cut: float) -> None:
-    rest = [cut, 0.07, 0.08]
-    with Channel(library, TOWN, **WEAK) as channel:
-        channel.step(0.0, cut, TRAFFIC)  # most packets are still waiting
-        state = channel.save()
-        expected = run(channel, rest, [])[1]
-        assert len(expected[0]) > 5_000
-        for _ in range(2):
-            channel.restore(state)
-            assert run(channel, rest, [])[1] == expected
-
-
-def test_a_state_goes_to_a_fresh_instance_with_other_parameters(library: Library) -> None:
-    with Channel(library, TOWN, **WEAK) as channel:
-        channel.step(0.0, 0.0353, TRAFFIC)
-        state = channel.save()
-        expected = run(channel, [0.0353, 0.08], [])[1]
-    with Channel(library, Scene(), seed=99, **NO_OBSTACLES) as other:
-        other.restore(state)
-        assert run(other, [0.0353, 0.08], [])[1] == expected
-
-
-def test_bytes_that_are_no_state_are_refused(library: Library) -> None:
-    with Channel(library, TOWN, **WEAK) as channel:
-        channel.step(0.0, 0.0353, TRAFFIC)
-        state = channel.save()
-        at = state.index(b"CHNL")
-    for damaged in (
-        state[:at] + b"CHNX" + state[at + 4 :],
-        state[: at + 16] + b"\xff" * 8 + state[at + 24 :],  # the number of waiting frames
-        state[: at + 40 + 16] + b"\x07" + state[at + 40 + 17 :],  # the hop of the first one
-    ):
-        with Channel(library, TOWN) as channel, pytest.raises(Refused, match="state"):
-            channel.restore(damaged)

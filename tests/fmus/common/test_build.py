@@ -7,6 +7,7 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree as ET
 
 import fmpy
 import fmpy.build
@@ -15,7 +16,7 @@ from fmpy.validation import validate_fmu
 
 from fmus.common.build import UNITS, Unit, build_fmu, instantiation_token, load_unit, main
 from fmus.common.check import InterfaceError, check_interface
-from fmus.common.interface import Interface, Variable
+from fmus.common.interface import Interface, Variable, choice
 from fmus.common.targets import TARGETS, CompilerError, host_platform, select_targets
 
 TEST_UNITS = Path(__file__).parent.parent / "units"
@@ -26,7 +27,7 @@ def built(unit: Unit, out: Path) -> bytes:
     return build_fmu(unit, out, targets=HOST, force=True).path.read_bytes()
 
 
-@pytest.mark.parametrize("name", ["matrix", "echo", "lag", "faulty"])
+@pytest.mark.parametrize("name", ["matrix", "echo", "lag", "faulty", "table"])
 def test_fmpy_finds_nothing_wrong(fmu: Callable[[str], Path], name: str) -> None:
     assert validate_fmu(str(fmu(name))) == []
 
@@ -88,6 +89,23 @@ def test_the_archive_is_complete(fmu: Callable[[str], Path]) -> None:
         assert b"nlosim-fmu-" not in data, name
 
 
+def test_an_enumeration_and_its_type_are_described(fmu: Callable[[str], Path]) -> None:
+    with zipfile.ZipFile(fmu("table")) as archive:
+        root = ET.fromstring(archive.read("modelDescription.xml"))  # noqa: S314
+    order = [element.tag for element in root]
+    assert order.index("UnitDefinitions") < order.index("TypeDefinitions")
+    assert order.index("TypeDefinitions") < order.index("LogCategories")
+    types = {kind.get("name"): [dict(i.attrib) for i in kind] for kind in root[2]}
+    assert types["interpolation.item"] == [
+        {"name": "hold", "value": "1"},
+        {"name": "linear", "value": "2"},
+    ]
+    variable = root.find("ModelVariables/Enumeration[@name='interpolation']")
+    assert variable is not None
+    attributes = ("declaredType", "start", "min", "max")
+    assert [variable.get(a) for a in attributes] == ["interpolation.item", "1", "1", "2"]
+
+
 def test_linux_binaries_run_on_glibc_2_17(fmu: Callable[[str], Path]) -> None:
     if host_platform() != "x86_64-linux":
         pytest.skip("no Linux binary was built here")
@@ -138,6 +156,7 @@ def variable(name: str = "x", **changes: Any) -> Variable:
 
 
 SIZE = {"type": "UInt64", "causality": "structuralParameter"}
+COLOURS: dict[str, Any] = {"type": "Enumeration", "items": ("red", "blue")}
 OUTPUT = {"causality": "output", "variability": "discrete"}
 
 
@@ -157,6 +176,15 @@ OUTPUT = {"causality": "output", "variability": "discrete"}
         ([variable(type="Int32", start=0.5)], "has the start 0.5, which is no integer"),
         ([variable(type="Boolean", minimum=0)], "is Boolean and has no bounds"),
         ([variable(type="Binary")], "is Binary and cannot be a parameter"),
+        ([variable(type="Enumeration")], "is an Enumeration without items"),
+        ([variable(items=("a",))], "is Float64 and has no items"),
+        ([choice("x", ("a", "b", "a"), "")], "has the item `a` twice"),
+        ([choice("x", ("two-ray",), "")], "has the item `two-ray`; write a word in lower case"),
+        ([choice("x", ("null",), "")], "has the item `null`; write a word in lower case"),
+        ([variable(**COLOURS, start=0)], "starts at 0; its items are 1 to 2"),
+        ([variable(**COLOURS, start=3)], "starts at 3; its items are 1 to 2"),
+        ([variable(**COLOURS, maximum=2, start=1)], "is Enumeration and has no bounds"),
+        ([choice("x", ("a",), ""), variable("x.item")], "`x.item` is declared twice"),
         ([variable(dimensions=("n",))], "has the axis `n`, which is no structural parameter"),
         ([variable(dimensions=(0,))], "has an axis of length 0"),
         ([variable(dimensions=(1, 1, 1, 1, 1))], "has more than 4 dimensions"),

@@ -48,9 +48,17 @@ def test_info_shows_the_interface(fmu: Callable[[str], Path]) -> None:
         "dimensions": [],
         "unit": "m",
         "start": "1.0",
+        "items": {},
         "description": "",
     }
     assert "row.scaled: Float64[n_row, 4] [m]" in outcome.text
+
+
+def test_info_shows_the_items_of_enumerations(fmu: Callable[[str], Path]) -> None:
+    outcome = execute("info", str(fmu("table")))
+    rows = {v["name"]: v for v in outcome.data["variables"]}
+    assert rows["interpolation"]["items"] == {"hold": "1", "linear": "2"}
+    assert "sample.colour: Enumeration[n_sample] (1 red, 2 green, 3 blue)" in outcome.text
 
 
 @pytest.mark.parametrize("text", ["no archive", ""])

@@ -33,6 +33,72 @@ def test_every_type_passes_bit_for_bit(driver: Callable[..., Any], kind: str) ->
     assert echo.get(f"{kind.lower()}.out", 3, kind) == EXTREMES[kind]
 
 
+def test_enumerations_pass_as_int64(driver: Callable[..., Any]) -> None:
+    """FMI 3.0.2, 2.2.6.2: there are no functions for Enumeration of its own."""
+    echo = driver("echo")
+    echo.initialise()
+    echo.set("enumeration.in", [3, 1, 2], "Int64")
+    echo.step(0.0)
+    assert echo.get("enumeration.out", 3, "Int64") == [3, 1, 2]
+
+
+def test_an_enumeration_chooses_among_its_items(driver: Callable[..., Any]) -> None:
+    for item, expected in ((1, 1.0), (2, 2.5)):
+        table = driver("table")
+        assert table.get("interpolation", 1, "Int64") == [1]
+        table.set("interpolation", [item], "Int64")
+        table.set("sample.gain", [1.0, 4.0])
+        table.initialise()
+        table.set("position", [0.5])
+        table.step(0.0)
+        assert table.get("gain") == [expected]
+
+
+@pytest.mark.parametrize("value", [0, 3, -1, 2**62])
+def test_a_value_that_is_no_item_is_an_error_that_names_the_items(
+    driver: Callable[..., Any], value: int
+) -> None:
+    table = driver("table")
+    with pytest.raises(FMICallException):
+        table.set("interpolation", [value], "Int64")
+    assert table.last_message == (
+        f"fmi3SetInt64: element 0 of `interpolation` is {value:.9g}, allowed are 1 (hold), "
+        "2 (linear)"
+    )
+    assert table.get("interpolation", 1, "Int64") == [1]
+
+
+def test_enumerations_that_are_inputs_or_arrays_are_checked_as_well(
+    driver: Callable[..., Any],
+) -> None:
+    table, echo = driver("table"), driver("echo")
+    with pytest.raises(FMICallException):
+        table.set("sample.colour", [3, 4], "Int64")
+    assert "element 1 of `sample.colour` is 4, allowed are 1 (red), 2 (" in table.last_message
+    echo.initialise()
+    with pytest.raises(FMICallException):
+        echo.set("enumeration.in", [1, 0, 1], "Int64")
+    assert "element 1 of `enumeration.in` is 0" in echo.last_message
+    assert echo.get("enumeration.in", 3, "Int64") == [1, 1, 1]
+
+
+def test_array_parameters_take_the_size_that_was_chosen(driver: Callable[..., Any]) -> None:
+    table = driver("table")
+    table.resize(n_sample=4)
+    assert table.get("sample.gain", 4) == [1.0] * 4  # the start value of every element
+    assert table.get("sample.colour", 4, "Int64") == [2] * 4
+    gains = [0.0, 3.0, 0.0, -3.0]
+    with pytest.raises(FMICallException):
+        table.set("sample.gain", gains[:3])
+    assert "have 4 elements" in table.last_message
+    table.set("sample.gain", gains)
+    table.set("sample.corner", [float(k) for k in range(8)])
+    table.initialise()
+    table.step(0.0)
+    assert table.get("sample.gain", 4) == gains
+    assert table.get("corner", 8) == [float(k) for k in range(8)]
+
+
 @pytest.mark.parametrize("data", [b"", b"\0", b"a\0b", bytes(range(256)) * 4096])
 def test_binary_passes_byte_for_byte(driver: Callable[..., Any], data: bytes) -> None:
     echo = driver("echo")

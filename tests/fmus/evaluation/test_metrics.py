@@ -1,5 +1,6 @@
 """Metrics of hand-made recordings with known results."""
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from fmus.evaluation import figure, metrics
+from fmus.evaluation import RedLightReport, figure, metrics
 from fmus.evaluation.polygons import polygon_distance
 from fmus.evaluation.traces import COLLISION, EGO, SHARING, Traces
 from fmus.records import (
@@ -19,6 +20,7 @@ from fmus.records import (
     RECEPTION,
     SENSOR_DATA,
     frame,
+    unframe,
 )
 
 TENTH = 100_000_000
@@ -113,6 +115,11 @@ def recording() -> dict[str, Samples]:
     return {name: Samples(values) for name, values in columns.items()}
 
 
+def heard_in(run: dict[str, Samples]) -> list[bytes]:
+    series = run["channel.receptions"]
+    return [series[k] for k in range(len(series))]
+
+
 def test_metrics_of_a_known_run() -> None:
     found = metrics.compute(Traces(recording()))
     assert found["collision"]
@@ -160,6 +167,27 @@ def test_links_count_every_transmission_once() -> None:
     assert found[3, 1]["prr"] == pytest.approx(1 / 3)
     assert found[7, 1]["prr"] == 1.0
     assert found[3, 7]["classes"] == {"LOS": 0, "NLOSv": 1, "NLOSb": 0}
+
+
+def test_a_channel_that_does_not_know_the_power_is_reported_as_such(tmp_path: Path) -> None:
+    """A replayed recording has NaN for power and SNIR; metrics must still be JSON."""
+    blind = [unframe("RCPT", data, RECEPTION).copy() for data in heard_in(recording())]
+    for rows in blind:
+        rows["power_dbm"] = rows["snir_db"] = np.nan
+    run = recording() | {"channel.receptions": Samples([frame("RCPT", rows) for rows in blind])}
+    found = metrics.compute(Traces(run))
+    assert {link["mean_power_dbm"] for link in found["links"]} == {None}
+    json.dumps(found, allow_nan=False)
+    assert "mean power unknown" in RedLightReport().summary(found, {})
+    figure.draw(Traces(run), found, tmp_path / "run.png")
+
+
+def test_powers_that_are_known_are_averaged() -> None:
+    partly = [unframe("RCPT", data, RECEPTION).copy() for data in heard_in(recording())]
+    partly[1]["power_dbm"][:2] = np.nan, -80
+    run = recording() | {"channel.receptions": Samples([frame("RCPT", rows) for rows in partly])}
+    links = {(e["transmitter"], e["receiver"]): e for e in metrics.compute(Traces(run))["links"]}
+    assert links[3, 1]["mean_power_dbm"] == pytest.approx(-85)
 
 
 def test_a_run_without_sensor_data_has_no_prr() -> None:

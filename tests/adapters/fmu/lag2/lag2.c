@@ -7,7 +7,7 @@
 
 typedef struct {
     fmi2Real time_constant, fail_at, u, x, t;
-    fmi2Integer fail_as, count;
+    fmi2Integer fail_as, count, method;
     fmi2Boolean flag, rollback;
     const fmi2CallbackFunctions *callbacks;
 } Lag;
@@ -27,7 +27,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     Lag *lag = callbacks->allocateMemory(1, sizeof *lag);
     if (!lag) return NULL;
     *lag = (Lag){.time_constant = 2, .fail_at = 1e9, .fail_as = 3, .count = 7,
-                 .x = 1, .callbacks = callbacks};
+                 .method = 1, .x = 1, .callbacks = callbacks};
     return lag;
 }
 void fmi2FreeInstance(fmi2Component c) {
@@ -57,13 +57,17 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, 
     for (size_t i = 0; i < n; i++) *real(c, r[i]) = v[i];
     return fmi2OK;
 }
+static fmi2Integer *integer(Lag *lag, fmi2ValueReference r) {
+    fmi2Integer *fields[] = {&lag->fail_as, &lag->count, &lag->count, &lag->method};
+    return r < 4 ? fields[r] : NULL;
+}
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Integer v[]) {
-    for (size_t i = 0; i < n; i++) v[i] = r[i] == 0 ? ((Lag *)c)->fail_as : ((Lag *)c)->count;
+    for (size_t i = 0; i < n; i++) v[i] = *integer(c, r[i]);
     return fmi2OK;
 }
 fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference r[], size_t n,
                           const fmi2Integer v[]) {
-    for (size_t i = 0; i < n; i++) *(r[i] == 0 ? &((Lag *)c)->fail_as : &((Lag *)c)->count) = v[i];
+    for (size_t i = 0; i < n; i++) *integer(c, r[i]) = v[i];
     return fmi2OK;
 }
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Boolean v[]) {
@@ -140,7 +144,8 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_se
         return lag->fail_as;
     }
     lag->rollback = !no_set_state;
-    lag->x = lag->u + (lag->x - lag->u) * exp(-h / lag->time_constant);
+    fmi2Real rate = h / lag->time_constant;
+    lag->x = lag->u + (lag->x - lag->u) * (lag->method == 5 ? 1 - rate : exp(-rate));
     lag->t = t + h;
     return fmi2OK;
 }

@@ -21,6 +21,7 @@ static ModelStatus output(Instance *m, void *state, double t) {
     copy(m, VR_uint32_in, VR_uint32_out, 4);
     copy(m, VR_int64_in, VR_int64_out, 8);
     copy(m, VR_uint64_in, VR_uint64_out, 8);
+    copy(m, VR_enumeration_in, VR_enumeration_out, 8);
     copy(m, VR_boolean_in, VR_boolean_out, sizeof(bool));
     const Binary *in = variable_binary(m, VR_payload);
     Binary *out = variable_binary(m, VR_copy);

@@ -5,10 +5,12 @@ from typing import Final, get_args
 from fmus.common.interface import Interface, Variable, VariableType
 
 TYPES: Final = tuple(kind for kind in get_args(VariableType) if kind != "Binary")
+COLOURS: Final = ("red", "green", "blue")
 
 
 def _pair(kind: VariableType) -> tuple[Variable, Variable]:
     name = kind.lower()
+    items = COLOURS if kind == "Enumeration" else ()
     return (
         Variable(
             name=f"{name}.in",
@@ -18,6 +20,7 @@ def _pair(kind: VariableType) -> tuple[Variable, Variable]:
             description=f"{kind} values",
             dimensions=("n_element",),
             start=1,
+            items=items,
         ),
         Variable(
             name=f"{name}.out",
@@ -27,6 +30,8 @@ def _pair(kind: VariableType) -> tuple[Variable, Variable]:
             description=f"{kind} values, as they came",
             dimensions=("n_element",),
             dependencies=(f"{name}.in",),
+            start=1,
+            items=items,
         ),
     )
 

@@ -1,0 +1,3 @@
+"""The channel beside Veins: the same vehicles, packets and models."""
+
+from benchmarks.channel.benchmark import ChannelBenchmark as ChannelBenchmark

@@ -1,0 +1,127 @@
+"""`nlosim bench`, found by the entry point group `orchestrator.commands`."""
+
+import argparse
+from typing import Any, Final
+
+from benchmarks import offers
+from benchmarks.harness import Result, measure
+from benchmarks.machine import environment
+from benchmarks.table import table
+from orchestrator.cli.interruption import stopping
+from orchestrator.cli.outcome import Exit, Outcome
+
+REPEAT: Final = 5
+"""Repetitions unless the user says otherwise; odd, so that the median is one of them."""
+
+_DETAILS: Final = """\
+Times are CPU times of this process, user and system. Repetitions of the cases take turns; shown
+are the median and, in brackets, the smallest and the largest. A ratio above 1 means that ours is
+better than the peer. Ctrl-C prints what was measured until then.
+
+examples:
+  nlosim bench --list
+  nlosim bench channel --repeat 3
+  nlosim bench channel --case 'grid200*' --json"""
+
+
+def add_command(commands: Any) -> None:
+    """Add `bench` to the subparsers of the command line."""
+    bench = commands.add_parser(
+        "bench",
+        help="measure how fast it is, beside what people use today",
+        description="Run benchmarks: one, or all that are installed.",
+        epilog=_DETAILS,
+        formatter_class=argparse.RawTextHelpFormatter,
+    )
+    bench.add_argument("name", metavar="NAME", nargs="?", help="one benchmark (default: all)")
+    bench.add_argument("--list", action="store_true", help="say what there is, and measure nothing")
+    bench.add_argument(
+        "--repeat",
+        type=_count,
+        default=REPEAT,
+        metavar="N",
+        help=f"measure each case N times (default: {REPEAT})",
+    )
+    bench.add_argument(
+        "--case",
+        default="*",
+        metavar="PATTERN",
+        help="only cases that match, with the wildcards of a shell",
+    )
+    bench.add_argument("--json", action="store_true", help="print one JSON object")
+    bench.set_defaults(execute=execute)
+
+
+def _count(text: str) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"must be a whole number from 1 on, got {text!r}")
+    return number
+
+
+def execute(arguments: argparse.Namespace) -> Outcome:
+    """List benchmarks, or run one or all."""
+    names = list(offers.installed()) if arguments.name is None else [arguments.name]
+    if arguments.list:
+        return _listed(names)
+    found: list[dict[str, Any]] = []
+    texts: list[str] = []
+    is_complete = True
+    with stopping():  # SIGTERM, too, is Ctrl-C
+        for name in names:
+            benchmark = offers.benchmark(name)
+            result = measure(benchmark, repeat=arguments.repeat, pattern=arguments.case, label=name)
+            description, peer = benchmark.description, benchmark.peer
+            found.append(_data(name, description, peer, result))
+            texts += [f"{name}: {description}", *table(result.rows), *([peer] if peer else []), ""]
+            is_complete = result.is_complete
+            if not is_complete:
+                break
+    where = environment()
+    data = {**found[0], **where} if arguments.name else {"benchmarks": found, **where}
+    text = "\n".join([*texts, _machine_text(where)])
+    return Outcome(text=text, data=data) if is_complete else _interrupted(text, data)
+
+
+def _data(name: str, description: str, peer: str, result: Result) -> dict[str, Any]:
+    return {
+        "name": name,
+        "description": description,
+        "peer": peer,
+        "repetitions": result.repetitions,
+        "complete": result.is_complete,
+        "rows": [row.as_json() for row in result.rows],
+    }
+
+
+def _interrupted(text: str, data: dict[str, Any]) -> Outcome:
+    """What was measured, in full; and the exit code of an interruption."""
+    code = Exit.INTERRUPTED
+    error = {"kind": "interrupted", "exit_code": int(code), "message": "interrupted"}
+    return Outcome(
+        text=f"{text}\ninterrupted: these are the cases measured until then",
+        data={**data, "error": error},
+        exit_code=code,
+    )
+
+
+def _listed(names: list[str]) -> Outcome:
+    rows = [{"name": name, "description": offers.benchmark(name).description} for name in names]
+    lines = [f"{row['name']}: {row['description']}" for row in rows]
+    return Outcome(
+        text="\n".join(lines) or "no benchmarks are installed", data={"benchmarks": rows}
+    )
+
+
+def _machine_text(where: Any) -> str:
+    machine, versions = where["machine"], where["versions"]
+    parts = [
+        f"{machine['cpu']}, {machine['cpus']} CPUs",
+        f"load average {machine['load_average']}",
+        ", ".join(f"{name} {version}" for name, version in versions.items()),
+        *([f"commit {where['commit']}"] if where["commit"] else []),
+    ]
+    return "machine: " + "; ".join(parts)

@@ -1,0 +1,227 @@
+#include "cluster.h"
+#include "buffer.h"
+#include <math.h>
+
+/* A cluster is at most this wide and this long [m]: about a street, and part of its length. */
+static const double WIDTH = 12, LENGTH = 60;
+
+/* Traffic along x and along y forms clusters of its own, so that they follow the streets. */
+static int axis_of(const Antenna *a) {
+    double direction[2];
+    unit_vector(a->heading, direction);
+    return fabs(direction[1]) > fabs(direction[0]);
+}
+
+static double coordinate(const Antenna *a, int axis) { return axis ? a->at.y : a->at.x; }
+
+static int by_key(const void *left, const void *right) {
+    const Sortable *a = left, *b = right;
+    return a->key < b->key ? -1 : a->key > b->key;
+}
+
+/* The end of the items from `first` on whose keys span no more than `extent`; they are sorted. */
+static size_t end_of_span(const Sortable *item, size_t first, size_t count, double extent) {
+    size_t end = first;
+    while (end < count && item[end].key <= item[first].key + extent) end++;
+    return end;
+}
+
+static int add_cluster(Clusters *s, const Scene *scene, size_t count) {
+    if (BUFFER_RESERVE(s->cluster, s->cluster_capacity, s->clusters + 1)) return 1;
+    Cluster c = {.first = (uint32_t)s->members, .top = -INFINITY, .sight = NO_SIGHT};
+    c.count = (uint32_t)count;
+    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+    for (size_t i = 0; i < count; i++)
+        for (int axis = 0; axis < 2; axis++) {
+            double at = coordinate(&scene->antenna[s->member[s->members + i]], axis);
+            low[axis] = smaller(low[axis], at);
+            high[axis] = larger(high[axis], at);
+        }
+    c.area = area_between(low, high);
+    for (size_t i = 0; i < count; i++) {
+        uint32_t member = s->member[s->members + i];
+        c.top = larger(c.top, scene->antenna[member].at.z);
+        s->cluster_of[member] = (uint32_t)s->clusters;
+    }
+    s->members += count;
+    s->cluster[s->clusters++] = c;
+    return 0;
+}
+
+/* Cut a strip of radios, one street perhaps, into clusters. */
+static int cut_strip(Clusters *s, const Scene *scene, Sortable *item, size_t count, int axis) {
+    for (size_t k = 0; k < count; k++) item[k].key = coordinate(&scene->antenna[item[k].radio], axis);
+    qsort(item, count, sizeof *item, by_key);
+    for (size_t first = 0, end; first < count; first = end) {
+        end = end_of_span(item, first, count, LENGTH);
+        for (size_t k = first; k < end; k++) s->member[s->members + k - first] = item[k].radio;
+        if (add_cluster(s, scene, end - first)) return 1;
+    }
+    return 0;
+}
+
+/* Cut the radios that head along an axis into strips along it. */
+static int cut_axis(Clusters *s, const Scene *scene, int axis) {
+    size_t count = 0;
+    for (size_t k = 0; k < scene->count; k++) {
+        const Antenna *a = &scene->antenna[k];
+        if (scene->equipped[k] && axis_of(a) == axis)
+            s->item[count++] = (Sortable){coordinate(a, !axis), (uint32_t)k};
+    }
+    if (count > 0) qsort(s->item, count, sizeof *s->item, by_key);
+    for (size_t first = 0, end; first < count; first = end) {
+        end = end_of_span(s->item, first, count, WIDTH);
+        if (cut_strip(s, scene, s->item + first, end - first, axis)) return 1;
+    }
+    return 0;
+}
+
+/* Places for what is remembered, a power of two. */
+enum { HIDERS = 1 << 16 };
+
+int clusters_build(Clusters *s, const Scene *scene) {
+    s->clusters = s->members = s->sights = s->views = s->obstacles = 0;
+    size_t n = scene->count;
+    if (BUFFER_RESERVE(s->member, s->member_capacity, n)
+        || BUFFER_RESERVE(s->cluster_of, s->cluster_of_capacity, n)
+        || BUFFER_RESERVE(s->item, s->item_capacity, n))
+        return 1;
+    if (!s->hider) s->hider = calloc(HIDERS, sizeof *s->hider);
+    if (!s->hider) return 1;
+    return cut_axis(s, scene, 0) || cut_axis(s, scene, 1);
+}
+
+void clusters_free(Clusters *s) {
+    free(s->cluster);
+    free(s->member);
+    free(s->cluster_of);
+    free(s->hider);
+    free(s->item);
+    free(s->sight);
+    free(s->view);
+    free(s->obstacle);
+    *s = (Clusters){0};
+}
+
+/* ---- views ---- */
+
+/* Two clusters, and what their links are known to lose. */
+typedef struct {
+    const Area *a, *b;
+    double top;         /* of all antennas [m] */
+    double shortest;    /* no link is shorter, in the plane [m] */
+    double loss, limit; /* a loss above the limit puts all links below the floor; factors */
+} Gap;
+
+static double shortest_between(const Area *a, const Area *b) {
+    double square = 0;
+    for (int k = 0; k < 2; k++) {
+        double gap = fabs(a->center[k] - b->center[k]) - a->half[k] - b->half[k];
+        if (gap > 0) square += gap * gap;
+    }
+    return sqrt(square) * (1 - 1e-9);
+}
+
+/* A little less than exp(x) for x >= 0, and without a call. */
+static double lower_exponential(double x) { return 1 + x * (1 + x * (0.5 + x * (1 / 6.1 + x / 24.1))); }
+
+/* Whether building k may be in the way of a link; what it takes from all of them is added. */
+static bool may_matter(const Scene *s, const Propagation *m, uint32_t k, Gap *gap) {
+    Cover cover = building_cover(&s->buildings, k, gap->a, gap->b);
+    if (cover.is_clear) return false;
+    if (m->parameters->finite_buildings && s->buildings.height[k] <= gap->top) return true;
+    if (cover.inside > 0) gap->loss *= lower_exponential(cover.inside * gap->shortest * m->indoor_nepers);
+    if (cover.is_hidden) gap->loss *= m->two_walls;
+    return true;
+}
+
+static bool is_hopeless(const Gap *gap) { return gap->loss > gap->limit; }
+
+/* Whether a building that has hidden something before hides it again. */
+static bool is_hidden(const Scene *s, const Propagation *m, uint32_t building, Gap *gap) {
+    if (!m->parameters->building_shadowing || building >= s->buildings.count) return false;
+    may_matter(s, m, building, gap);
+    bool hopeless = is_hopeless(gap);
+    gap->loss = 1;
+    return hopeless;
+}
+
+static Position center_of(const Area *a) { return (Position){a->center[0], a->center[1], 0}; }
+
+/* Add the buildings to the obstacles of the view; false if they hide the clusters from each other,
+ * the last of them `*hider`. */
+static bool look_past_buildings(Clusters *s, Scene *scene, const Propagation *m, Gap *gap,
+                                const double margin[2], View *view, uint32_t *hider) {
+    Nearby near = buildings_near(&scene->buildings, center_of(gap->a), center_of(gap->b), margin);
+    for (size_t i = 0; i < near.count; i++) {
+        if (!may_matter(scene, m, near.index[i], gap)) continue;
+        s->obstacle[view->first + view->buildings++] = near.index[i];
+        if (!is_hopeless(gap)) continue;
+        *hider = near.index[i];
+        return false;
+    }
+    return true;
+}
+
+static int add_sight(Clusters *s, size_t from, size_t to) {
+    if (BUFFER_RESERVE(s->sight, s->sight_capacity, s->sights + 1)) return 1;
+    s->sight[s->sights] = (Sight){(uint32_t)to, (uint32_t)s->views, s->cluster[from].sight};
+    s->cluster[from].sight = (uint32_t)s->sights++;
+    return 0;
+}
+
+/* The place of the building that hid these areas from each other last, or areas thereabouts. */
+static uint32_t *hider_between(Clusters *s, const Area *a, const Area *b) {
+    static const double CELL = 50; /* [m] */
+    uint64_t hash = 0;
+    for (int k = 0; k < 2; k++) {
+        hash = hash * 0x9E3779B97F4A7C15u + (uint64_t)(int64_t)(a->center[k] / CELL);
+        hash = hash * 0x9E3779B97F4A7C15u + (uint64_t)(int64_t)(b->center[k] / CELL);
+    }
+    return &s->hider[(hash ^ hash >> 32) * 0x9E3779B97F4A7C15u >> 48 & (HIDERS - 1)];
+}
+
+/* Look at what is between two clusters that are not out of range; nonzero if memory is short. */
+static int look(Clusters *s, Scene *scene, const Propagation *m, size_t from, size_t to, Gap *gap,
+                uint32_t *hider) {
+    View view = {.first = s->obstacles};
+    double margin[2];
+    for (int k = 0; k < 2; k++) margin[k] = larger(gap->a->half[k], gap->b->half[k]);
+    if (BUFFER_RESERVE(s->obstacle, s->obstacle_capacity,
+                       s->obstacles + scene->buildings.count + scene->bodies.count))
+        return 1;
+    if (m->parameters->building_shadowing
+        && !look_past_buildings(s, scene, m, gap, margin, &view, hider))
+        return 0;
+    if (m->parameters->vehicle_shadowing) {
+        Nearby near = bodies_near(&scene->bodies, center_of(gap->a), center_of(gap->b), margin);
+        for (size_t i = 0; i < near.count; i++)
+            s->obstacle[view.first + view.buildings + view.bodies++] = near.index[i];
+    }
+    if (BUFFER_RESERVE(s->view, s->view_capacity, s->views + 1) || add_sight(s, from, to)
+        || (to != from && add_sight(s, to, from)))
+        return 1;
+    s->obstacles += view.buildings + view.bodies;
+    s->view[s->views++] = view;
+    return 0;
+}
+
+int clusters_look(Clusters *s, Scene *scene, const Propagation *m, double floor, size_t from) {
+    Cluster *own = &s->cluster[from];
+    uint32_t last = UINT32_MAX; /* the building that has hidden the cluster before */
+    for (size_t to = 0; to < s->clusters; to++) {
+        const Cluster *other = &s->cluster[to];
+        if (other->has_looked) continue;
+        Gap gap = {.a = &own->area, .b = &other->area, .top = larger(own->top, other->top), .loss = 1};
+        gap.shortest = shortest_between(gap.a, gap.b);
+        if (gap.shortest > m->parameters->maximum_range) continue;
+        gap.limit = highest_gain(m, gap.shortest) / floor;
+        if (is_hopeless(&gap) || is_hidden(scene, m, last, &gap)) continue;
+        uint32_t *hider = hider_between(s, gap.a, gap.b);
+        if (*hider == last || !is_hidden(scene, m, *hider, &gap))
+            if (look(s, scene, m, from, to, &gap, hider)) return 1;
+        last = *hider;
+    }
+    own->has_looked = true;
+    return 0;
+}

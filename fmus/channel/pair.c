@@ -1,0 +1,148 @@
+#include "pair.h"
+#include "decibel.h"
+#include "records.h"
+#include <math.h>
+
+static const double NO_MARGIN[2] = {0, 0};
+
+Propagation propagation_prepare(const Parameters *p) {
+    return (Propagation){
+        .parameters = p,
+        .path_loss = path_loss_prepare(p),
+        .edges = edge_model(p),
+        .antennas_gain = from_db(2 * p->antenna_gain_db[0]),
+        .two_walls = from_db(2 * p->wall_loss_db) * (1 - 1e-9),
+        .indoor_nepers = p->indoor_loss_db * (LOG_10 / 10) * (1 - 1e-9),
+    };
+}
+
+bool is_before(const Antenna *a, const Antenna *b) {
+    if (a->at.x != b->at.x) return a->at.x < b->at.x;
+    if (a->at.y != b->at.y) return a->at.y < b->at.y;
+    return a->at.z < b->at.z;
+}
+
+double highest_gain(const Propagation *m, double plane_distance) {
+    double antenna = m->parameters->highest_antenna_gain;
+    return path_highest_gain(&m->path_loss, plane_distance * plane_distance) * antenna * antenna;
+}
+
+static Path path_between(const Antenna *a, const Antenna *b) {
+    double x = b->at.x - a->at.x, y = b->at.y - a->at.y, z = b->at.z - a->at.z;
+    double plane_square = x * x + y * y;
+    return (Path){plane_square + z * z, plane_square, {a->height, b->height}};
+}
+
+/* Path loss and antennas. */
+static void start(const Propagation *m, const Antenna *a, const Antenna *b, Pair *pair) {
+    Path path = path_between(a, b);
+    pair->distance = sqrt(path.square);
+    pair->kind[0] = pair->kind[1] = LOS;
+    path_gains(&m->path_loss, &path, pair->gain[0]);
+    double antennas = m->parameters->antenna_gains == 1
+        ? m->antennas_gain : from_db(antennas_gain_db(m->parameters, a, b));
+    for (int k = 0; k < BANDS; k++) pair->gain[1][k] = pair->gain[0][k] *= antennas;
+}
+
+static void attenuate(Pair *pair, double gain) {
+    for (int k = 0; k < BANDS; k++) pair->gain[1][k] = pair->gain[0][k] *= gain;
+}
+
+/* Apply the shadow of vehicles, first at the centre; false if both directions fall below the floor. */
+static bool shade(const Propagation *m, const BodyShadow *shadow, double floor, Pair *pair) {
+    const EdgeScale *scale = &m->edges.scale;
+    bool strong = false;
+    for (int way = 0; way < 2; way++) {
+        const Edges *edges = &shadow->edges[way];
+        if (shadow->blocked[way] && pair->kind[way] == LOS) pair->kind[way] = NLOSV;
+        if (edges->n > 0) pair->gain[way][CENTER] *= edge_gain(edges_loss(edges, scale->at[CENTER]));
+        strong |= pair->gain[way][CENTER] >= floor;
+    }
+    for (int way = 0; way < 2 && strong; way++) {
+        double *gain = pair->gain[way];
+        const Edges *edges = &shadow->edges[way];
+        if (!m->parameters->band_edges) gain[0] = gain[2] = gain[CENTER];
+        else if (edges->n > 0)
+            for (int k = 0; k < BANDS; k++)
+                if (k != CENTER) gain[k] *= edge_gain(edges_loss(edges, scale->at[k]));
+    }
+    return strong;
+}
+
+static bool is_strong(const Pair *pair, double floor) { return pair->gain[0][CENTER] >= floor; }
+
+/* Apply what the link penetrates; false if it falls below the floor. */
+static bool pass_buildings(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b,
+                           Nearby near, double floor, Pair *pair) {
+    const Parameters *p = m->parameters;
+    if (near.count == 0) return true;
+    Penetration found = buildings_penetration(&s->buildings, a->at, b->at, near, p->finite_buildings);
+    if (!(found.walls > 0 || found.indoors > 0)) return true;
+    attenuate(pair, from_db(-(found.walls * p->wall_loss_db + found.indoors * p->indoor_loss_db)));
+    pair->kind[0] = pair->kind[1] = NLOSB;
+    return is_strong(pair, floor);
+}
+
+/* Apply the shadow of bodies; false if both directions fall below the floor. */
+static bool pass_bodies(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b, Nearby near,
+                        double floor, Pair *pair) {
+    if (near.count == 0) return true;
+    BodyShadow shadow = bodies_shadow(&s->bodies, a, b, near, &m->edges);
+    return shade(m, &shadow, floor, pair);
+}
+
+static bool end(Pair *pair) {
+    for (int way = 0; way < 2; way++)
+        for (int k = 0; k < BANDS; k++) pair->gain[way][k] = larger(pair->gain[way][k], LEAST_GAIN);
+    return true;
+}
+
+/* No factor is above 1: a gain below the floor stays there. */
+bool pair_evaluate(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b,
+                   Nearby buildings, Nearby bodies, double floor, Pair *pair) {
+    start(m, a, b, pair);
+    return is_strong(pair, floor) && pass_buildings(s, m, a, b, buildings, floor, pair)
+        && pass_bodies(s, m, a, b, bodies, floor, pair) && end(pair);
+}
+
+bool pair_look_up(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b, double floor,
+                  Pair *pair) {
+    const Parameters *p = m->parameters;
+    start(m, a, b, pair);
+    if (!is_strong(pair, floor)) return false;
+    if (p->building_shadowing) {
+        Nearby near = buildings_near(&s->buildings, a->at, b->at, NO_MARGIN);
+        if (!pass_buildings(s, m, a, b, near, floor, pair)) return false;
+    }
+    if (p->vehicle_shadowing) {
+        Nearby near = bodies_near(&s->bodies, a->at, b->at, NO_MARGIN);
+        if (!pass_bodies(s, m, a, b, near, floor, pair)) return false;
+    }
+    return end(pair);
+}
+
+Attenuation attenuation(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b) {
+    const Parameters *p = m->parameters;
+    Attenuation found = {.antennas_db = antennas_gain_db(p, a, b)};
+    double gain[BANDS];
+    Path path = path_between(a, b);
+    path_gains(&m->path_loss, &path, gain);
+    found.path_db = to_db(1 / gain[CENTER]);
+    if (p->vehicle_shadowing) {
+        Nearby near = bodies_near(&s->bodies, a->at, b->at, NO_MARGIN);
+        BodyShadow shadow = bodies_shadow(&s->bodies, a, b, near, &m->edges);
+        for (int way = 0; way < 2; way++) {
+            EdgeLoss loss = edges_loss(&shadow.edges[way], m->edges.scale.at[CENTER]);
+            found.vehicles_db[way] = edge_loss_db(loss);
+            if (shadow.blocked[way]) found.kind[way] = NLOSV;
+        }
+    }
+    if (p->building_shadowing) {
+        Nearby near = buildings_near(&s->buildings, a->at, b->at, NO_MARGIN);
+        Penetration inside =
+            buildings_penetration(&s->buildings, a->at, b->at, near, p->finite_buildings);
+        found.buildings_db = inside.walls * p->wall_loss_db + inside.indoors * p->indoor_loss_db;
+        if (inside.walls > 0 || inside.indoors > 0) found.kind[0] = found.kind[1] = NLOSB;
+    }
+    return found;
+}

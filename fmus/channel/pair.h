@@ -1,0 +1,54 @@
+/* What happens to power on its way between two antennas, in both directions. */
+#ifndef PAIR_H
+#define PAIR_H
+#include "antenna.h"
+#include "path_loss.h"
+#include "scene.h"
+#include "vehicle_shadowing.h"
+
+/* The models of all links, prepared for many of them. */
+typedef struct {
+    const Parameters *parameters;
+    PathLoss path_loss;
+    EdgeModel edges;
+    double antennas_gain; /* if the pattern has one sample */
+    double two_walls;     /* loss factor, a little too small */
+    double indoor_nepers; /* natural logarithm of the loss factor per metre, a little too small */
+} Propagation;
+
+Propagation propagation_prepare(const Parameters *);
+
+/* Direction 0 is from the first to the second antenna, 1 is back. */
+typedef struct {
+    double gain[2][BANDS]; /* at least LEAST_GAIN */
+    double distance;       /* [m] */
+    uint8_t kind[2];       /* LOS, NLOSV or NLOSB */
+} Pair;
+
+/* An order of two antennas that does not depend on who transmits. Everything is computed in it, so
+ * that rounding and ties cannot make a link depend on which of its ends was looked at first. */
+bool is_before(const Antenna *a, const Antenna *b);
+
+/* Evaluate a pair, `a` not after `b`. Obstacles that are not near must not be in the way. False,
+ * and `pair` is incomplete, as soon as both directions have a gain below `floor` at the centre. */
+bool pair_evaluate(Scene *, const Propagation *, const Antenna *a, const Antenna *b,
+                   Nearby buildings, Nearby bodies, double floor, Pair *pair);
+
+/* The same, with the obstacles looked up. */
+bool pair_look_up(Scene *, const Propagation *, const Antenna *a, const Antenna *b, double floor,
+                  Pair *pair);
+
+/* No link that is longer on the ground has a higher gain at the centre. A little too high rather than
+ * too low. */
+double highest_gain(const Propagation *, double plane_distance);
+
+/* What there is between two antennas, model by model, at the centre [dB]. */
+typedef struct {
+    double path_db, antennas_db, buildings_db, vehicles_db[2];
+    uint8_t kind[2];
+} Attenuation;
+
+/* `a` not after `b`; at any distance. */
+Attenuation attenuation(Scene *, const Propagation *, const Antenna *a, const Antenna *b);
+
+#endif

@@ -1,0 +1,1 @@
+"""Compares the channel FMU with golden data: `nlosim verify channel`."""

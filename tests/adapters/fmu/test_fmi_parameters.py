@@ -1,0 +1,127 @@
+"""Parameters that are names or arrays, as a component type offers and takes them."""
+
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+
+from adapters.fmi import FmuComponentType
+from orchestrator.component import Component
+from orchestrator.errors import ComponentTypeError
+from orchestrator.parameters import REQUIRED
+from orchestrator.randomness import stream
+from orchestrator.signal import Signal
+from orchestrator.testing import check_component
+
+Fmu = Callable[[str], Path]
+INPUTS: dict[str, Signal] = {"position": np.array(0.5)}
+
+
+def started(path: Path, **values: Any) -> Component:
+    values = {name.replace("__", "."): value for name, value in values.items()}
+    component = FmuComponentType(path).create("table", values)
+    component.setup(0, stream(1, "table"))
+    component.initialise(INPUTS)
+    return component
+
+
+def described(source: Path, path: Path, *changes: tuple[str, str]) -> Path:
+    """The FMU at `source` with another description."""
+    with zipfile.ZipFile(source) as old, zipfile.ZipFile(path, "w") as new:
+        for name in old.namelist():
+            data = old.read(name)
+            for before, after in changes if name == "modelDescription.xml" else ():
+                assert data.count(before.encode()) == 1, before
+                data = data.replace(before.encode(), after.encode())
+            new.writestr(name, data)
+    return path
+
+
+def test_an_enumeration_is_a_choice_of_names(fmu: Fmu) -> None:
+    offered = FmuComponentType(fmu("table")).parameters
+    interpolation, colour = offered["interpolation"], offered["sample.colour"]
+    assert (interpolation.type, interpolation.default) == (Literal["hold", "linear"], "hold")
+    assert (interpolation.unit, interpolation.minimum, interpolation.maximum) == ("1", None, None)
+    assert colour.type == tuple[Literal["red", "green", "blue"], ...]
+    assert colour.default == ("green",)
+
+
+@pytest.mark.parametrize(("item", "gain"), [("hold", 1.0), ("linear", 2.5)])
+def test_a_name_chooses(fmu: Fmu, item: str, gain: float) -> None:
+    table = started(fmu("table"), interpolation=item, sample__gain=(1.0, 4.0))
+    assert table.outputs()["gain"] == gain
+    table.close()
+
+
+def test_an_enumeration_that_is_a_signal_is_its_number(fmu: Fmu) -> None:
+    echo = FmuComponentType(fmu("echo")).create("echo", {})
+    connector = echo.connectors["enumeration.in"]
+    assert connector.kind() == "int64[element]"
+    assert connector.description == "Enumeration values (1 red, 2 green, 3 blue)"
+
+
+def test_arrays_take_the_size_that_is_chosen(fmu: Fmu) -> None:
+    corner = tuple(float(k) for k in range(6))
+    table = started(
+        fmu("table"), n_sample=3, sample__corner=corner, sample__colour=("blue", "red", "green")
+    )
+    np.testing.assert_array_equal(table.outputs()["corner"], np.reshape(corner, (2, 3)))
+    np.testing.assert_array_equal(table.outputs()["colour"], [3, 1, 2])
+    table.close()
+    check_component(FmuComponentType(fmu("table")).create("table", {"n_sample": 3}))
+
+
+def test_wrong_items_and_lengths_are_refused(fmu: Fmu) -> None:
+    kind = FmuComponentType(fmu("table"))
+    with pytest.raises(ComponentTypeError, match=r"no item `lin`; did you mean `linear`\?"):
+        kind.create("table", {"interpolation": "lin"})
+    with pytest.raises(ComponentTypeError, match=r"has no item `pink`; there are: blue, green"):
+        kind.create("table", {"sample.colour": ("red", "pink")})
+    with pytest.raises(ComponentTypeError, match=r"has 3 values; write 2 \(n_sample\), one for"):
+        kind.create("table", {"sample.gain": (1.0, 2.0, 3.0)})
+
+
+def test_items_outside_the_bounds_are_not_offered(fmu: Fmu, tmp_path: Path) -> None:
+    path = described(
+        fmu("table"),
+        tmp_path / "a.fmu",
+        ('declaredType="interpolation.item" min="1"', 'declaredType="interpolation.item" min="2"'),
+    )
+    interpolation = FmuComponentType(path).parameters["interpolation"]
+    assert interpolation.type == Literal["linear"]
+    assert interpolation.default is REQUIRED  # the start value 1 is no item within the bounds
+
+
+def test_start_values_that_do_not_fit_the_size_must_be_set(fmu: Fmu, tmp_path: Path) -> None:
+    path = described(
+        fmu("table"),
+        tmp_path / "a.fmu",
+        ('min="-100.0" max="100.0" start="1.0"', 'min="-100.0" max="100.0" start="1.0 4.0"'),
+    )
+    kind = FmuComponentType(path)
+    assert kind.parameters["sample.gain"].default == (1.0, 4.0)
+    kind.create("table", {})
+    kind.create("table", {"n_sample": 2})
+    with pytest.raises(ComponentTypeError, match=r"`sample.gain` has 2 start values, .* 3 values"):
+        kind.create("table", {"n_sample": 3})
+    kind.create("table", {"n_sample": 3, "sample.gain": (1.0,)})
+
+
+def test_arrays_as_long_as_an_input_are_no_parameters(fmu: Fmu, tmp_path: Path) -> None:
+    """They would lose their values whenever the input changes its length."""
+    inputs = ("n_sample", 'variability="fixed"', 'causality="input"')
+    with zipfile.ZipFile(fmu("table")) as archive:
+        text = archive.read("modelDescription.xml").decode()
+    sample = next(line for line in text.splitlines() if f'name="{inputs[0]}"' in line)
+    position = next(line for line in text.splitlines() if 'name="position"' in line)
+    longer = position.replace("/>", '><Dimension valueReference="1"/></Float64>')
+    path = described(
+        fmu("table"),
+        tmp_path / "a.fmu",
+        (sample, sample.replace(inputs[1], 'variability="tunable"')),
+        (position, longer),
+    )
+    assert set(FmuComponentType(path).parameters) == {"interpolation"}

@@ -1,0 +1,93 @@
+"""A benchmark that measures nothing but the order of its calls."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from typing_extensions import override
+
+from benchmarks.benchmark import Benchmark, Case, Measurement, Row
+from benchmarks.spread import Spread
+
+
+@dataclass(frozen=True, slots=True)
+class CountedCase(Case):
+    """Its k-th measurement is k."""
+
+    label: str
+    journal: list[str]
+    before: Callable[[int], None]
+
+    @property
+    @override
+    def name(self) -> str:
+        return self.label
+
+    @override
+    def measure(self) -> Measurement:
+        self.before(len(self.journal))
+        self.journal.append(self.label)
+        return {"value": self.journal.count(self.label)}
+
+
+@dataclass(frozen=True, slots=True)
+class CountingBenchmark(Benchmark):
+    """Attributes: the cases, who was measured in turn, what happens before each."""
+
+    names: tuple[str, ...] = ("one", "two")
+    journal: list[str] = field(default_factory=list)
+    before: Callable[[int], None] = lambda _: None
+
+    @property
+    @override
+    def description(self) -> str:
+        return "counts"
+
+    @property
+    @override
+    def peer(self) -> str:
+        return "a sloth"
+
+    @override
+    def cases(self) -> Sequence[Case]:
+        return [CountedCase(name, self.journal, self.before) for name in self.names]
+
+    @override
+    def rows(self, measured: Mapping[str, Sequence[Measurement]]) -> Sequence[Row]:
+        found = []
+        for name, runs in measured.items():
+            spread = Spread.of(run["value"] for run in runs)
+            found.append(
+                Row(
+                    case=name,
+                    ours=spread.median,
+                    low=spread.low,
+                    high=spread.high,
+                    unit="1",
+                    peer=None if name == "two" else 0.5,
+                    peer_name=None if name == "two" else "sloth",
+                    details={"runs": len(runs)},
+                )
+            )
+        return found
+
+
+class InterruptedBenchmark(CountingBenchmark):
+    """The user presses Ctrl-C in front of the fourth measurement."""
+
+    def __init__(self) -> None:
+        super().__init__(before=interrupt_at(3))
+
+
+def interrupt_at(place: int) -> Callable[[int], None]:
+    """Ctrl-C in front of the measurement `place`, counted from 0."""
+
+    def interrupt(count: int) -> None:
+        if count == place:
+            raise KeyboardInterrupt
+
+    return interrupt
+
+
+def no_benchmark() -> str:
+    """What a wrong entry point names."""
+    return "nothing"
