@@ -76,7 +76,7 @@ int buildings_set(Buildings *s, const double *corner, const int32_t *index, size
         s->area[k] = area_of(s, k);
         find_walls(s, k);
     }
-    return grid_build(&s->grid, s->area, count);
+    return area_index_build(&s->index, s->area, count);
 }
 
 void buildings_free(Buildings *s) {
@@ -88,7 +88,7 @@ void buildings_free(Buildings *s) {
     free(s->area);
     free(s->crossing);
     free(s->near);
-    grid_free(&s->grid);
+    area_index_free(&s->index);
     *s = (Buildings){0};
 }
 
@@ -109,7 +109,7 @@ static void penetrate(Penetration *sum, Span inside, Span below, double length) 
     sum->indoors += (leave - enter) * length;
 }
 
-/* Insertion sort: the grid finds few, and nearly in order. */
+/* Insertion sort: there are few. */
 static void sort(uint32_t *index, size_t n) {
     for (size_t i = 1; i < n; i++) {
         uint32_t moved = index[i];
@@ -120,7 +120,7 @@ static void sort(uint32_t *index, size_t n) {
 }
 
 Nearby buildings_near(Buildings *s, Position a, Position b, const double margin[2]) {
-    size_t count = grid_near_segment(&s->grid, a, b, margin, s->near);
+    size_t count = area_index_near(&s->index, a, b, margin, s->near);
     sort(s->near, count);
     return (Nearby){s->near, count};
 }
@@ -141,15 +141,17 @@ static void penetrate_building(Buildings *s, uint32_t k, Position a, Position b,
         penetrate(sum, (Span){s->crossing[c], s->crossing[c + 1]}, below, length);
 }
 
-Penetration buildings_penetration(Buildings *s, Position a, Position b, Nearby near,
-                                  bool finite) {
-    Penetration sum = {0, 0};
+bool buildings_penetrate(Buildings *s, Position a, Position b, Nearby near, const WallModel *model,
+                         double limit_db, Penetration *sum) {
+    *sum = (Penetration){0, 0};
     double length = distance_between(a, b);
     Corridor way = corridor(a, b, (double[]){0, 0});
-    for (size_t i = 0; i < near.count; i++)
-        if (area_meets(&s->area[near.index[i]], &way))
-            penetrate_building(s, near.index[i], a, b, length, finite, &sum);
-    return sum;
+    for (size_t i = 0; i < near.count; i++) {
+        if (!area_meets(&s->area[near.index[i]], &way)) continue;
+        penetrate_building(s, near.index[i], a, b, length, model->finite, sum);
+        if (penetration_db(model, sum) > limit_db) return false;
+    }
+    return true;
 }
 
 /* Distances from a wall to an area, positive on the inner side: the least and the greatest. */

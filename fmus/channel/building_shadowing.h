@@ -4,7 +4,7 @@
 #ifndef BUILDING_SHADOWING_H
 #define BUILDING_SHADOWING_H
 #include "geometry.h"
-#include "grid.h"
+#include "area_index.h"
 #include <stdint.h>
 
 /* The line along a wall: a point p lies on its inner side if normal . p >= offset. All corners of
@@ -19,15 +19,24 @@ typedef struct {
     size_t *first;       /* ring k: corner[first[k]] to corner[first[k + 1]] */
     double *height;      /* above z = 0 [m] */
     Area *area;
-    Grid grid;
+    AreaIndex index;
     double *crossing; /* scratch of one query */
     uint32_t *near;
     size_t corner_capacity, first_capacity, height_capacity, area_capacity, crossing_capacity,
         near_capacity, wall_capacity, opaque_capacity;
 } Buildings;
 
+typedef struct {
+    double wall_db, indoor_db; /* per wall, per metre indoors */
+    bool finite;
+} WallModel;
+
 /* What a link penetrates. A roof counts as a wall. */
 typedef struct { double walls, indoors; } Penetration; /* number; length [m] */
+
+static inline double penetration_db(const WallModel *m, const Penetration *p) {
+    return p->walls * m->wall_db + p->indoors * m->indoor_db;
+}
 
 /* Replace all buildings. Corners must be finite, `index` ascending from 0 to count - 1 with every
  * building present (the caller checks). Nonzero if memory is short. */
@@ -41,8 +50,10 @@ Nearby buildings_near(Buildings *, Position a, Position b, const double margin[2
 
 /* What the link from a to b penetrates of the nearby buildings, given in ascending order. `finite`:
  * buildings end at their height, and a link that passes over the roof is free; otherwise they are
- * infinitely high. The result does not depend on buildings among them that are not in the way. */
-Penetration buildings_penetration(Buildings *, Position a, Position b, Nearby, bool finite);
+ * infinitely high. The result does not depend on buildings among them that are not in the way.
+ * False, and `sum` is incomplete, as soon as the loss is above `limit_db`. */
+bool buildings_penetrate(Buildings *, Position a, Position b, Nearby, const WallModel *,
+                         double limit_db, Penetration *sum);
 
 /* What all links between two areas have in common, seen in the plane. */
 typedef struct {

@@ -54,7 +54,7 @@ static ModelStatus update(Instance *i, Channel *c, int64_t now) {
     parameters_renew(i, &c->parameters);
     ModelStatus status = scene_update(i, &c->scene, &c->parameters, &changed);
     if (status != MODEL_OK || !changed) return status;
-    if (links_forget(&c->links, &c->scene)
+    if (links_forget(&c->links, &c->scene, &c->parameters)
         || radios_follow(&c->radios, &c->scene, now, &c->gone)
         || frames_follow(&c->frames, &c->radios))
         return out_of_memory(i);
@@ -80,7 +80,7 @@ static ModelStatus output(Instance *i, void *state, double t) {
     reports_free(&none);
     if (failed) return out_of_memory(i);
     tell_busy_ratios(i, c);
-    return probes_update(i, &c->links, &c->scene, &c->parameters);
+    return probes_update(i, &c->scene, &c->links.models);
 }
 
 static ModelStatus step(Instance *i, void *state, double t, double h) {
@@ -101,7 +101,7 @@ static ModelStatus step(Instance *i, void *state, double t, double h) {
                         variable_binary(i, VR_transmissions)))
         return out_of_memory(i);
     tell_busy_ratios(i, c);
-    return probes_update(i, &c->links, &c->scene, &c->parameters);
+    return probes_update(i, &c->scene, &c->links.models);
 }
 
 static size_t save(Instance *i, void *state, uint8_t *bytes) {

@@ -1,6 +1,7 @@
 #include "cluster.h"
 #include "buffer.h"
 #include <math.h>
+#include <string.h>
 
 /* A cluster is at most this wide and this long [m]: about a street, and part of its length. */
 static const double WIDTH = 12, LENGTH = 60;
@@ -80,7 +81,8 @@ static int cut_axis(Clusters *s, const Scene *scene, int axis) {
 enum { HIDERS = 1 << 16 };
 
 int clusters_build(Clusters *s, const Scene *scene) {
-    s->clusters = s->members = s->sights = s->views = s->obstacles = 0;
+    s->clusters = s->members = s->sights = s->views = s->obstacles = s->known_count = 0;
+    s->scene++;
     size_t n = scene->count;
     if (BUFFER_RESERVE(s->member, s->member_capacity, n)
         || BUFFER_RESERVE(s->cluster_of, s->cluster_of_capacity, n)
@@ -100,6 +102,7 @@ void clusters_free(Clusters *s) {
     free(s->sight);
     free(s->view);
     free(s->obstacle);
+    free(s->known);
     *s = (Clusters){0};
 }
 
@@ -163,9 +166,9 @@ static bool look_past_buildings(Clusters *s, Scene *scene, const Propagation *m,
     return true;
 }
 
-static int add_sight(Clusters *s, size_t from, size_t to) {
+static int add_sight(Clusters *s, size_t from, size_t to, uint32_t view) {
     if (BUFFER_RESERVE(s->sight, s->sight_capacity, s->sights + 1)) return 1;
-    s->sight[s->sights] = (Sight){(uint32_t)to, (uint32_t)s->views, s->cluster[from].sight};
+    s->sight[s->sights] = (Sight){(uint32_t)to, view, s->cluster[from].sight};
     s->cluster[from].sight = (uint32_t)s->sights++;
     return 0;
 }
@@ -181,14 +184,16 @@ static uint32_t *hider_between(Clusters *s, const Area *a, const Area *b) {
     return &s->hider[(hash ^ hash >> 32) * 0x9E3779B97F4A7C15u >> 48 & (HIDERS - 1)];
 }
 
-/* Look at what is between two clusters that are not out of range; nonzero if memory is short. */
-static int look(Clusters *s, Scene *scene, const Propagation *m, size_t from, size_t to, Gap *gap,
-                uint32_t *hider) {
+/* Look at what is between two areas; a building that hides them from each other is the `*hider`.
+ * Nonzero if memory is short. */
+static int look(Clusters *s, Scene *scene, const Propagation *m, Gap *gap, uint32_t *hider,
+                uint32_t *found) {
     View view = {.first = s->obstacles};
-    double margin[2];
-    for (int k = 0; k < 2; k++) margin[k] = larger(gap->a->half[k], gap->b->half[k]);
+    double margin[2] = {larger(gap->a->half[0], gap->b->half[0]), larger(gap->a->half[1], gap->b->half[1])};
+    *found = NO_VIEW;
     if (BUFFER_RESERVE(s->obstacle, s->obstacle_capacity,
-                       s->obstacles + scene->buildings.count + scene->bodies.count))
+                       s->obstacles + scene->buildings.count + scene->bodies.count)
+        || BUFFER_RESERVE(s->view, s->view_capacity, s->views + 1))
         return 1;
     if (m->parameters->building_shadowing
         && !look_past_buildings(s, scene, m, gap, margin, &view, hider))
@@ -198,11 +203,48 @@ static int look(Clusters *s, Scene *scene, const Propagation *m, size_t from, si
         for (size_t i = 0; i < near.count; i++)
             s->obstacle[view.first + view.buildings + view.bodies++] = near.index[i];
     }
-    if (BUFFER_RESERVE(s->view, s->view_capacity, s->views + 1) || add_sight(s, from, to)
-        || (to != from && add_sight(s, to, from)))
-        return 1;
     s->obstacles += view.buildings + view.bodies;
-    s->view[s->views++] = view;
+    *found = (uint32_t)s->views++;
+    s->view[*found] = view;
+    return 0;
+}
+
+static Gap gap_between(const Clusters *s, const Propagation *m, double floor, size_t from, size_t to) {
+    const Cluster *a = &s->cluster[from], *b = &s->cluster[to];
+    Gap gap = {.a = &a->area, .b = &b->area, .top = larger(a->top, b->top), .loss = 1};
+    gap.shortest = shortest_between(gap.a, gap.b);
+    gap.limit = highest_gain(m, gap.shortest) / floor;
+    return gap;
+}
+
+/* Room for one more known view; the table is at most half full. */
+static int reserve_known(Clusters *s) {
+    if (2 * (s->known_count + 1) <= s->known_size) return 0;
+    size_t size = s->known_size ? 2 * s->known_size : 1024;
+    KnownView *known = calloc(size, sizeof *known);
+    if (!known) return 1;
+    free(s->known); /* what was known is found out again */
+    s->known = known;
+    s->known_size = size;
+    s->known_count = 0;
+    return 0;
+}
+
+/* The place of a pair of clusters in the table, perhaps still free. */
+static KnownView *place_of(Clusters *s, uint32_t a, uint32_t b) {
+    uint64_t hash = ((uint64_t)a << 32 | b) * 0x9E3779B97F4A7C15u;
+    for (size_t at = hash >> 32;; at++) {
+        KnownView *place = &s->known[at & (s->known_size - 1)];
+        if (place->scene != s->scene || (place->a == a && place->b == b)) return place;
+    }
+}
+
+/* What a cluster sees at the floor of the rows serves a lower floor, too. */
+static int remember(Clusters *s, uint32_t a, uint32_t b, uint32_t view) {
+    if (reserve_known(s)) return 1;
+    KnownView *place = a < b ? place_of(s, a, b) : place_of(s, b, a);
+    s->known_count += place->scene != s->scene;
+    *place = (KnownView){a < b ? a : b, a < b ? b : a, s->scene, view};
     return 0;
 }
 
@@ -212,16 +254,39 @@ int clusters_look(Clusters *s, Scene *scene, const Propagation *m, double floor,
     for (size_t to = 0; to < s->clusters; to++) {
         const Cluster *other = &s->cluster[to];
         if (other->has_looked) continue;
-        Gap gap = {.a = &own->area, .b = &other->area, .top = larger(own->top, other->top), .loss = 1};
-        gap.shortest = shortest_between(gap.a, gap.b);
+        Gap gap = gap_between(s, m, floor, from, to);
         if (gap.shortest > m->parameters->maximum_range) continue;
-        gap.limit = highest_gain(m, gap.shortest) / floor;
         if (is_hopeless(&gap) || is_hidden(scene, m, last, &gap)) continue;
         uint32_t *hider = hider_between(s, gap.a, gap.b);
-        if (*hider == last || !is_hidden(scene, m, *hider, &gap))
-            if (look(s, scene, m, from, to, &gap, hider)) return 1;
+        if (*hider == last || !is_hidden(scene, m, *hider, &gap)) {
+            uint32_t view;
+            if (look(s, scene, m, &gap, hider, &view)) return 1;
+            if (view != NO_VIEW
+                && (add_sight(s, from, to, view) || (to != from && add_sight(s, to, from, view))
+                    || remember(s, (uint32_t)from, (uint32_t)to, view)))
+                return 1;
+        }
         last = *hider;
     }
     own->has_looked = true;
     return 0;
+}
+
+int clusters_view(Clusters *s, Scene *scene, const Propagation *m, double floor, size_t from,
+                  size_t to, uint32_t *view) {
+    if (s->known_floor != floor) {
+        s->known_floor = floor;
+        s->known_count = 0;
+        if (s->known) memset(s->known, 0, s->known_size * sizeof *s->known);
+    }
+    if (reserve_known(s)) return 1;
+    uint32_t a = s->cluster_of[from], b = s->cluster_of[to];
+    KnownView *place = a < b ? place_of(s, a, b) : place_of(s, b, a);
+    *view = place->view;
+    if (place->scene == s->scene) return 0;
+    *view = NO_VIEW;
+    Gap gap = gap_between(s, m, floor, a, b);
+    uint32_t hider;
+    if (!is_hopeless(&gap) && look(s, scene, m, &gap, &hider, view)) return 1;
+    return remember(s, a, b, *view);
 }

@@ -23,6 +23,10 @@ typedef struct {
 typedef struct { uint32_t cluster, view, next; } Sight;
 #define NO_SIGHT UINT32_MAX
 
+/* A view that was asked for by itself, for one floor of the scene. */
+typedef struct { uint32_t a, b, scene, view; } KnownView;
+#define NO_VIEW UINT32_MAX
+
 typedef struct { double key; uint32_t radio; } Sortable;
 
 typedef struct {
@@ -33,6 +37,10 @@ typedef struct {
     Sight *sight;
     View *view;
     uint32_t *obstacle;
+    KnownView *known; /* a hash table; entries of other scenes are free */
+    uint32_t scene;   /* number of the scene */
+    double known_floor;
+    size_t known_size, known_count;
     size_t clusters, members, sights, views, obstacles;
     size_t cluster_capacity, member_capacity, cluster_of_capacity, item_capacity,
         sight_capacity, view_capacity, obstacle_capacity;
@@ -46,5 +54,18 @@ void clusters_free(Clusters *);
 /* Find out what the cluster sees: all clusters within range, itself too, to which there is any link
  * whose gain may reach `floor`, the same in all calls. Nonzero if memory is short. */
 int clusters_look(Clusters *, Scene *, const Propagation *, double floor, size_t cluster);
+
+/* The view between the clusters of two radios, NO_VIEW if no link between these clusters has a gain
+ * above `floor`. Nonzero if memory is short. */
+int clusters_view(Clusters *, Scene *, const Propagation *, double floor, size_t from, size_t to,
+                  uint32_t *view);
+
+static inline Nearby view_buildings(const Clusters *s, uint32_t view) {
+    return (Nearby){s->obstacle + s->view[view].first, s->view[view].buildings};
+}
+static inline Nearby view_bodies(const Clusters *s, uint32_t view) {
+    const View *v = &s->view[view];
+    return (Nearby){s->obstacle + v->first + v->buildings, v->bodies};
+}
 
 #endif

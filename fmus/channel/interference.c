@@ -5,8 +5,8 @@
 #include "fading.h"
 #include <math.h>
 
-/* Interference this far below the noise is taken for none; it changes the SNIR by 4e-7 dB. */
-static const double NEGLIGIBLE = 1e-7;
+/* Interference this far below the noise is taken for none; it changes the SNIR by 4e-5 dB. */
+static const double NEGLIGIBLE = 1e-5;
 
 Arrival *arrival_at(Channel *c, AirFrame *f, uint32_t radio, int *failed) {
     if (f->at[radio] > 0) return &f->arrival[f->at[radio] - 1];
@@ -14,9 +14,10 @@ Arrival *arrival_at(Channel *c, AirFrame *f, uint32_t radio, int *failed) {
     const Parameters *p = &c->parameters;
     const Antenna *antenna = c->scene.antenna;
     if (distance_between(antenna[f->transmitter].at, antenna[radio].at) > p->maximum_range) return NULL;
-    Link link = link_between(&c->links, &c->scene, p, f->transmitter, radio,
-                             NEGLIGIBLE * p->noise / (f->power * fading_bound(p)));
-    Arrival *added = frame_add_arrival(f);
+    Link link;
+    double negligible = NEGLIGIBLE * p->noise / (f->power * fading_bound(p));
+    bool found = !link_between(&c->links, &c->scene, f->transmitter, radio, negligible, &link);
+    Arrival *added = found ? frame_add_arrival(f) : NULL;
     if (!added) {
         *failed = 1;
         return NULL;

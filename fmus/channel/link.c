@@ -19,7 +19,8 @@ static void rows_free(LinkRows *s) {
     free(s->row);
 }
 
-int links_forget(Links *s, const Scene *scene) {
+int links_forget(Links *s, const Scene *scene, const Parameters *p) {
+    s->models = propagation_prepare(p);
     return clusters_build(&s->clusters, scene) || rows_clear(&s->known, scene->count)
         || rows_clear(&s->strong, scene->count);
 }
@@ -99,13 +100,12 @@ static int put_in_order(Links *s, LinkRow *row) {
 }
 
 /* Evaluate the pairs of `from` with the radios of a view. */
-static int look_at(Links *s, Scene *scene, const Propagation *models, size_t from,
-                   const Sight *sight) {
+static int look_at(Links *s, Scene *scene, size_t from, const Sight *sight) {
+    const Propagation *models = &s->models;
     LinkRows *rows = &s->known;
     const Cluster *cluster = &s->clusters.cluster[sight->cluster];
-    const View *view = &s->clusters.view[sight->view];
-    const uint32_t *obstacle = s->clusters.obstacle + view->first;
-    Nearby buildings = {obstacle, view->buildings}, bodies = {obstacle + view->buildings, view->bodies};
+    Nearby buildings = view_buildings(&s->clusters, sight->view);
+    Nearby bodies = view_bodies(&s->clusters, sight->view);
     for (uint32_t k = 0; k < cluster->count; k++) {
         size_t to = s->clusters.member[cluster->first + k];
         if (to == from || rows->row[to].is_complete) continue;
@@ -124,16 +124,15 @@ static int look_at(Links *s, Scene *scene, const Propagation *models, size_t fro
     return 0;
 }
 
-static int complete(Links *s, Scene *scene, const Parameters *p, size_t from) {
+static int complete(Links *s, Scene *scene, size_t from) {
     LinkRow *row = &s->known.row[from];
     if (scene->equipped[from]) {
-        Propagation models = propagation_prepare(p);
         size_t cluster = s->clusters.cluster_of[from];
         const Cluster *own = &s->clusters.cluster[cluster];
-        if (!own->has_looked && clusters_look(&s->clusters, scene, &models, s->known.floor, cluster))
+        if (!own->has_looked && clusters_look(&s->clusters, scene, &s->models, s->known.floor, cluster))
             return 1;
         for (uint32_t k = own->sight; k != NO_SIGHT; k = s->clusters.sight[k].next)
-            if (look_at(s, scene, &models, from, &s->clusters.sight[k])) return 1;
+            if (look_at(s, scene, from, &s->clusters.sight[k])) return 1;
     }
     if (put_in_order(s, row)) return 1;
     row->is_complete = true;
@@ -149,13 +148,13 @@ static int select_strong(LinkRow *strong, const LinkRow *row, double floor) {
     return 0;
 }
 
-int links_from(Links *s, Scene *scene, const Parameters *p, size_t from, double floor,
-               const Link **links, size_t *count) {
+int links_from(Links *s, Scene *scene, size_t from, double floor, const Link **links,
+               size_t *count) {
     if (!(floor >= LEAST_GAIN)) floor = 0;
-    if (s->known.floor > floor && links_forget(s, scene)) return 1;
+    if (s->known.floor > floor && links_forget(s, scene, s->models.parameters)) return 1;
     if (s->known.floor < 0) s->known.floor = floor;
     const LinkRow *row = &s->known.row[from];
-    if (!row->is_complete && complete(s, scene, p, from)) {
+    if (!row->is_complete && complete(s, scene, from)) {
         s->known.floor = INFINITY; /* half a row is none: the next call forgets it */
         return 1;
     }
@@ -171,16 +170,17 @@ int links_from(Links *s, Scene *scene, const Parameters *p, size_t from, double 
     return 0;
 }
 
-Link link_between(Links *s, Scene *scene, const Parameters *p, size_t from, size_t to,
-                  double negligible) {
-    (void)s;
+int link_between(Links *s, Scene *scene, size_t from, size_t to, double negligible, Link *link) {
     bool forth = goes_first(scene, from, to);
-    size_t first = forth ? from : to, second = forth ? to : from;
-    Propagation models = propagation_prepare(p);
+    const Antenna *a = &scene->antenna[forth ? from : to], *b = &scene->antenna[forth ? to : from];
+    uint32_t view;
+    if (clusters_view(&s->clusters, scene, &s->models, negligible, from, to, &view)) return 1;
+    *link = (Link){.distance = distance_between(a->at, b->at), .receiver = (uint32_t)to};
+    if (view == NO_VIEW) return 0;
     Pair pair;
-    bool strong = pair_look_up(scene, &models, &scene->antenna[first], &scene->antenna[second],
-                               negligible, &pair);
-    Link link = direction(&pair, forth ? 0 : 1, to);
-    if (!strong || link.gain[CENTER] < negligible) memset(link.gain, 0, sizeof link.gain);
-    return link;
+    bool strong = pair_evaluate(scene, &s->models, a, b, view_buildings(&s->clusters, view),
+                                view_bodies(&s->clusters, view), negligible, &pair);
+    int way = forth ? 0 : 1;
+    if (strong && pair.gain[way][CENTER] >= negligible) *link = direction(&pair, way, to);
+    return 0;
 }

@@ -31,6 +31,7 @@ typedef struct { double distance; uint32_t receiver, at; } LinkKey;
 /* A pair is evaluated when the first of its two rows is asked for, which leaves the result to the
  * other. */
 typedef struct {
+    Propagation models;
     Clusters clusters;
     LinkRows known;
     LinkRows strong; /* those of `known` that reach a higher floor */
@@ -39,19 +40,19 @@ typedef struct {
     size_t key_capacity, unsorted_capacity;
 } Links;
 
-/* Forget all links: scene or parameters have changed. Nonzero if memory is short. */
-int links_forget(Links *, const Scene *);
+/* Forget all links: scene or parameters have changed; to be called before the first link, too.
+ * Nonzero if memory is short. */
+int links_forget(Links *, const Scene *, const Parameters *);
 void links_free(Links *);
 
 /* The links from the radio `from` to all other radios within the maximum range whose gain at the
  * centre is not below `floor`, nearest first, of equally near ones the lower index first. They stay
  * in place until the links are forgotten or another `floor` is asked for; a lower one than before
  * costs as much as to forget the links. Nonzero if memory is short. */
-int links_from(Links *, Scene *, const Parameters *, size_t from, double floor, const Link **links,
-               size_t *count);
+int links_from(Links *, Scene *, size_t from, double floor, const Link **links, size_t *count);
 
 /* The link between two radios at any distance. All gains are 0 if the one at the centre is below
- * `negligible`, and `kind` is then unknown. */
-Link link_between(Links *, Scene *, const Parameters *, size_t from, size_t to, double negligible);
+ * `negligible`, and `kind` is then unknown. Nonzero if memory is short. */
+int link_between(Links *, Scene *, size_t from, size_t to, double negligible, Link *link);
 
 #endif

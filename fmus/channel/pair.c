@@ -9,6 +9,7 @@ Propagation propagation_prepare(const Parameters *p) {
     return (Propagation){
         .parameters = p,
         .path_loss = path_loss_prepare(p),
+        .walls = {p->wall_loss_db, p->indoor_loss_db, p->finite_buildings},
         .edges = edge_model(p),
         .antennas_gain = from_db(2 * p->antenna_gain_db[0]),
         .two_walls = from_db(2 * p->wall_loss_db) * (1 - 1e-9),
@@ -74,11 +75,14 @@ static bool is_strong(const Pair *pair, double floor) { return pair->gain[0][CEN
 /* Apply what the link penetrates; false if it falls below the floor. */
 static bool pass_buildings(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b,
                            Nearby near, double floor, Pair *pair) {
-    const Parameters *p = m->parameters;
     if (near.count == 0) return true;
-    Penetration found = buildings_penetration(&s->buildings, a->at, b->at, near, p->finite_buildings);
+    /* too high rather than too low, so that what is exact decides */
+    double limit_db = floor > 0 ? rough_db(pair->gain[0][CENTER] / floor) : INFINITY;
+    Penetration found;
+    if (!buildings_penetrate(&s->buildings, a->at, b->at, near, &m->walls, limit_db, &found))
+        return false;
     if (!(found.walls > 0 || found.indoors > 0)) return true;
-    attenuate(pair, from_db(-(found.walls * p->wall_loss_db + found.indoors * p->indoor_loss_db)));
+    attenuate(pair, from_db(-penetration_db(&m->walls, &found)));
     pair->kind[0] = pair->kind[1] = NLOSB;
     return is_strong(pair, floor);
 }
@@ -139,9 +143,9 @@ Attenuation attenuation(Scene *s, const Propagation *m, const Antenna *a, const 
     }
     if (p->building_shadowing) {
         Nearby near = buildings_near(&s->buildings, a->at, b->at, NO_MARGIN);
-        Penetration inside =
-            buildings_penetration(&s->buildings, a->at, b->at, near, p->finite_buildings);
-        found.buildings_db = inside.walls * p->wall_loss_db + inside.indoors * p->indoor_loss_db;
+        Penetration inside;
+        buildings_penetrate(&s->buildings, a->at, b->at, near, &m->walls, INFINITY, &inside);
+        found.buildings_db = penetration_db(&m->walls, &inside);
         if (inside.walls > 0 || inside.indoors > 0) found.kind[0] = found.kind[1] = NLOSB;
     }
     return found;

@@ -10,6 +10,7 @@
 typedef struct {
     const Parameters *parameters;
     PathLoss path_loss;
+    WallModel walls;
     EdgeModel edges;
     double antennas_gain; /* if the pattern has one sample */
     double two_walls;     /* loss factor, a little too small */

@@ -81,12 +81,10 @@ static void probe(Instance *i, Scene *s, const Propagation *models, const Probes
     ((int32_t *)variable_data(i, VR_probe_link))[k] = found.kind[way];
 }
 
-ModelStatus probes_update(Instance *i, Links *links, Scene *s, const Parameters *p) {
-    (void)links;
+ModelStatus probes_update(Instance *i, Scene *s, const Propagation *models) {
     Probes probes = probes_of(i);
-    ModelStatus status = check(i, &probes, s, p);
+    ModelStatus status = check(i, &probes, s, models->parameters);
     if (status != MODEL_OK) return status;
-    Propagation models = propagation_prepare(p);
-    for (size_t k = 0; k < probes.count; k++) probe(i, s, &models, &probes, k);
+    for (size_t k = 0; k < probes.count; k++) probe(i, s, models, &probes, k);
     return MODEL_OK;
 }

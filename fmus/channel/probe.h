@@ -2,11 +2,10 @@
 #ifndef PROBE_H
 #define PROBE_H
 #include "fmi3_model.h"
-#include "link.h"
-#include "parameters.h"
+#include "pair.h"
 #include "scene.h"
 
 /* Compute the outputs `probe.*` from the inputs. An error names the element that is wrong. */
-ModelStatus probes_update(Instance *, Links *, Scene *, const Parameters *);
+ModelStatus probes_update(Instance *, Scene *, const Propagation *);
 
 #endif

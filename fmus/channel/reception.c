@@ -129,8 +129,8 @@ static int tell(Channel *c, const AirFrame *f, const Arrival *a, int64_t now, ui
         .time = nanoseconds_up(now),
         .transmitter = t->transmitter,
         .receiver = receiver,
-        .power_dbm = to_db(fmax(a->power[CENTER], 1e-300)), /* it may have underflown */
-        .snir_db = to_db(snir),
+        .power_dbm = a->power[CENTER], /* [mW]; the reports make decibels of both */
+        .snir_db = snir,
         .hop = (uint8_t)t->hop,
         .outcome = result,
         .link = a->link,

@@ -1,4 +1,6 @@
 #include "reports.h"
+#include "decibel.h"
+#include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -83,8 +85,18 @@ static int release(Binary *made, const char magic[4], size_t record_size, Binary
     return 0;
 }
 
+/* From factors to decibels, one after the other, so that a processor overlaps them. */
+static void make_decibels(Reception *item, size_t n) {
+    for (size_t i = 0; i < n; i++) {
+        item[i].power_dbm = to_db(fmax(item[i].power_dbm, 1e-300)); /* it may have underflown */
+        if (!isnan(item[i].snir_db)) item[i].snir_db = to_db(fmax(item[i].snir_db, 1e-300));
+    }
+}
+
 int reports_release(Reports *r, Binary *receptions, Binary *transmissions) {
-    sort_receptions(records(&r->receptions), count_of(&r->receptions, sizeof(Reception)));
+    size_t count = count_of(&r->receptions, sizeof(Reception));
+    make_decibels(records(&r->receptions), count);
+    sort_receptions(records(&r->receptions), count);
     sort_transmissions(records(&r->transmissions),
                        count_of(&r->transmissions, sizeof(TransmissionRecord)));
     return release(&r->receptions, "RCPT", sizeof(Reception), receptions)

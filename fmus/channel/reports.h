@@ -10,7 +10,8 @@ typedef struct {
     Binary transmissions;
 } Reports;
 
-/* One more record, uninitialised; NULL if memory is short. */
+/* One more record, uninitialised; NULL if memory is short. A reception is reported with its power
+ * [mW] and SNIR as factors. */
 Reception *report_reception(Reports *);
 TransmissionRecord *report_transmission(Reports *);
 

@@ -68,7 +68,7 @@ static int add_arrivals(Channel *c, AirFrame *f) {
     double weakest = p->weak_receptions ? 0 : p->noticeable;
     const Link *link;
     size_t links;
-    if (links_from(&c->links, &c->scene, p, f->transmitter,
+    if (links_from(&c->links, &c->scene, f->transmitter,
                    weakest / (f->power * fading_bound(p)), &link, &links))
         return 1;
     for (size_t k = 0; k < links; k++) {

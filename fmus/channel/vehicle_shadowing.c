@@ -35,7 +35,7 @@ void bodies_put(Bodies *s, size_t k, Position center, double heading, const doub
     s->area[k] = area_around(&outline);
 }
 
-int bodies_index(Bodies *s) { return grid_build(&s->grid, s->area, s->count); }
+int bodies_index(Bodies *s) { return area_index_build(&s->index, s->area, s->count); }
 
 void bodies_free(Bodies *s) {
     free(s->body);
@@ -48,7 +48,7 @@ void bodies_free(Bodies *s) {
         free(s->row[way].distance);
         free(s->row[way].height);
     }
-    grid_free(&s->grid);
+    area_index_free(&s->index);
     *s = (Bodies){0};
 }
 
@@ -57,7 +57,7 @@ EdgeModel edge_model(const Parameters *p) {
 }
 
 Nearby bodies_near(Bodies *s, Position a, Position b, const double margin[2]) {
-    return (Nearby){s->near, grid_near_segment(&s->grid, a, b, margin, s->near)};
+    return (Nearby){s->near, area_index_near(&s->index, a, b, margin, s->near)};
 }
 
 /* A link, with what all its edges have in common. */

@@ -3,7 +3,7 @@
 #define VEHICLE_SHADOWING_H
 #include "antenna.h"
 #include "geometry.h"
-#include "grid.h"
+#include "area_index.h"
 #include "knife_edge.h"
 #include <stdint.h>
 
@@ -26,7 +26,7 @@ typedef struct {
     size_t count;
     Body *body;
     Area *area;
-    Grid grid;
+    AreaIndex index;
     /* scratch of one query: bodies near the link; edges in its two directions; rope */
     uint32_t *near, *major;
     EdgeRow row[2];

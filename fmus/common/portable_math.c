@@ -71,7 +71,7 @@ double natural_logarithm(double x) {
     int64_t bits; /* x = 2^exponent m with m in [1/sqrt 2, sqrt 2) */
     memcpy(&bits, &x, sizeof bits);
     int64_t exponent = (bits - HALF_ROOT) >> 52;
-    bits -= exponent << 52;
+    bits -= exponent * (INT64_C(1) << 52);
     double m;
     memcpy(&m, &bits, sizeof m);
     /* log m = 2 artanh z with |z| < 0.172; the terms left out are below 2 z^25 / 25 = 6e-21 */

@@ -110,9 +110,9 @@ class Instance:
         if status > self.worst_status:
             raise Refused(" ".join(self.messages[first:]))
 
-    def enter_initialization(self) -> None:
-        """Enter initialisation mode at t = 0."""
-        self.call("EnterInitializationMode", False, c_double(), c_double(), False, c_double())
+    def enter_initialization(self, start: float = 0.0) -> None:
+        """Enter initialisation mode."""
+        self.call("EnterInitializationMode", False, c_double(), c_double(start), False, c_double())
 
     def do_step(self, t: float, h: float) -> None:
         """Advance from t to t + h."""

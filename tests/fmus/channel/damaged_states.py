@@ -27,20 +27,36 @@ def _sealed(body: bytes) -> bytes:
     return ENVELOPE.pack(b"FMU3STA1", checksum, len(body)) + body
 
 
+def _place(body: bytes, rng: np.random.Generator) -> int:
+    """Anywhere, but most often in the channel's own part, and there in the frames on air."""
+    private, last = body.index(b"CHNL"), len(body) - 8
+    frames, arrivals, reports = struct.unpack_from("<3Q", body, private + 56)
+    on_air = last + 8 - frames * 160 - arrivals * 40 - reports * 40
+    first = (0, private, on_air, on_air)[rng.integers(0, 4)]
+    if first == on_air and rng.random() < 0.7:
+        last = on_air + frames * 160
+    return int(rng.integers(first, last))
+
+
 def _damaged(body: bytes, rng: np.random.Generator) -> bytes:
-    """One to three changes: a bit, a byte, or a number that is a border case."""
+    """One to three changes: a bit, a byte, or a number that is small, a border case or moved."""
     changed = bytearray(body)
     private = body.index(b"CHNL")
     for _ in range(int(rng.integers(1, 4))):
-        at = int(rng.integers(private if rng.random() < 0.9 else 0, len(body) - 8))
-        kind = rng.integers(0, 3)
-        if kind == 0:
-            changed[at] ^= 1 << int(rng.integers(0, 8))
-        elif kind == 1:
-            changed[at] = int(rng.integers(0, 256))
-        else:
-            at -= (at - private) % 8
-            changed[at : at + 8] = struct.pack("<Q", NUMBERS[rng.integers(0, len(NUMBERS))])
+        at = _place(body, rng)
+        word = at - (at - private) % 8
+        match rng.integers(0, 5):
+            case 0:
+                changed[at] ^= 1 << int(rng.integers(0, 8))
+            case 1:
+                changed[at] = int(rng.integers(0, 256))
+            case 2:
+                changed[word : word + 8] = struct.pack("<Q", rng.integers(0, 20))
+            case 3:
+                changed[word : word + 8] = struct.pack("<Q", NUMBERS[rng.integers(0, len(NUMBERS))])
+            case _:  # what stands there in the record before
+                before = word - (8, 40, 160, 272)[rng.integers(0, 4)]
+                changed[word : word + 8] = changed[before : before + 8]
     return bytes(changed)
 
 

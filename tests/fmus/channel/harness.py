@@ -72,12 +72,14 @@ def packets(records: Iterable[Array]) -> bytes:
 class Channel(Instance):
     """One instance, ready to step."""
 
-    def __init__(self, library: Library, scene: Scene, **parameters: float) -> None:
+    def __init__(
+        self, library: Library, scene: Scene, *, start: float = 0.0, **parameters: float
+    ) -> None:
         super().__init__(library)
         for name, value in parameters.items():
             self.set(name, np.array(value))
         self.resize(**scene.lengths())
-        self.enter_initialization()
+        self.enter_initialization(start)
         self._set_inputs(scene)
         self.call("ExitInitializationMode")
 

@@ -175,13 +175,16 @@ def link_rows(
 
 
 def link_pairs(
-    primitives: Primitives, town: Town, propagation: Propagation, negligible: float = 0.0
+    primitives: Primitives, town: Town, propagation: Propagation, negligible: float | None = None
 ) -> LinkMatrix:
-    """Every link looked up on its own, whatever its length; the rank means nothing."""
+    """Every link on its own, whatever its length; the rank means nothing.
+
+    With `negligible`, links between radios come from the views that the channel keeps.
+    """
     out = LinkMatrix.empty(town.vehicles)
     failed = primitives.library.link_pairs(
-        ctypes.byref(_town(town)), ctypes.byref(_model(propagation)), c_double(negligible),
-        ctypes.byref(_matrix(out)),
+        ctypes.byref(_town(town)), ctypes.byref(_model(propagation)), negligible is not None,
+        c_double(negligible or 0.0), ctypes.byref(_matrix(out)),
     )  # fmt: skip
     assert not failed
     return out

@@ -72,9 +72,10 @@ EXPORT int penetrations(size_t corners, const double *corner, const int32_t *ind
     int failed = buildings_set(&buildings, corner, index, corners, height, count);
     for (size_t i = 0; i < n && !failed; i++) {
         Position from = position(a + 3 * i), to = position(b + 3 * i);
-        Penetration p = buildings_penetration(&buildings, from, to,
-                                              buildings_near(&buildings, from, to, NO_MARGIN),
-                                              finite);
+        Nearby near = buildings_near(&buildings, from, to, NO_MARGIN);
+        WallModel model = {1, 1, finite};
+        Penetration p;
+        buildings_penetrate(&buildings, from, to, near, &model, INFINITY, &p);
         walls[i] = p.walls;
         indoors[i] = p.indoors;
     }
@@ -216,11 +217,11 @@ EXPORT int link_rows(const Town *town, const Model *model, size_t rows, const ui
     Scene scene = {0};
     Links links = {0};
     Parameters p = parameters(model);
-    int failed = build(&scene, town) || links_forget(&links, &scene);
+    int failed = build(&scene, town) || links_forget(&links, &scene, &p);
     for (size_t i = 0; i < rows && !failed; i++) {
         const Link *link;
         size_t count;
-        failed = links_from(&links, &scene, &p, order[i], floor[i], &link, &count);
+        failed = links_from(&links, &scene, order[i], floor[i], &link, &count);
         for (size_t to = 0; to < town->vehicles && !failed; to++)
             out->rank[order[i] * town->vehicles + to] = -1;
         for (size_t k = 0; k < count && !failed; k++)
@@ -230,16 +231,29 @@ EXPORT int link_rows(const Town *town, const Model *model, size_t rows, const ui
     return failed;
 }
 
-/* Every link on its own. */
-EXPORT int link_pairs(const Town *town, const Model *model, double negligible, const LinkMatrix *out) {
+/* A link whose obstacles are looked up for it alone. */
+static Link looked_up(Scene *scene, const Propagation *models, size_t from, size_t to) {
+    const Antenna *a = &scene->antenna[from], *b = &scene->antenna[to];
+    int way = is_before(a, b) || (!is_before(b, a) && from < to) ? 0 : 1;
+    Pair pair;
+    pair_look_up(scene, models, way ? b : a, way ? a : b, 0, &pair);
+    const double *gain = pair.gain[way];
+    return (Link){{gain[0], gain[1], gain[2]}, pair.distance, (uint32_t)to, pair.kind[way]};
+}
+
+/* Every link on its own: among radios by `link_between` if wanted, else looked up. */
+EXPORT int link_pairs(const Town *town, const Model *model, bool by_views, double negligible,
+                      const LinkMatrix *out) {
     Scene scene = {0};
     Links links = {0};
     Parameters p = parameters(model);
-    int failed = build(&scene, town) || links_forget(&links, &scene);
+    int failed = build(&scene, town) || links_forget(&links, &scene, &p);
     for (size_t from = 0; from < town->vehicles && !failed; from++)
         for (size_t to = 0; to < town->vehicles; to++) {
             if (to == from) continue;
-            Link link = link_between(&links, &scene, &p, from, to, negligible);
+            Link link = looked_up(&scene, &links.models, from, to);
+            if (by_views && scene.equipped[from] && scene.equipped[to])
+                failed |= link_between(&links, &scene, from, to, negligible, &link);
             put(out, town->vehicles, from, &link, 0);
         }
     dismantle(&scene, &links);

@@ -5,8 +5,9 @@ of the channel: ends, own ends, own starts, begins; of equal ones the lower pack
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 from .harness import LIGHT_SPEED
@@ -92,6 +93,55 @@ def _snir_db(arrival: Arrival, others: Sequence[Arrival], noise: float) -> float
     )
 
 
+class _Radio:
+    """A receiver, event by event."""
+
+    def __init__(self, receiver: Receiver, arrivals: Sequence[Arrival]) -> None:
+        self.noise = _mw(receiver.noise_dbm)
+        self.sensitivity = _mw(receiver.sensitivity_dbm)
+        self.margin = _mw(receiver.capture_margin_db)
+        self.arrivals = arrivals
+        self.locked: Arrival | None = None
+        self.sends_since: int | None = None
+        self.fates: dict[int, Fate] = {}
+
+    def others(self, arrival: Arrival) -> list[Arrival]:
+        return [a for a in self.arrivals if a is not arrival]
+
+    def start_sending(self, now: int) -> None:
+        self.sends_since = now
+        if self.locked:
+            self.locked.verdict, self.locked = "T", None
+
+    def end_sending(self, _: int) -> None:
+        self.sends_since = None
+
+    def begin(self, arrival: Arrival, now: int) -> None:
+        rest = sum(a.power[CENTER] for a in self.others(arrival) if a.is_on_air(now))
+        if arrival.power[CENTER] < self.sensitivity:
+            arrival.verdict = "U"
+        elif self.sends_since is not None:
+            arrival.verdict = "T"
+        elif self.locked is None:
+            arrival.verdict, self.locked = "D", arrival
+        elif arrival.power[CENTER] >= self.margin * (rest + self.noise):
+            self.locked.verdict = "C"
+            arrival.verdict, self.locked = "D", arrival
+        else:
+            arrival.verdict = "B"
+
+    def end(self, arrival: Arrival, now: int) -> None:
+        if self.locked is arrival:
+            self.locked = None
+        letter = arrival.verdict
+        if letter != "U" and self.sends_since is not None and self.sends_since < now:
+            letter = "T"
+        snir = math.nan
+        if letter in "DC":
+            snir = _snir_db(arrival, self.others(arrival), self.noise)
+        self.fates[arrival.sending.number] = Fate(letter, now, snir)
+
+
 def receive(
     receiver: Receiver, distances: dict[int, float], sendings: Sequence[Sending]
 ) -> dict[int, Fate]:
@@ -100,49 +150,18 @@ def receive(
     Args:
         distances: from the receiver to each other vehicle [m].
     """
-    noise = _mw(receiver.noise_dbm)
     arrivals = [_arrive(s, distances[s.source]) for s in sendings if s.source != receiver.id]
-    own = [s for s in sendings if s.source == receiver.id and not s.is_noise]
-    events: list[tuple[int, int, int, Arrival | None]] = []
+    radio = _Radio(receiver, arrivals)
+    events: list[tuple[int, int, int, Callable[[int], None]]] = []
     for a in arrivals:
-        events += [(a.end, 0, a.sending.number, a), (a.begin, 3, a.sending.number, a)]
-    for s in own:
-        events += [((s.start + s.duration) * 1000, 1, s.number, None)]
-        events += [(s.start * 1000, 2, s.number, None)]
-    locked: Arrival | None = None
-    sends_since: int | None = None
-    fates: dict[int, Fate] = {}
-    for now, kind, number, arrival in sorted(events, key=lambda e: e[:3]):
-        if kind == 1:
-            sends_since = None
-        elif kind == 2:
-            sends_since = now
-            if locked:
-                locked.verdict, locked = "T", None
-        elif arrival is None or arrival.sending.is_noise:
-            continue
-        elif kind == 3:
-            others = [a for a in arrivals if a is not arrival]
-            rest = noise + sum(a.power[CENTER] for a in others if a.is_on_air(now))
-            if arrival.power[CENTER] < _mw(receiver.sensitivity_dbm):
-                arrival.verdict = "U"
-            elif sends_since is not None:
-                arrival.verdict = "T"
-            elif locked is None:
-                arrival.verdict, locked = "D", arrival
-            elif arrival.power[CENTER] >= _mw(receiver.capture_margin_db) * rest:
-                locked.verdict = "C"
-                arrival.verdict, locked = "D", arrival
-            else:
-                arrival.verdict = "B"
-        else:
-            if locked is arrival:
-                locked = None
-            letter = arrival.verdict
-            if letter != "U" and sends_since is not None and sends_since < now:
-                letter = "T"
-            snir = math.nan
-            if letter in "DC":
-                snir = _snir_db(arrival, [a for a in arrivals if a is not arrival], noise)
-            fates[number] = Fate(letter, now, snir)
-    return fates
+        if not a.sending.is_noise:
+            events.append((a.end, 0, a.sending.number, partial(radio.end, a)))
+            events.append((a.begin, 3, a.sending.number, partial(radio.begin, a)))
+    for s in sendings:
+        if s.source == receiver.id and not s.is_noise:
+            end = (s.start + s.duration) * 1000
+            events.append((end, 1, s.number, radio.end_sending))
+            events.append((s.start * 1000, 2, s.number, radio.start_sending))
+    for now, _, _, happen in sorted(events, key=lambda event: event[:3]):
+        happen(now)
+    return radio.fates

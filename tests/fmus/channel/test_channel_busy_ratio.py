@@ -84,6 +84,22 @@ def test_noise_counts_while_it_is_above_the_threshold(
         assert _ratios(channel) == pytest.approx([0, share], abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("channel_offset", "begin", "busy"),
+    [(-2, 1200, 2200), (2, 1200, 368), (-3, 1200, 368), (0, 1200, 2200), (-2, 5000, 2368)],
+)
+def test_the_energy_is_that_at_the_lower_edge_of_the_channel(
+    library: Library, channel_offset: int, begin: int, busy: int
+) -> None:
+    """A frame for 368 us from 1 ms on, and noise for 2 ms [us]."""
+    jammer = noise(
+        2, 0, time=begin * US, duration=2 * MS, channel_offset=channel_offset, power_offset=9.0
+    )
+    with Channel(library, PAIR, **SCHEDULED) as channel:
+        channel.step(0.0, WINDOW, [packet(1, 0, time=MS), jammer])
+        assert _ratios(channel)[1] == busy * US / 1e8
+
+
 def test_the_window_is_a_parameter(library: Library) -> None:
     with Channel(library, PAIR, **SCHEDULED, busy_window=0.001) as channel:
         channel.step(0.0, 0.001, [packet(1, 0)])

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from fmus.records import PACKET
-from tests.fmus.driver import Library, Refused
+from tests.fmus.driver import Instance, Library, Refused
 from tests.fmus.scene import Building, Scene, Vehicle
 
-from .harness import Channel, packet, packets
+from .harness import MS, Channel, noise, packet, packets
 
 TRIANGLE = ((50.0, 0.0), (60.0, 0.0), (55.0, 9.0))
 CARS = (Vehicle(id=4), Vehicle(id=7, position=(10.0, 0.0, 0.0)))
@@ -101,14 +101,78 @@ def test_a_source_without_a_radio(library: Library) -> None:
         channel.step(0.0, 0.1, [packet(1, 7)])
 
 
-def test_a_wrong_access_category(library: Library) -> None:
+LAST_TIME = 4_000_000 * 10**9
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("access_category", 4, "access_category is 4; it must be 0 to 3"),
+        ("kind", 5, "kind is 5; it must be 0 to 4"),
+        ("kind", 4, "duration is 0; noise needs a duration"),
+        ("duration", -1, "duration is -1 ns; it must be 0 to 2147483647"),
+        ("duration", 2**31, "duration is 2147483648 ns; it must be 0 to 2147483647"),
+        ("power_offset", NAN, "power_offset is nan dB; it must lie between -300 and 300"),
+        ("power_offset", -INF, "power_offset is -inf dB; it must lie between -300 and 300"),
+        ("power_offset", 301.0, "power_offset is 301 dB; it must lie between -300 and 300"),
+        ("channel_offset", -2, "channel_offset is -2; only noise may lie beside the channel"),
+        ("time", LAST_TIME, "time is 4000000000000000 ns; it must lie within 4e+06 s of 0"),
+        ("time", -LAST_TIME, "time is -4000000000000000 ns; it must lie within 4e+06 s of 0"),
+        ("time", 2**63 - 1, "time is 9223372036854775807 ns; it must lie within"),
+        ("time", -(2**63), "time is -9223372036854775808 ns; it must lie within"),
+    ],
+)
+def test_wrong_members_of_packets(library: Library, name: str, value: float, message: str) -> None:
     record = packet(1, 4)
-    record["access_category"] = 4
+    record[name] = value
     with (
         Channel(library, Scene(vehicles=CARS)) as channel,
-        pytest.raises(Refused, match=r"packets\[0\]\.access_category is 4; it must be 0 to 3"),
+        pytest.raises(Refused, match=re.escape(f"packets[0].{message}")),
     ):
         channel.step(0.0, 0.1, [record])
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("power_offset", 300.0), ("power_offset", -300.0), ("duration", 2**31 - 1),
+     ("channel_offset", 2**15 - 1), ("channel_offset", -(2**15)), ("time", 1 - LAST_TIME)],
+)  # fmt: skip
+def test_extreme_members_of_noise_are_fine(library: Library, name: str, value: float) -> None:
+    record = noise(1, 4, time=0, duration=MS)
+    record[name] = value
+    with Channel(library, Scene(vehicles=CARS)) as channel:
+        received = channel.step(0.0, 5.0, [record, packet(2, 7, time=10 * MS)])
+    assert received["packet"].tolist() == [2]
+    assert np.isfinite(received["power_dbm"]).all()
+
+
+@pytest.mark.parametrize(("t", "h"), [(0.0, 4e6), (0.0, 1e300)])
+def test_a_step_out_of_range(library: Library, t: float, h: float) -> None:
+    with (
+        Channel(library, Scene(vehicles=CARS)) as channel,
+        pytest.raises(Refused, match=r"a step from 0 s over .* s is out of range"),
+    ):
+        channel.step(t, h, [])
+
+
+def test_a_start_out_of_range(library: Library) -> None:
+    with Instance(library) as channel:
+        channel.enter_initialization(4e6)
+        with pytest.raises(Refused, match=r"the start time 4e\+06 s is out of range"):
+            channel.call("ExitInitializationMode")
+
+
+def test_the_last_second_works_as_the_first(library: Library) -> None:
+    scene, start = Scene(vehicles=CARS), 3_999_998.0
+    found = []
+    for begin in (0.0, start):
+        with Channel(library, scene, start=begin, medium_access=False) as channel:
+            received = channel.step(begin, 1.0, [packet(1, 4, time=int(begin) * 10**9 + MS)])
+            state = channel.save()
+            channel.restore(state)
+            channel.step(begin + 1, 0.5, [])
+        found.append((received["time"] - int(begin) * 10**9).tolist())
+    assert found[0] == found[1]
 
 
 GOOD = packets([packet(1, 4)])
@@ -148,6 +212,14 @@ def test_an_empty_signal_is_no_packets(library: Library) -> None:
         ({"wall_loss": -1.0}, "wall_loss"),
         ({"maximum_range": INF}, "maximum_range"),
         ({"carrier_frequency": 0.0}, "carrier_frequency"),
+        ({"busy_window": 0.0}, "busy_window"),
+        ({"packet_lifetime": -1.0}, "packet_lifetime"),
+        ({"model": 3.0}, "model"),
+        ({"fading": 0.0}, "fading"),
+        (
+            {"cca_threshold": -100.0},
+            "cca_threshold is -100 dBm; with a noise_floor of -98 dBm the medium would never be",
+        ),
     ],
 )
 def test_wrong_parameters(library: Library, parameters: dict[str, float], message: str) -> None:

@@ -164,10 +164,20 @@ def test_a_receiver_stays_with_the_first_frame(library: Library) -> None:
     [(-367, "T"), (-369, "R"), (-100, "T"), (0, "T"), (100, "T"), (367, "T"), (369, "R")],
 )
 def test_a_radio_that_sends_receives_nothing(library: Library, start: int, letter: str) -> None:
-    """The frame begins before, during or with an own frame; `start` is that of the own frame [us]."""
+    """The frame begins before, with or during an own one; `start` is that of the own one [us]."""
     records = [packet(1, 1, time=2 * MS), packet(2, 0, time=2 * MS + start * US)]
     records.sort(key=lambda r: int(r["time"]))
     assert OUTCOMES[_at_0(library, _around(20.0), records, **PLAIN)[1]["outcome"]] == letter
+
+
+@pytest.mark.parametrize("start", [-AIRTIME, AIRTIME])
+def test_a_frame_that_ends_where_an_own_one_begins_is_received_and_vice_versa(
+    library: Library, start: int
+) -> None:
+    on_one_spot = Scene(vehicles=[Vehicle(id=0), Vehicle(id=1)])
+    records = [packet(1, 1, time=MS), packet(2, 0, time=MS + start)]
+    records.sort(key=lambda r: int(r["time"]))
+    assert OUTCOMES[_at_0(library, on_one_spot, records, **PLAIN)[1]["outcome"]] == "R"
 
 
 @pytest.mark.parametrize(("distance", "letter"), [(300.0, "C"), (6000.0, "N")])
@@ -194,10 +204,11 @@ def test_lost_to_interference_only_if_noise_alone_would_have_spared_it(
 def test_a_much_stronger_frame_captures_the_receiver(
     library: Library, parameters: dict[str, float], stronger_by: float, letters: str
 ) -> None:
-    others = _db(_power(200.0) + 10 ** (NOISE_FLOOR / 10))
+    others = _db(_power(200.0, -20) + 10 ** (NOISE_FLOOR / 10))  # noise is a tenth of it
     offset = others + stronger_by - _db(_power(300.0))
     records = [
-        packet(1, 1, time=MS), packet(2, 2, time=MS + 100 * US, power_offset=offset)
+        packet(1, 1, time=MS, power_offset=-20),
+        packet(2, 2, time=MS + 100 * US, power_offset=offset),
     ]  # fmt: skip
     found = _at_0(library, _around(200.0, 300.0), records, **{**PLAIN, **parameters})
     assert "".join(OUTCOMES[found[k]["outcome"]] for k in (1, 2)) == letters
@@ -234,7 +245,7 @@ def test_noise_beside_the_channel_hurts_where_both_overlap(
 
 @pytest.mark.parametrize(("strength", "keeps"), [(15.0, True), (0.0, False)])
 def test_an_unlocked_frame_keeps_the_medium_busy_only_if_it_is_strong(
-    library: Library, strength: float, keeps: bool
+    library: Library, strength: float, *, keeps: bool
 ) -> None:
     """1 and 2 are hidden from each other; 0 is locked to 1, 2 ends later, 0 wants to send."""
     cars = [Vehicle(id=k, position=(x, 0.0, 0.0)) for k, x in enumerate((0.0, -500.0, 500.0))]

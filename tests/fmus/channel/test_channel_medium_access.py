@@ -105,6 +105,17 @@ def test_four_queues_of_one_radio_are_served_in_the_order_of_their_categories(
     assert gaps.tolist() == [AIFS[int(k)] + TURNAROUND for k in sent["access_category"]]
 
 
+def test_a_packet_that_comes_when_another_category_may_send_competes_with_it(
+    library: Library,
+) -> None:
+    time = AIFS[BEST_EFFORT]
+    records = [packet(1, 0, category=BEST_EFFORT), packet(2, 0, time=time, category=VOICE)]
+    starts = _starts(_sent(library, ALONE, records))
+    assert starts[2] == time + TURNAROUND
+    slots = _backoffs(np.array([starts[1] - starts[2] - AIRTIME]), BEST_EFFORT)
+    assert slots <= 2 * WINDOW[BEST_EFFORT] + 1
+
+
 @pytest.mark.parametrize("category", CATEGORIES)
 def test_on_a_busy_medium_a_frame_waits_for_its_end_aifs_and_a_backoff(
     library: Library, category: int
@@ -203,7 +214,7 @@ def test_hidden_terminals_collide_and_those_who_hear_each_other_do_not(library: 
 
 
 def test_a_sender_hears_nothing_and_frames_that_it_missed_do_not_defer_it(library: Library) -> None:
-    """Frame 2 begins while 0 sends, and ends later: after its own frame, 0 finds the medium idle."""
+    """Frame 2 begins while 0 sends, and ends later: 0 finds the medium idle before that."""
     records = [packet(1, 0, time=MS), packet(2, 2, time=MS + 300 * US), packet(3, 0, time=MS)]
     with Channel(library, ROW, maximum_range=600.0) as channel:
         channel.step(0.0, 0.1, records)
@@ -224,7 +235,7 @@ def test_a_full_queue_refuses_frames(library: Library) -> None:
 
 @pytest.mark.parametrize("medium_access", [True, False])
 def test_frames_expire_that_have_waited_longer_than_their_lifetime(
-    library: Library, medium_access: bool
+    library: Library, *, medium_access: bool
 ) -> None:
     lifetime = 2 * MS
     records = [packet(k, 0, time=k * 100 * US, category=k % 4) for k in range(80)]

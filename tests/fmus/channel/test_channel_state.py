@@ -69,9 +69,7 @@ def test_so_does_one_from_after_vehicles_have_left_and_entered(
 ) -> None:
     new = [Vehicle(id=1, position=(3.0, 9.0, 0.0)), Vehicle(id=1000, position=(-90.0, 9.0, 0.0))]
     vehicles = sorted([*TOWN.vehicles, *new], key=lambda v: v.id)
-    changed = Scene(
-        vehicles=[v for v in vehicles if v.id not in gone], buildings=TOWN.buildings
-    )
+    changed = Scene(vehicles=[v for v in vehicles if v.id not in gone], buildings=TOWN.buildings)
     with Channel(library, TOWN, **BUSY) as channel:
         _advance(channel, 0, cut, TRAFFIC)
         channel.change(changed)
@@ -120,7 +118,7 @@ def test_bytes_that_are_no_state_are_refused(library: Library) -> None:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_no_bytes_crash(library: Library, seed: int) -> None:
-    """Damaged states, with a checksum that is right, are refused or run on; in a process of its own."""
+    """Damaged states with a right checksum are refused or run on; in a process of its own."""
     command = [sys.executable, "-m", "tests.fmus.channel.damaged_states", str(seed), "150"]
     answer = subprocess.run(
         [*command, str(library.folder)], cwd=ROOT, capture_output=True, text=True, check=False,

@@ -12,7 +12,7 @@ from orchestrator.signal import Array
 from tests.fmus.driver import Library
 from tests.fmus.scene import Building, Scene, Vehicle, rectangle
 
-from .harness import MS, Channel, packet, run
+from .harness import AIRTIME, MS, Channel, packet, run
 from .town import BUSY, RADIOS, TOWN, WEAK, busy_traffic, light_traffic
 
 TRAFFIC = light_traffic()
@@ -66,19 +66,23 @@ def _everything(library: Library, cuts: Sequence[int], **parameters: float) -> l
     return [np.concatenate(received).tobytes(), np.concatenate(sent).tobytes(), ratios.tobytes()]
 
 
-@given(st.sets(st.integers(1, END - 1), max_size=30), st.booleans())
+@given(
+    cuts=st.sets(st.integers(1, END - 1), max_size=30),
+    switches=st.fixed_dictionaries(
+        {name: st.booleans() for name in ("medium_access", "weak_receptions", "frame_capture")}
+    ),
+)
 @settings(max_examples=30)
 def test_any_cuts_give_equal_outputs_of_busy_traffic(
-    library: Library, cuts: set[int], medium_access: bool
+    library: Library, cuts: set[int], switches: dict[str, bool]
 ) -> None:
-    whole = _everything(library, [], medium_access=medium_access)
-    assert _everything(library, sorted(cuts), medium_access=medium_access) == whole
+    assert _everything(library, sorted(cuts), **switches) == _everything(library, [], **switches)
 
 
 @pytest.mark.parametrize("medium_access", [True, False])
 @pytest.mark.parametrize("shift", [-1, 0, 1])
 def test_so_do_cuts_exactly_where_something_happens(
-    library: Library, shift: int, medium_access: bool
+    library: Library, shift: int, *, medium_access: bool
 ) -> None:
     whole = _everything(library, [], medium_access=medium_access)
     received = np.frombuffer(whole[0], RECEPTION)
@@ -105,6 +109,19 @@ def test_receptions_come_in_order_and_when_the_frame_has_ended(library: Library)
         keys = records[["time", "packet", "hop", "receiver"]].tolist()
         assert keys == sorted(keys)
         assert all(round(begin * 1e9) < r["time"] <= round(end * 1e9) for r in records)
+
+
+def test_transmissions_come_in_order_and_in_the_step_in_which_they_begin(library: Library) -> None:
+    """Where one frame ends, at a communication point, the next one of its radio begins."""
+    scene = Scene(vehicles=[Vehicle(id=0), Vehicle(id=1, position=(9.0, 0.0, 0.0))])
+    records = [packet(5, 0), packet(7, 0), packet(3, 1, time=AIRTIME)]
+    with Channel(library, scene, medium_access=False) as channel:
+        channel.step(0.0, AIRTIME * 1e-9, [records[0], records[1]])
+        first = channel.transmissions()
+        channel.step(AIRTIME * 1e-9, 0.1, [records[2]])
+        second = channel.transmissions()
+    assert first[["time", "packet"]].tolist() == [(0, 5)]
+    assert second[["time", "packet"]].tolist() == [(AIRTIME, 3), (AIRTIME, 7)]
 
 
 def test_a_late_packet_goes_on_air_at_once(library: Library) -> None:
