@@ -112,7 +112,7 @@ static int look_at(Links *s, Scene *scene, size_t from, const Sight *sight) {
         bool forth = goes_first(scene, from, to);
         const Antenna *a = &scene->antenna[forth ? from : to], *b = &scene->antenna[forth ? to : from];
         Pair pair;
-        if (!pair_evaluate(scene, models, a, b, buildings, bodies, rows->floor, &pair)) continue;
+        if (!pair_evaluate(scene, models, a, b, buildings, bodies, BOTH, rows->floor, &pair)) continue;
         if (pair.distance > models->parameters->maximum_range) continue;
         int way = forth ? 0 : 1;
         if (pair.gain[way][CENTER] >= rows->floor && add(&rows->row[from], direction(&pair, way, to)))
@@ -178,9 +178,10 @@ int link_between(Links *s, Scene *scene, size_t from, size_t to, double negligib
     *link = (Link){.distance = distance_between(a->at, b->at), .receiver = (uint32_t)to};
     if (view == NO_VIEW) return 0;
     Pair pair;
-    bool strong = pair_evaluate(scene, &s->models, a, b, view_buildings(&s->clusters, view),
-                                view_bodies(&s->clusters, view), negligible, &pair);
     int way = forth ? 0 : 1;
+    bool strong = pair_evaluate(scene, &s->models, a, b, view_buildings(&s->clusters, view),
+                                view_bodies(&s->clusters, view), forth ? FORTH : BACK, negligible,
+                                &pair);
     if (strong && pair.gain[way][CENTER] >= negligible) *link = direction(&pair, way, to);
     return 0;
 }

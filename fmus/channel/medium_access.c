@@ -83,6 +83,9 @@ void access_enqueued(Radio *r, AccessCategory k, uint64_t seed, int64_t now) {
 }
 
 void access_medium_busy(Radio *r, int64_t now) {
+    uint32_t at_work = 0; /* most radios have nothing to count down */
+    for (int k = 0; k < CATEGORIES; k++) at_work |= r->category[k].backoff | r->category[k].queue.count;
+    if (at_work == 0) return;
     count_down(r, now);
     suspend(r);
 }

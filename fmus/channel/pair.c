@@ -2,6 +2,7 @@
 #include "decibel.h"
 #include "records.h"
 #include <math.h>
+#include <string.h>
 
 static const double NO_MARGIN[2] = {0, 0};
 
@@ -49,25 +50,33 @@ static void attenuate(Pair *pair, double gain) {
     for (int k = 0; k < BANDS; k++) pair->gain[1][k] = pair->gain[0][k] *= gain;
 }
 
-/* Apply the shadow of vehicles, first at the centre; false if both directions fall below the floor. */
-static bool shade(const Propagation *m, const BodyShadow *shadow, double floor, Pair *pair) {
+/* Apply the shadow on one direction, first at the centre; false if it falls below the floor. */
+static bool shade_way(const Propagation *m, const BodyShadow *shadow, int way, double floor, Pair *pair) {
     const EdgeScale *scale = &m->edges.scale;
-    bool strong = false;
-    for (int way = 0; way < 2; way++) {
-        const Edges *edges = &shadow->edges[way];
-        if (shadow->blocked[way] && pair->kind[way] == LOS) pair->kind[way] = NLOSV;
-        if (edges->n > 0) pair->gain[way][CENTER] *= edge_gain(edges_loss(edges, scale->at[CENTER]));
-        strong |= pair->gain[way][CENTER] >= floor;
+    const Edges *edges = &shadow->edges[way];
+    double *gain = pair->gain[way];
+    if (shadow->blocked[way] && pair->kind[way] == LOS) pair->kind[way] = NLOSV;
+    if (edges->n > 0) gain[CENTER] *= edge_gain(edges_loss(edges, scale->at[CENTER]));
+    if (gain[CENTER] < floor) return false;
+    for (int k = 0; k < BANDS; k++) {
+        if (k == CENTER) continue;
+        if (!m->parameters->band_edges) gain[k] = gain[CENTER];
+        else if (edges->n > 0) gain[k] *= edge_gain(edges_loss(edges, scale->at[k]));
     }
-    for (int way = 0; way < 2 && strong; way++) {
-        double *gain = pair->gain[way];
-        const Edges *edges = &shadow->edges[way];
-        if (!m->parameters->band_edges) gain[0] = gain[2] = gain[CENTER];
-        else if (edges->n > 0)
-            for (int k = 0; k < BANDS; k++)
-                if (k != CENTER) gain[k] *= edge_gain(edges_loss(edges, scale->at[k]));
+    return true;
+}
+
+/* Apply the shadow of vehicles; false if all wanted directions fall below the floor. */
+static bool shade(const Propagation *m, const BodyShadow *shadow, unsigned ways, double floor, Pair *pair) {
+    if (m->edges.reciprocal) {
+        bool strong = shade_way(m, shadow, 0, floor, pair);
+        memcpy(pair->gain[1], pair->gain[0], sizeof pair->gain[1]);
+        pair->kind[1] = pair->kind[0];
+        return strong;
     }
-    return strong;
+    bool forth = ways & FORTH && shade_way(m, shadow, 0, floor, pair);
+    bool back = ways & BACK && shade_way(m, shadow, 1, floor, pair);
+    return forth || back;
 }
 
 static bool is_strong(const Pair *pair, double floor) { return pair->gain[0][CENTER] >= floor; }
@@ -87,12 +96,11 @@ static bool pass_buildings(Scene *s, const Propagation *m, const Antenna *a, con
     return is_strong(pair, floor);
 }
 
-/* Apply the shadow of bodies; false if both directions fall below the floor. */
 static bool pass_bodies(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b, Nearby near,
-                        double floor, Pair *pair) {
+                        unsigned ways, double floor, Pair *pair) {
     if (near.count == 0) return true;
-    BodyShadow shadow = bodies_shadow(&s->bodies, a, b, near, &m->edges);
-    return shade(m, &shadow, floor, pair);
+    BodyShadow shadow = bodies_shadow(&s->bodies, a, b, near, &m->edges, ways);
+    return shade(m, &shadow, ways, floor, pair);
 }
 
 static bool end(Pair *pair) {
@@ -103,10 +111,10 @@ static bool end(Pair *pair) {
 
 /* No factor is above 1: a gain below the floor stays there. */
 bool pair_evaluate(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b,
-                   Nearby buildings, Nearby bodies, double floor, Pair *pair) {
+                   Nearby buildings, Nearby bodies, unsigned ways, double floor, Pair *pair) {
     start(m, a, b, pair);
     return is_strong(pair, floor) && pass_buildings(s, m, a, b, buildings, floor, pair)
-        && pass_bodies(s, m, a, b, bodies, floor, pair) && end(pair);
+        && pass_bodies(s, m, a, b, bodies, ways, floor, pair) && end(pair);
 }
 
 bool pair_look_up(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b, double floor,
@@ -120,7 +128,7 @@ bool pair_look_up(Scene *s, const Propagation *m, const Antenna *a, const Antenn
     }
     if (p->vehicle_shadowing) {
         Nearby near = bodies_near(&s->bodies, a->at, b->at, NO_MARGIN);
-        if (!pass_bodies(s, m, a, b, near, floor, pair)) return false;
+        if (!pass_bodies(s, m, a, b, near, BOTH, floor, pair)) return false;
     }
     return end(pair);
 }
@@ -134,7 +142,7 @@ Attenuation attenuation(Scene *s, const Propagation *m, const Antenna *a, const 
     found.path_db = to_db(1 / gain[CENTER]);
     if (p->vehicle_shadowing) {
         Nearby near = bodies_near(&s->bodies, a->at, b->at, NO_MARGIN);
-        BodyShadow shadow = bodies_shadow(&s->bodies, a, b, near, &m->edges);
+        BodyShadow shadow = bodies_shadow(&s->bodies, a, b, near, &m->edges, BOTH);
         for (int way = 0; way < 2; way++) {
             EdgeLoss loss = edges_loss(&shadow.edges[way], m->edges.scale.at[CENTER]);
             found.vehicles_db[way] = edge_loss_db(loss);

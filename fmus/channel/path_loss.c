@@ -13,7 +13,7 @@ PathLoss path_loss_prepare(const Parameters *p) {
     return s;
 }
 
-static double limited(double gain) { return gain < 1 ? gain > LEAST_GAIN ? gain : LEAST_GAIN : 1; }
+static double limited(double gain) { return larger(smaller(gain, 1), LEAST_GAIN); }
 
 static bool is_lossless(const Parameters *p, double square) {
     return square <= p->lossless_distance * p->lossless_distance || square < 1e-200;
@@ -21,11 +21,10 @@ static bool is_lossless(const Parameters *p, double square) {
 
 static void exponent_gains(const PathLoss *s, const Path *path, double gain[BANDS]) {
     const Parameters *p = s->parameters;
-    bool lossless = is_lossless(p, path->square);
-    double spread = 1 / (p->path_loss_exponent == 2 ? path->square
-                                                     : power(path->square, p->path_loss_exponent / 2));
-    for (int k = s->first; k <= s->last; k++)
-        gain[k] = lossless ? 1 : limited(s->at_one_metre[k] * spread);
+    double spread = is_lossless(p, path->square) ? INFINITY
+        : p->path_loss_exponent == 2 ? 1 / path->square
+                                     : power(path->square, -p->path_loss_exponent / 2);
+    for (int k = 0; k < BANDS; k++) gain[k] = limited(s->at_one_metre[k] * spread);
 }
 
 /* Reflection coefficient of the ground under the grazing angle of this sine and cosine. */

@@ -31,7 +31,8 @@ int bodies_resize(Bodies *s, size_t count) {
 void bodies_put(Bodies *s, size_t k, Position center, double heading, const double size[3]) {
     Rectangle outline = {.center = {center.x, center.y}, .half = {size[0] / 2, size[1] / 2}};
     unit_vector(heading, outline.direction);
-    s->body[k] = (Body){outline, center.z, center.z + size[2]};
+    double radius_square = outline.half[0] * outline.half[0] + outline.half[1] * outline.half[1];
+    s->body[k] = (Body){outline, center.z, center.z + size[2], radius_square * (1 + 1e-9) + 1e-18};
     s->area[k] = area_around(&outline);
 }
 
@@ -63,11 +64,14 @@ Nearby bodies_near(Bodies *s, Position a, Position b, const double margin[2]) {
 /* A link, with what all its edges have in common. */
 typedef struct {
     Position a, b;
+    double step_x, step_y, plane_square; /* in the plane */
     double length, margin; /* edges stay this far from the antennas [m] */
 } Way;
 
 static Way way_of(Position a, Position b, const EdgeModel *model) {
-    Way w = {.a = a, .b = b, .length = distance_between(a, b)};
+    Way w = {.a = a, .b = b, .step_x = b.x - a.x, .step_y = b.y - a.y};
+    w.plane_square = w.step_x * w.step_x + w.step_y * w.step_y;
+    w.length = distance_between(a, b);
     /* The formula needs edges many wavelengths away from the antennas; nearer ones are moved. */
     w.margin = model->reciprocal ? smaller(model->wavelength, w.length / 4) : 0;
     return w;
@@ -102,9 +106,14 @@ static void stand(EdgeRow *row, const Way *w, double from, double to, double t, 
 
 /* Reciprocal: the edge stands in the middle of the part of the link over the body, seen alike from
  * both ends. Otherwise: at the first face from the transmitter; a body above it does not count. */
-static void place(Bodies *s, const Way *w, uint32_t k, bool reciprocal, BodyShadow *shadow) {
+static void place(Bodies *s, const Way *w, uint32_t k, bool reciprocal, unsigned ways,
+                  BodyShadow *shadow) {
     const Body *body = &s->body[k];
+    const double *center = body->outline.center;
     Span span;
+    /* most links pass by: the distance of the centre from the line against the circle */
+    double across = w->step_x * (center[1] - w->a.y) - w->step_y * (center[0] - w->a.x);
+    if (across * across > body->radius_square * w->plane_square) return;
     if (!rectangle_span(&body->outline, w->a, w->b, &span)) return;
     double a = w->a.z, b = w->b.z;
     if (reciprocal) {
@@ -113,9 +122,9 @@ static void place(Bodies *s, const Way *w, uint32_t k, bool reciprocal, BodyShad
             stand(&s->row[0], w, a, b, (enter + leave) / 2, body, k, &shadow->blocked[0]);
         return;
     }
-    if (span.enter > 0 && span.enter < 1)
+    if (ways & FORTH && span.enter > 0 && span.enter < 1)
         stand(&s->row[0], w, a, b, span.enter, body, k, &shadow->blocked[0]);
-    if (span.leave > 0 && span.leave < 1)
+    if (ways & BACK && span.leave > 0 && span.leave < 1)
         stand(&s->row[1], w, b, a, 1 - span.leave, body, k, &shadow->blocked[1]);
 }
 
@@ -153,20 +162,21 @@ static Edges edges_of(Bodies *s, EdgeRow *row, const Way *w, double from, double
 }
 
 BodyShadow bodies_shadow(Bodies *s, const Antenna *a, const Antenna *b, Nearby nearby,
-                         const EdgeModel *model) {
+                         const EdgeModel *model, unsigned ways) {
     BodyShadow shadow = {.blocked = {false, false}};
     Way w = way_of(a->at, b->at, model);
     s->row[0].n = s->row[1].n = 1;
     for (size_t i = 0; i < nearby.count && w.length >= 8 * SHORTEST; i++) {
         uint32_t k = nearby.index[i];
-        if (k != a->body && k != b->body) place(s, &w, k, model->reciprocal, &shadow);
+        if (k != a->body && k != b->body) place(s, &w, k, model->reciprocal, ways, &shadow);
     }
-    shadow.edges[0] = edges_of(s, &s->row[0], &w, w.a.z, w.b.z, model->reciprocal);
     if (model->reciprocal) {
-        shadow.edges[1] = shadow.edges[0];
+        shadow.edges[0] = shadow.edges[1] =
+            edges_of(s, &s->row[0], &w, w.a.z, w.b.z, model->reciprocal);
         shadow.blocked[1] = shadow.blocked[0];
     } else {
-        shadow.edges[1] = edges_of(s, &s->row[1], &w, w.b.z, w.a.z, false);
+        if (ways & FORTH) shadow.edges[0] = edges_of(s, &s->row[0], &w, w.a.z, w.b.z, false);
+        if (ways & BACK) shadow.edges[1] = edges_of(s, &s->row[1], &w, w.b.z, w.a.z, false);
     }
     return shadow;
 }

@@ -10,6 +10,7 @@
 typedef struct {
     Rectangle outline;
     double base, roof;    /* heights of the road under the body and of its roof [m] */
+    double radius_square; /* of the circle around the outline, and a hair more [m2] */
 } Body;
 
 /* The edges under one direction of a link, ascending by distance from its transmitter; the first
@@ -40,8 +41,10 @@ typedef struct {
     bool reciprocal;   /* edge in the middle of the body, else at its face nearest to the transmitter */
 } EdgeModel;
 
+/* Directions of a link, from a to b and back, as bits. */
+enum { FORTH = 1, BACK = 2, BOTH = 3 };
 
-/* Of the two directions of a link, from a to b and back; valid until the next query. */
+/* Of the two directions of a link; valid until the next query. */
 typedef struct {
     Edges edges[2];
     bool blocked[2]; /* a body rises above the straight line between the antennas */
@@ -63,9 +66,11 @@ EdgeModel edge_model(const Parameters *);
  * the next query. */
 Nearby bodies_near(Bodies *, Position a, Position b, const double margin[2]);
 
-/* Shadows on the link from a to b and back. The bodies that carry the antennas never shadow. The
+/* Shadows on the link between a and b in the directions `ways`; in a reciprocal model they are equal,
+ * and it is that of the first that counts. The bodies that carry the antennas never shadow. The
  * result does not depend on the order of the nearby bodies, nor on bodies among them that are not in
  * the way. */
-BodyShadow bodies_shadow(Bodies *, const Antenna *a, const Antenna *b, Nearby, const EdgeModel *);
+BodyShadow bodies_shadow(Bodies *, const Antenna *a, const Antenna *b, Nearby, const EdgeModel *,
+                         unsigned ways);
 
 #endif

@@ -100,7 +100,7 @@ EXPORT int shadows(size_t bodies, const double *center, const double *heading, c
         Parameters p = {.wavelength = {w, w, w}, .knife_edge_factor = factor, .reciprocal = reciprocal};
         EdgeModel model = edge_model(&p);
         Antenna from = antenna(a + 3 * i, own_a[i]), to = antenna(b + 3 * i, own_b[i]);
-        BodyShadow shadow = bodies_shadow(&s, &from, &to, bodies_near(&s, from.at, to.at, NO_MARGIN), &model);
+        BodyShadow shadow = bodies_shadow(&s, &from, &to, bodies_near(&s, from.at, to.at, NO_MARGIN), &model, BOTH);
         for (int way = 0; way < 2; way++) {
             loss[i][way] = edge_loss_db(edges_loss(&shadow.edges[way], model.scale.at[CENTER]));
             blocked[i][way] = shadow.blocked[way];

@@ -115,7 +115,7 @@ def _traffic(draw: st.DrawFn) -> tuple[Scene, list[Array], dict[str, float]]:
 
 
 @given(_traffic())
-@settings(max_examples=150)
+@settings(max_examples=150, deadline=None)
 def test_random_overlaps_end_as_a_look_at_every_instant_says(
     library: Library, case: tuple[Scene, list[Array], dict[str, float]]
 ) -> None:

@@ -72,7 +72,7 @@ def _assert_uniform(slots: Array, window: int) -> None:
 
 
 @given(st.sampled_from(CATEGORIES), st.integers(0, 1_000_000))
-@settings(max_examples=60)
+@settings(max_examples=60, deadline=None)
 def test_on_an_idle_medium_a_frame_starts_at_the_next_slot_boundary(
     library: Library, category: int, time: int
 ) -> None:
@@ -275,7 +275,7 @@ def test_a_frame_that_expires_costs_the_others_no_time(library: Library) -> None
         max_size=25,
     )
 )
-@settings(max_examples=40)
+@settings(max_examples=40, deadline=None)
 def test_without_medium_access_frames_start_at_their_times_or_when_the_radio_is_free(
     library: Library, sendings: list[tuple[int, int, int]]
 ) -> None:

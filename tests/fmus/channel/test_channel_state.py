@@ -45,7 +45,7 @@ def test_the_traffic_has_everything(library: Library) -> None:
 
 
 @given(cut=st.integers(1, 50 * MS))
-@settings(max_examples=40)
+@settings(max_examples=40, deadline=None)
 def test_a_restored_state_continues_bit_for_bit(library: Library, cut: int) -> None:
     with Channel(library, TOWN, **BUSY) as channel:
         _advance(channel, 0, cut, TRAFFIC)
@@ -63,7 +63,7 @@ def test_a_restored_state_continues_bit_for_bit(library: Library, cut: int) -> N
 
 
 @given(cut=st.integers(1, 50 * MS), gone=st.sets(st.sampled_from(RADIOS), min_size=1, max_size=8))
-@settings(max_examples=25)
+@settings(max_examples=25, deadline=None)
 def test_so_does_one_from_after_vehicles_have_left_and_entered(
     library: Library, cut: int, gone: set[int]
 ) -> None:

@@ -45,7 +45,7 @@ def test_equal_steps_of_any_size_give_equal_receptions(library: Library, steps: 
 
 
 @given(st.lists(st.integers(1, 79_999), max_size=12, unique=True))
-@settings(max_examples=25)
+@settings(max_examples=25, deadline=None)
 def test_any_cuts_give_equal_receptions(library: Library, cuts: list[int]) -> None:
     assert _all(library, [0.0, *(c * 1e-6 for c in sorted(cuts)), 0.08]) == _all(library, WHOLE)
 
@@ -72,7 +72,7 @@ def _everything(library: Library, cuts: Sequence[int], **parameters: float) -> l
         {name: st.booleans() for name in ("medium_access", "weak_receptions", "frame_capture")}
     ),
 )
-@settings(max_examples=30)
+@settings(max_examples=30, deadline=None)
 def test_any_cuts_give_equal_outputs_of_busy_traffic(
     library: Library, cuts: set[int], switches: dict[str, bool]
 ) -> None:
