@@ -32,9 +32,8 @@ bench: .venv-demo/installed  ## measure, and make docs/benchmarks.md; keep the m
 	.venv-demo/bin/nlosim bench channel --json > docs/results/bench-channel.json
 	.venv-demo/bin/python -m benchmarks.page docs/benchmarks.md docs/results/bench-channel.json
 
-verify: .venv-demo/installed  ## compare the channel with GOLDEN=DIR, make docs/validation-channel.md
-	$(if $(GOLDEN),,$(error write `make verify GOLDEN=DIR`, the directory of golden data))
-	.venv-demo/bin/nlosim verify channel --golden $(GOLDEN) --figures docs/validation
+verify: .venv-demo/installed  ## compare the channel with golden data; GOLDEN=DIR also makes docs/validation-channel.md
+	.venv-demo/bin/nlosim verify channel --golden $(or $(GOLDEN),tests/fmus/channel_verification/golden) $(if $(GOLDEN),--figures docs/validation)
 
 network:  ## regenerate the road network of the red-light scene (needs netconvert)
 	$(PYTHON) -m venv .venv-network

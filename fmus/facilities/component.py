@@ -117,13 +117,12 @@ class Facilities(Component):
         ego = int(np.asarray(inputs["ego.id"]))
         self._receive(inputs, ego)
         self._sessions = {v: s for v, s in self._sessions.items() if s.end > self._now}
-        messages = [
-            *self._safety_messages(inputs, h),
-            *map(
-                self._processed,
-                (*self._apms_sent(inputs), *self._requests(inputs, ego), *self._sensor_data(inputs)),
-            ),
+        made = [
+            *self._apms_sent(inputs),
+            *self._requests(inputs, ego),
+            *self._sensor_data(inputs),
         ]
+        messages = [*self._safety_messages(inputs, h), *map(self._processed, made)]
         self._outbox.forget(self._now)
         self._outputs = {
             "packets": self._outbox.send(messages),
