@@ -1,5 +1,6 @@
 #include "area_index.h"
 #include "buffer.h"
+#include "sort.h"
 #include <string.h>
 
 enum { BLOCK = 16 };
@@ -47,28 +48,25 @@ static Area around(const AreaIndex *s, const Area *area, size_t from, size_t to)
     return area_between(low, high);
 }
 
-static int by_key(const void *left, const void *right) {
-    const AreaKey *a = left, *b = right;
-    if (a->key != b->key) return a->key < b->key ? -1 : 1;
-    return (a->area > b->area) - (a->area < b->area);
-}
-
-static void sort_along(AreaKey *key, size_t n, const Area *area, int axis) {
-    for (size_t k = 0; k < n; k++) key[k].key = area[key[k].area].center[axis];
-    qsort(key, n, sizeof *key, by_key);
+static void sort_along(uint64_t *key, uint64_t *scratch, size_t n, const Area *area, int axis) {
+    for (size_t k = 0; k < n; k++) {
+        uint32_t index = (uint32_t)key[k];
+        key[k] = sort_key((float)area[index].center[axis], index);
+    }
+    sort_keys(key, scratch, n);
 }
 
 /* Put areas that lie together into the same block: in strips by x, in each strip by y
  * (S. T. Leutenegger, M. A. Lopez, J. Edgington, "STR: a simple and efficient algorithm for R-tree
  * packing", ICDE 1997). */
 static void arrange(AreaIndex *s, const Area *area, size_t n) {
-    for (size_t k = 0; k < n; k++) s->key[k].area = (uint32_t)k;
-    sort_along(s->key, n, area, 0);
+    for (size_t k = 0; k < n; k++) s->key[k] = k;
+    sort_along(s->key, s->key + n, n, area, 0);
     size_t strips = (size_t)ceil(sqrt((double)in_blocks(n) / BLOCK));
     size_t strip = in_blocks((n + strips - 1) / strips);
     for (size_t from = 0; from < n; from += strip)
-        sort_along(s->key + from, n - from < strip ? n - from : strip, area, 1);
-    for (size_t k = 0; k < n; k++) s->item[k] = s->key[k].area;
+        sort_along(s->key + from, s->key + n, n - from < strip ? n - from : strip, area, 1);
+    for (size_t k = 0; k < n; k++) s->item[k] = (uint32_t)s->key[k];
 }
 
 int area_index_build(AreaIndex *s, const Area *area, size_t n) {
@@ -76,7 +74,7 @@ int area_index_build(AreaIndex *s, const Area *area, size_t n) {
     s->blocks = places / BLOCK;
     if (n == 0) return 0;
     if (columns_reserve(&s->area, places) || columns_reserve(&s->block, in_blocks(s->blocks))
-        || BUFFER_RESERVE(s->item, s->item_capacity, n) || BUFFER_RESERVE(s->key, s->key_capacity, n))
+        || BUFFER_RESERVE(s->item, s->item_capacity, n) || BUFFER_RESERVE(s->key, s->key_capacity, 2 * n))
         return 1;
     arrange(s, area, n);
     Area all = around(s, area, 0, n);

@@ -14,14 +14,12 @@ typedef struct {
     size_t x_capacity, y_capacity, half_x_capacity, half_y_capacity;
 } AreaColumns;
 
-typedef struct { double key; uint32_t area; } AreaKey;
-
 typedef struct {
     double origin[2], extent; /* of all areas together [m] */
     size_t blocks;
     AreaColumns area, block;
     uint32_t *item; /* the area in each place */
-    AreaKey *key;   /* scratch */
+    uint64_t *key;  /* scratch */
     size_t item_capacity, key_capacity;
 } AreaIndex;
 

@@ -1,5 +1,6 @@
 #include "cluster.h"
 #include "buffer.h"
+#include "sort.h"
 #include <math.h>
 #include <string.h>
 
@@ -15,16 +16,23 @@ static int axis_of(const Antenna *a) {
 
 static double coordinate(const Antenna *a, int axis) { return axis ? a->at.y : a->at.x; }
 
-static int by_key(const void *left, const void *right) {
-    const Sortable *a = left, *b = right;
-    return a->key < b->key ? -1 : a->key > b->key;
+static double coordinate_of(const Scene *scene, uint64_t key, int axis) {
+    return coordinate(&scene->antenna[(uint32_t)key], axis);
 }
 
-/* The end of the items from `first` on whose keys span no more than `extent`; they are sorted. */
-static size_t end_of_span(const Sortable *item, size_t first, size_t count, double extent) {
-    size_t end = first;
-    while (end < count && item[end].key <= item[first].key + extent) end++;
+/* The end of the radios from `first` on that span no more than `extent`; they are sorted. */
+static size_t end_of_span(const Scene *scene, const uint64_t *key, size_t first, size_t count,
+                          int axis, double extent) {
+    double limit = coordinate_of(scene, key[first], axis) + extent;
+    size_t end = first + 1;
+    while (end < count && coordinate_of(scene, key[end], axis) <= limit) end++;
     return end;
+}
+
+static void sort_along(Clusters *s, const Scene *scene, uint64_t *key, size_t count, int axis) {
+    for (size_t k = 0; k < count; k++)
+        key[k] = sort_key((float)coordinate_of(scene, key[k], axis), (uint32_t)key[k]);
+    sort_keys(key, s->key + s->key_capacity / 2, count);
 }
 
 static int add_cluster(Clusters *s, const Scene *scene, size_t count) {
@@ -50,12 +58,11 @@ static int add_cluster(Clusters *s, const Scene *scene, size_t count) {
 }
 
 /* Cut a strip of radios, one street perhaps, into clusters. */
-static int cut_strip(Clusters *s, const Scene *scene, Sortable *item, size_t count, int axis) {
-    for (size_t k = 0; k < count; k++) item[k].key = coordinate(&scene->antenna[item[k].radio], axis);
-    qsort(item, count, sizeof *item, by_key);
+static int cut_strip(Clusters *s, const Scene *scene, uint64_t *key, size_t count, int axis) {
+    sort_along(s, scene, key, count, axis);
     for (size_t first = 0, end; first < count; first = end) {
-        end = end_of_span(item, first, count, LENGTH);
-        for (size_t k = first; k < end; k++) s->member[s->members + k - first] = item[k].radio;
+        end = end_of_span(scene, key, first, count, axis, LENGTH);
+        for (size_t k = first; k < end; k++) s->member[s->members + k - first] = (uint32_t)key[k];
         if (add_cluster(s, scene, end - first)) return 1;
     }
     return 0;
@@ -64,15 +71,12 @@ static int cut_strip(Clusters *s, const Scene *scene, Sortable *item, size_t cou
 /* Cut the radios that head along an axis into strips along it. */
 static int cut_axis(Clusters *s, const Scene *scene, int axis) {
     size_t count = 0;
-    for (size_t k = 0; k < scene->count; k++) {
-        const Antenna *a = &scene->antenna[k];
-        if (scene->equipped[k] && axis_of(a) == axis)
-            s->item[count++] = (Sortable){coordinate(a, !axis), (uint32_t)k};
-    }
-    if (count > 0) qsort(s->item, count, sizeof *s->item, by_key);
+    for (size_t k = 0; k < scene->count; k++)
+        if (scene->equipped[k] && axis_of(&scene->antenna[k]) == axis) s->key[count++] = k;
+    sort_along(s, scene, s->key, count, !axis);
     for (size_t first = 0, end; first < count; first = end) {
-        end = end_of_span(s->item, first, count, WIDTH);
-        if (cut_strip(s, scene, s->item + first, end - first, axis)) return 1;
+        end = end_of_span(scene, s->key, first, count, !axis, WIDTH);
+        if (cut_strip(s, scene, s->key + first, end - first, axis)) return 1;
     }
     return 0;
 }
@@ -86,7 +90,7 @@ int clusters_build(Clusters *s, const Scene *scene) {
     size_t n = scene->count;
     if (BUFFER_RESERVE(s->member, s->member_capacity, n)
         || BUFFER_RESERVE(s->cluster_of, s->cluster_of_capacity, n)
-        || BUFFER_RESERVE(s->item, s->item_capacity, n))
+        || BUFFER_RESERVE(s->key, s->key_capacity, 2 * n))
         return 1;
     if (!s->hider) s->hider = calloc(HIDERS, sizeof *s->hider);
     if (!s->hider) return 1;
@@ -98,7 +102,7 @@ void clusters_free(Clusters *s) {
     free(s->member);
     free(s->cluster_of);
     free(s->hider);
-    free(s->item);
+    free(s->key);
     free(s->sight);
     free(s->view);
     free(s->obstacle);

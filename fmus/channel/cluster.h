@@ -27,13 +27,11 @@ typedef struct { uint32_t cluster, view, next; } Sight;
 typedef struct { uint32_t a, b, scene, view; } KnownView;
 #define NO_VIEW UINT32_MAX
 
-typedef struct { double key; uint32_t radio; } Sortable;
-
 typedef struct {
     Cluster *cluster;
     uint32_t *member, *cluster_of; /* radios by cluster; the cluster of a vehicle */
     uint32_t *hider;               /* buildings that have hidden something, see hider_between */
-    Sortable *item;                /* scratch */
+    uint64_t *key;                 /* scratch: radios by a coordinate */
     Sight *sight;
     View *view;
     uint32_t *obstacle;
@@ -42,7 +40,7 @@ typedef struct {
     double known_floor;
     size_t known_size, known_count;
     size_t clusters, members, sights, views, obstacles;
-    size_t cluster_capacity, member_capacity, cluster_of_capacity, item_capacity,
+    size_t cluster_capacity, member_capacity, cluster_of_capacity, key_capacity,
         sight_capacity, view_capacity, obstacle_capacity;
 } Clusters;
 

@@ -1,6 +1,7 @@
 #include "link.h"
 #include "buffer.h"
 #include "pair.h"
+#include "sort.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -50,52 +51,28 @@ static int add(LinkRow *row, Link link) {
     return 0;
 }
 
-static bool is_nearer(const LinkKey *a, const LinkKey *b) {
-    if (a->distance != b->distance) return a->distance < b->distance;
-    return a->receiver < b->receiver;
-}
-
-static void sort_run(LinkKey *key, size_t n) {
-    for (size_t i = 1; i < n; i++) {
-        LinkKey moved = key[i];
-        size_t k = i;
-        for (; k > 0 && is_nearer(&moved, &key[k - 1]); k--) key[k] = key[k - 1];
-        key[k] = moved;
-    }
-}
-
-static void merge(const LinkKey *a, size_t na, const LinkKey *b, size_t nb, LinkKey *out) {
-    for (size_t n = na + nb, i = 0, k = 0; i + k < n;)
-        if (k == nb || (i < na && !is_nearer(&b[k], &a[i]))) out[i + k] = a[i], i++;
-        else out[i + k] = b[k], k++;
-}
-
-/* Merge sort from short runs on; returns where the sorted keys are. */
-static LinkKey *sort(LinkKey *key, LinkKey *other, size_t n) {
-    static const size_t RUN = 16;
-    for (size_t k = 0; k < n; k += RUN) sort_run(key + k, n - k < RUN ? n - k : RUN);
-    for (size_t width = RUN; width < n; width *= 2) {
-        for (size_t k = 0; k < n; k += 2 * width) {
-            size_t na = n - k < width ? n - k : width, nb = n - k - na < width ? n - k - na : width;
-            merge(key + k, na, key + k + na, nb, other + k);
-        }
-        LinkKey *sorted = other;
-        other = key;
-        key = sorted;
-    }
-    return key;
+static bool is_nearer(const Link *a, const Link *b) {
+    return a->distance != b->distance ? a->distance < b->distance : a->receiver < b->receiver;
 }
 
 /* Put the links of a complete row in order; nonzero if memory is short. */
 static int put_in_order(Links *s, LinkRow *row) {
-    if (BUFFER_RESERVE(s->key, s->key_capacity, 2 * row->count)
-        || BUFFER_RESERVE(s->unsorted, s->unsorted_capacity, row->count))
+    size_t n = row->count;
+    Link *link = row->link;
+    if (BUFFER_RESERVE(s->key, s->key_capacity, 2 * n)
+        || BUFFER_RESERVE(s->unsorted, s->unsorted_capacity, n))
         return 1;
-    for (size_t k = 0; k < row->count; k++)
-        s->key[k] = (LinkKey){row->link[k].distance, row->link[k].receiver, (uint32_t)k};
-    const LinkKey *sorted = sort(s->key, s->key + row->count, row->count);
-    if (row->count > 0) memcpy(s->unsorted, row->link, row->count * sizeof *row->link);
-    for (size_t k = 0; k < row->count; k++) row->link[k] = s->unsorted[sorted[k].at];
+    for (size_t k = 0; k < n; k++) s->key[k] = sort_key((float)link[k].distance, (uint32_t)k);
+    sort_keys(s->key, s->key + n, n);
+    if (n > 0) memcpy(s->unsorted, link, n * sizeof *link);
+    for (size_t k = 0; k < n; k++) link[k] = s->unsorted[(uint32_t)s->key[k]];
+    for (size_t i = 1; i < n; i++) { /* what single precision could not tell apart */
+        if (!is_nearer(&link[i], &link[i - 1])) continue;
+        Link moved = link[i];
+        size_t k = i;
+        for (; k > 0 && is_nearer(&moved, &link[k - 1]); k--) link[k] = link[k - 1];
+        link[k] = moved;
+    }
     return 0;
 }
 

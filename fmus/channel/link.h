@@ -25,9 +25,6 @@ typedef struct {
     double floor; /* of all rows; negative: none is complete */
 } LinkRows;
 
-/* What a row is sorted by. */
-typedef struct { double distance; uint32_t receiver, at; } LinkKey;
-
 /* A pair is evaluated when the first of its two rows is asked for, which leaves the result to the
  * other. */
 typedef struct {
@@ -35,7 +32,7 @@ typedef struct {
     Clusters clusters;
     LinkRows known;
     LinkRows strong; /* those of `known` that reach a higher floor */
-    LinkKey *key;    /* scratch */
+    uint64_t *key;   /* scratch */
     Link *unsorted;
     size_t key_capacity, unsorted_capacity;
 } Links;

@@ -15,7 +15,7 @@ from orchestrator.signal import Array
 
 LIGHT_SPEED: Final = 299_792_458.0
 FORMULAS: Final = (  # sources that need no FMI shell
-    "geometry.c", "area_index.c", "path_loss.c", "antenna.c", "building_shadowing.c",
+    "geometry.c", "area_index.c", "sort.c", "path_loss.c", "antenna.c", "building_shadowing.c",
     "knife_edge.c",
     "vehicle_shadowing.c", "pair.c", "cluster.c", "link.c", "modulation.c", "error_rate.c",
     "random.c",

@@ -1,0 +1,34 @@
+#include "sort.h"
+
+static void insertion_sort(uint64_t *key, size_t n) {
+    for (size_t i = 1; i < n; i++) {
+        uint64_t moved = key[i];
+        size_t k = i;
+        for (; k > 0 && key[k - 1] > moved; k--) key[k] = key[k - 1];
+        key[k] = moved;
+    }
+}
+
+static void merge(const uint64_t *a, size_t na, const uint64_t *b, size_t nb, uint64_t *out) {
+    size_t i = 0, k = 0, to = 0;
+    while (i < na && k < nb) out[to++] = a[i] <= b[k] ? a[i++] : b[k++];
+    if (i < na) memcpy(out + to, a + i, (na - i) * sizeof *a);
+    if (k < nb) memcpy(out + to, b + k, (nb - k) * sizeof *b);
+}
+
+/* Merge sort from short runs on. */
+void sort_keys(uint64_t *key, uint64_t *scratch, size_t n) {
+    enum { RUN = 16 };
+    uint64_t *from = key, *to = scratch;
+    for (size_t k = 0; k < n; k += RUN) insertion_sort(key + k, n - k < RUN ? n - k : RUN);
+    for (size_t width = RUN; width < n; width *= 2) {
+        for (size_t k = 0; k < n; k += 2 * width) {
+            size_t na = n - k < width ? n - k : width, nb = n - k - na < width ? n - k - na : width;
+            merge(from + k, na, from + k + na, nb, to + k);
+        }
+        uint64_t *sorted = to;
+        to = from;
+        from = sorted;
+    }
+    if (from != key) memcpy(key, from, n * sizeof *key);
+}
