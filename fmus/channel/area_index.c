@@ -74,7 +74,8 @@ int area_index_build(AreaIndex *s, const Area *area, size_t n) {
     s->blocks = places / BLOCK;
     if (n == 0) return 0;
     if (columns_reserve(&s->area, places) || columns_reserve(&s->block, in_blocks(s->blocks))
-        || BUFFER_RESERVE(s->item, s->item_capacity, n) || BUFFER_RESERVE(s->key, s->key_capacity, 2 * n))
+        || BUFFER_RESERVE(s->item, s->item_capacity, n)
+        || BUFFER_RESERVE(s->key, s->key_capacity, 2 * n))
         return 1;
     arrange(s, area, n);
     Area all = around(s, area, 0, n);

@@ -193,7 +193,8 @@ Cover building_cover(const Buildings *s, uint32_t k, const Area *a, const Area *
     for (size_t i = s->first[k]; i < s->first[k + 1]; i++) {
         const Wall *wall = &s->wall[i];
         Span at_a = distances(wall, a), at_b = distances(wall, b);
-        bool a_beyond = at_a.leave < wall->lowest - MARGIN, b_beyond = at_b.leave < wall->lowest - MARGIN;
+        bool a_beyond = at_a.leave < wall->lowest - MARGIN;
+        bool b_beyond = at_b.leave < wall->lowest - MARGIN;
         if (a_beyond && b_beyond) return (Cover){.is_clear = true};
         a_outside |= a_beyond;
         b_outside |= b_beyond;

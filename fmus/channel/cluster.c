@@ -137,7 +137,8 @@ static bool may_matter(const Scene *s, const Propagation *m, uint32_t k, Gap *ga
     Cover cover = building_cover(&s->buildings, k, gap->a, gap->b);
     if (cover.is_clear) return false;
     if (m->parameters->finite_buildings && s->buildings.height[k] <= gap->top) return true;
-    if (cover.inside > 0) gap->loss *= lower_exponential(cover.inside * gap->shortest * m->indoor_nepers);
+    double nepers = cover.inside * gap->shortest * m->indoor_nepers;
+    if (nepers > 0) gap->loss *= lower_exponential(nepers);
     if (cover.is_hidden) gap->loss *= m->two_walls;
     return true;
 }
@@ -193,7 +194,8 @@ static uint32_t *hider_between(Clusters *s, const Area *a, const Area *b) {
 static int look(Clusters *s, Scene *scene, const Propagation *m, Gap *gap, uint32_t *hider,
                 uint32_t *found) {
     View view = {.first = s->obstacles};
-    double margin[2] = {larger(gap->a->half[0], gap->b->half[0]), larger(gap->a->half[1], gap->b->half[1])};
+    double margin[2];
+    for (int k = 0; k < 2; k++) margin[k] = larger(gap->a->half[k], gap->b->half[k]);
     *found = NO_VIEW;
     if (BUFFER_RESERVE(s->obstacle, s->obstacle_capacity,
                        s->obstacles + scene->buildings.count + scene->bodies.count)

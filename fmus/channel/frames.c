@@ -66,11 +66,6 @@ int frames_follow(Frames *s, const Radios *radios) {
     return 0;
 }
 
-void frames_clear(Frames *s) {
-    for (size_t k = 0; k < s->count; k++) s->free[s->free_count++] = s->live[k];
-    s->count = 0;
-}
-
 void frames_free(Frames *s) {
     for (size_t k = 0; k < s->pool_count; k++) {
         free(s->pool[k].arrival);

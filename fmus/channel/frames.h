@@ -59,7 +59,9 @@ static inline uint32_t frame_index(const Frames *s, const AirFrame *frame) {
 Arrival *frame_add_arrival(AirFrame *);
 
 static inline bool frame_has_ended(const AirFrame *f) { return f->ended == f->noticed; }
-static inline int64_t arrival_begins(const AirFrame *f, const Arrival *a) { return f->start + a->delay; }
+static inline int64_t arrival_begins(const AirFrame *f, const Arrival *a) {
+    return f->start + a->delay;
+}
 static inline int64_t arrival_ends(const AirFrame *f, const Arrival *a) { return f->end + a->delay; }
 
 /* Let go of frames that have ended everywhere and before any began whose SNIR is still to be told.
@@ -68,8 +70,6 @@ void frames_let_go(Frames *, int64_t now, int64_t longest_delay);
 
 /* Follow the radios, see radios_follow. Nonzero if memory is short. */
 int frames_follow(Frames *, const Radios *);
-/* Remove all frames. */
-void frames_clear(Frames *);
 void frames_free(Frames *);
 
 #endif

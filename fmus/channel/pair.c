@@ -51,7 +51,8 @@ static void attenuate(Pair *pair, double gain) {
 }
 
 /* Apply the shadow on one direction, first at the centre; false if it falls below the floor. */
-static bool shade_way(const Propagation *m, const BodyShadow *shadow, int way, double floor, Pair *pair) {
+static bool shade_way(const Propagation *m, const BodyShadow *shadow, int way, double floor,
+                      Pair *pair) {
     const EdgeScale *scale = &m->edges.scale;
     const Edges *edges = &shadow->edges[way];
     double *gain = pair->gain[way];
@@ -67,7 +68,8 @@ static bool shade_way(const Propagation *m, const BodyShadow *shadow, int way, d
 }
 
 /* Apply the shadow of vehicles; false if all wanted directions fall below the floor. */
-static bool shade(const Propagation *m, const BodyShadow *shadow, unsigned ways, double floor, Pair *pair) {
+static bool shade(const Propagation *m, const BodyShadow *shadow, unsigned ways, double floor,
+                  Pair *pair) {
     if (m->edges.reciprocal) {
         bool strong = shade_way(m, shadow, 0, floor, pair);
         memcpy(pair->gain[1], pair->gain[0], sizeof pair->gain[1]);

@@ -58,7 +58,8 @@ static ModelStatus check_vehicles(Instance *i) {
             return model_log(i, MODEL_ERROR, "vehicle.id[%zu] is %lld after %lld; ids must ascend", k,
                              (long long)id[k], (long long)id[k - 1]);
     }
-    ModelStatus status = check_range(i, "vehicle.position", VR_vehicle_position, 3, -FARTHEST, FARTHEST);
+    ModelStatus status =
+        check_range(i, "vehicle.position", VR_vehicle_position, 3, -FARTHEST, FARTHEST);
     if (status == MODEL_OK)
         status = check_range(i, "vehicle.heading", VR_vehicle_heading, 1, -FARTHEST, FARTHEST);
     if (status == MODEL_OK) status = check_range(i, "vehicle.size", VR_vehicle_size, 3, 0, FARTHEST);

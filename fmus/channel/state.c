@@ -215,7 +215,8 @@ static Result load_radios(Channel *c, Source *from, const Header *h) {
     get(s->item, from, h->radios * sizeof *s->item);
     s->count = h->radios;
     for (size_t k = 0; k < s->count; k++)
-        if (!is_sound_radio(&s->item[k], c) || (k > 0 && s->item[k].vehicle <= s->item[k - 1].vehicle)) {
+        if (!is_sound_radio(&s->item[k], c)
+            || (k > 0 && s->item[k].vehicle <= s->item[k - 1].vehicle)) {
             s->count = 0;
             return NO_STATE;
         }
