@@ -3,51 +3,18 @@
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from fmus.common.build import COMMON, fmi_headers, instantiation_token, load_unit
-from fmus.common.c_table import variables_header, variables_source
-from fmus.common.targets import zig_environment
-
-DRIVER = Path(__file__).parent / "native" / "busy.c"
-ALLOCATORS = ("malloc", "calloc", "realloc", "free")
+from tests.fmus.starving import build_program
 
 
 @pytest.fixture(scope="session")
 def busy(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The driver and the unit in one program, which stops at undefined behaviour.
-
-    That is Zig's default for C. The processor's newest instructions are unknown to valgrind.
-    """
-    folder = tmp_path_factory.mktemp("busy")
-    unit = load_unit("channel")
-    (folder / "variables.h").write_text(variables_header(unit.interface))
-    table = variables_source(unit.interface, instantiation_token(unit))
-    (folder / "variables.c").write_text(table)
-    (folder / "declarations.h").write_text(
-        "#include <stdlib.h>\n"
-        "void *test_malloc(size_t);\nvoid *test_calloc(size_t, size_t);\n"
-        "void *test_realloc(void *, size_t);\nvoid test_free(void *);\n"
-        + "".join(f"#define {name} test_{name}\n" for name in ALLOCATORS)
-    )
-    compiler = [sys.executable, "-m", "ziglang", "cc", "-std=c11", "-O1", "-g", "-mcpu=baseline"]
-    include = ["-I", str(folder), "-I", str(COMMON), "-isystem", str(fmi_headers())]
-    program = folder / "busy"
-    sources = [*map(str, unit.sources()), str(folder / "variables.c")]
-    objects = []
-    for source in sources:
-        objects.append(str(folder / f"{Path(source).stem}.o"))
-        starve = ["-include", str(folder / "declarations.h"), "-I", str(unit.folder)]
-        _run([*compiler, *include, *starve, "-c", source, "-o", objects[-1]])
-    _run([*compiler, *include, str(DRIVER), *objects, "-lm", "-o", str(program)])
-    return program
-
-
-def _run(command: list[str]) -> None:
-    subprocess.run(command, check=True, env=zig_environment())
+    """The driver and the unit in one program."""
+    driver = Path(__file__).parent / "native" / "busy.c"
+    return build_program("channel", driver, tmp_path_factory.mktemp("busy"))
 
 
 def test_a_busy_life_without_undefined_behaviour(busy: Path) -> None:

@@ -2,8 +2,7 @@
  * that come and go. Linked with the sources of the unit and of the shell.
  *
  *     busy          lives once
- *     busy starved  lives again and again, each time with the next allocation failing; the malloc,
- *                   calloc, realloc and free of the sources are then these
+ *     busy starved  lives again and again, each time with the next allocation failing
  *
  * Nothing may crash, nothing may leak; with enough memory everything must succeed. */
 #include <math.h>
@@ -11,44 +10,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fmi3Functions.h"
 #include "records.h"
+#include "starving.h"
 #include "variables.h"
 
-extern const char INSTANTIATION_TOKEN[];
-
-static long countdown, live;
-
-static int is_refused(void) { return countdown-- == 0; }
-void *test_malloc(size_t size) {
-    void *memory = is_refused() ? NULL : malloc(size);
-    live += memory != NULL;
-    return memory;
-}
-void *test_calloc(size_t count, size_t size) {
-    void *memory = is_refused() ? NULL : calloc(count, size);
-    live += memory != NULL;
-    return memory;
-}
-void *test_realloc(void *old, size_t size) {
-    void *memory = is_refused() ? NULL : realloc(old, size);
-    live += memory != NULL && old == NULL;
-    return memory;
-}
-void test_free(void *memory) {
-    live -= memory != NULL;
-    free(memory);
-}
-
 static bool is_starved;
-static int failures, messages, differences;
+static int differences;
 static size_t receptions, transmissions;
 static void on_message(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
                        fmi3String message) {
     (void)environment, (void)category;
     if (status >= fmi3Error && messages++ == 0 && !is_starved) printf("%s\n", message);
 }
-static void note(fmi3Status status) { failures += status > fmi3Warning; }
 
 /* ---- inputs ---- */
 
@@ -217,30 +190,10 @@ static void live_once(void) {
     fmi3FreeInstance(two);
 }
 
-static int starve(void) {
-    is_starved = true;
-    for (long n = 0;; n++) {
-        countdown = n;
-        failures = messages = 0;
-        live_once();
-        if (live != 0) {
-            printf("allocation %ld: %ld blocks leak\n", n, live);
-            return 1;
-        }
-        if (countdown >= 0) { /* nothing was refused */
-            printf("%ld allocations, %d failures with all of them\n", n, failures);
-            return failures != 0;
-        }
-        if (failures == 0 || messages == 0) {
-            printf("allocation %ld: nobody noticed or nobody said so\n", n);
-            return 1;
-        }
-    }
-}
-
 int main(int count, char **arguments) {
     countdown = -1;
-    if (count > 1 && strcmp(arguments[1], "starved") == 0) return starve();
+    is_starved = count > 1 && strcmp(arguments[1], "starved") == 0;
+    if (is_starved) return starve(live_once);
     live_once();
     printf("%zu bytes of receptions, %zu of transmissions, %d failures, %d differences\n", receptions,
            transmissions, failures, differences);

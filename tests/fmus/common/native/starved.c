@@ -1,45 +1,18 @@
 /* Lives a whole life of an instance again and again, each time with the next allocation failing.
  * Nothing may crash, nothing may leak, and with enough memory everything must succeed.
- * Linked with the shell and the unit `lag`, whose malloc, calloc, realloc and free are these. */
+ * Linked with the shell and the unit `lag`. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "fmi3Functions.h"
+#include "starving.h"
 #include "variables.h"
 
-extern const char INSTANTIATION_TOKEN[];
-
-static long countdown, live;
-
-static int is_refused(void) { return countdown-- == 0; }
-void *test_malloc(size_t size) {
-    void *memory = is_refused() ? NULL : malloc(size);
-    live += memory != NULL;
-    return memory;
-}
-void *test_calloc(size_t count, size_t size) {
-    void *memory = is_refused() ? NULL : calloc(count, size);
-    live += memory != NULL;
-    return memory;
-}
-void *test_realloc(void *old, size_t size) {
-    void *memory = is_refused() ? NULL : realloc(old, size);
-    live += memory != NULL && old == NULL;
-    return memory;
-}
-void test_free(void *memory) {
-    live -= memory != NULL;
-    free(memory);
-}
-
-static int failures, messages;
 static void on_message(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
                        fmi3String message) {
     (void)environment, (void)category, (void)message;
     messages += status >= fmi3Error;
 }
-static void note(fmi3Status status) { failures += status > fmi3Warning; }
 
 static void step(fmi3Instance c, double t) {
     bool event, terminate, early;
@@ -99,22 +72,4 @@ static void live_once(void) {
     fmi3FreeInstance(two);
 }
 
-int main(void) {
-    for (long n = 0;; n++) {
-        countdown = n;
-        failures = messages = 0;
-        live_once();
-        if (live != 0) {
-            printf("allocation %ld: %ld blocks leak\n", n, live);
-            return 1;
-        }
-        if (countdown >= 0) { /* nothing was refused */
-            printf("%ld allocations, %d failures with all of them\n", n, failures);
-            return failures != 0;
-        }
-        if (failures == 0 || messages == 0) {
-            printf("allocation %ld: nobody noticed or nobody said so\n", n);
-            return 1;
-        }
-    }
-}
+int main(void) { return starve(live_once); }
