@@ -3,7 +3,7 @@
 # from the package index.
 PYTHON ?= python3
 
-.PHONY: demo test lint docs bench verify network fmus clean
+.PHONY: demo test lint docs bench verify verify-perception network fmus clean
 
 demo: .venv-demo/installed  ## run the red-light scenario, closed loop, from nothing
 	.venv-demo/bin/nlosim run scenarios/red_light.yaml
@@ -27,13 +27,23 @@ test: .venv-test/installed  ## everything that CI checks
 	.venv-test/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	touch $@
 
-bench: .venv-demo/installed  ## measure, and make docs/benchmarks.md; keep the machine quiet
+.venv-bench/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/common/*.py')
+	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
+	$(PYTHON) -m venv .venv-bench
+	.venv-bench/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]'
+	touch $@
+
+bench: .venv-bench/installed  ## measure, and make docs/benchmarks.md; keep the machine quiet
 	mkdir -p docs/results
-	.venv-demo/bin/nlosim bench channel --json > docs/results/bench-channel.json
-	.venv-demo/bin/python -m benchmarks.page docs/benchmarks.md docs/results/bench-channel.json
+	.venv-bench/bin/nlosim bench channel --json > docs/results/bench-channel.json
+	.venv-bench/bin/nlosim bench lidar --json > docs/results/bench-lidar.json
+	.venv-bench/bin/python -m benchmarks.page docs/benchmarks.md docs/results/bench-channel.json docs/results/bench-lidar.json
 
 verify: .venv-demo/installed  ## compare the channel with golden data; GOLDEN=DIR also makes docs/validation-channel.md
 	.venv-demo/bin/nlosim verify channel --golden $(or $(GOLDEN),tests/fmus/channel_verification/golden) $(if $(GOLDEN),--figures docs/validation)
+
+verify-perception: .venv-test/installed  ## compare blind zones and sharers with geometry; makes docs/validation-perception.md
+	.venv-test/bin/nlosim verify perception --figures docs/validation-perception
 
 network:  ## regenerate the road network of the red-light scene (needs netconvert)
 	$(PYTHON) -m venv .venv-network

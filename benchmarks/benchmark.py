@@ -95,6 +95,9 @@ class Benchmark(abc.ABC):
         """Who the peer is, and where its numbers come from; empty if there is none."""
         return ""
 
+    def require(self) -> None:
+        """Raise a `CosimError` if something is missing that the cases need; called first."""
+
     @abc.abstractmethod
     def cases(self) -> Sequence[Case]:
         """The cases, prepared to be measured."""

@@ -70,9 +70,11 @@ def execute(arguments: argparse.Namespace) -> Outcome:
     found: list[dict[str, Any]] = []
     texts: list[str] = []
     is_complete = True
+    benchmarks = {name: offers.benchmark(name) for name in names}
+    for benchmark in benchmarks.values():
+        benchmark.require()  # before the first of them is measured
     with stopping():  # SIGTERM, too, is Ctrl-C
-        for name in names:
-            benchmark = offers.benchmark(name)
+        for name, benchmark in benchmarks.items():
             result = measure(benchmark, repeat=arguments.repeat, pattern=arguments.case, label=name)
             description, peer = benchmark.description, benchmark.peer
             found.append(_data(name, description, peer, result))

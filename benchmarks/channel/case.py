@@ -1,51 +1,23 @@
 """One run of the channel, and the CPU time it takes."""
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter, process_time_ns
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 from typing_extensions import override
 
-from adapters.fmi.fmi3 import Fmi3Instance
 from benchmarks.benchmark import Case, Measurement
 from benchmarks.channel.workload import Workload
+from benchmarks.step_clock import step_clock
 from fmus.records import OUTCOMES, RECEPTION, unframe
 from orchestrator import registry
 from orchestrator.errors import ComponentError, CosimError
 from orchestrator.parameters import ComponentType
 from orchestrator.signal import Causality, Signal
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, seconds
-
-
-@dataclass(slots=True)
-class StepClock:
-    """CPU time that was spent in steps of FMUs [ns]."""
-
-    spent: int = 0
-
-
-@contextmanager
-def step_clock() -> Iterator[StepClock]:
-    """While the block runs, the steps of every FMI 3.0 instance are timed.
-
-    The importer has no such clock of its own: two readings of the process clock per step, about a
-    microsecond, are for benchmarks only.
-    """
-    clock = StepClock()
-    step = Fmi3Instance.step
-
-    def timed(self: Fmi3Instance, t: float, h: float) -> None:
-        before = process_time_ns()
-        step(self, t, h)
-        clock.spent += process_time_ns() - before
-
-    with patch.object(Fmi3Instance, "step", timed):
-        yield clock
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -41,8 +41,15 @@ SHELL_SOURCES: Final = (
     "fmi3_state.c",
     "fmi3_unsupported.c",
     "portable_math.c",
+    "random_normal.c",
 )
-SHELL_HEADERS: Final = ("fmi3_shell.h", "fmi3_model.h", "records.h", "portable_math.h")
+SHELL_HEADERS: Final = (
+    "fmi3_shell.h",
+    "fmi3_model.h",
+    "records.h",
+    "portable_math.h",
+    "random_normal.h",
+)
 MODEL_VERSION: Final = "0.1.0"
 UNITS: Final = ("channel", "lidar", "perception")
 _LICENCE: Final = (

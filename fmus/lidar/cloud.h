@@ -6,6 +6,7 @@
 #include "pattern.h"
 #include "raster.h"
 #include "records.h"
+#include "view.h"
 
 typedef struct {
     double range_noise; /* standard deviation [m] */
@@ -14,7 +15,7 @@ typedef struct {
 
 /* The points of one azimuth's hits, in the order of the channels; returns their number, at most
  * that of the channels. `key` is the scan's (see random.h). */
-uint32_t cloud_points(const Pattern *, const Hits *, uint32_t azimuth, const Noise *, uint64_t key,
-                      Point *points);
+uint32_t cloud_points(const View *, const Pattern *, const Hits *, uint32_t azimuth, const Noise *,
+                      uint64_t key, Point *points);
 
 #endif

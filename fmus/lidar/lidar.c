@@ -99,20 +99,19 @@ static int scan(Lidar *lidar, const Vehicles *vehicles, size_t v, const Mounting
     sensor->heading = vehicles->heading[v];
     sensor->pitch = p->pitch;
     sensor->roll = p->roll;
-    Viewpoint from = {.heading = sensor->heading, .range = p->range, .vehicle = v};
+    Viewpoint from = {.heading = sensor->heading, .vehicle = v};
     memcpy(from.position, sensor->position, sizeof from.position);
-    if (view_build(&lidar->view, &lidar->scene, &from, p->azimuths)
+    if (view_build(&lidar->view, &lidar->scene, &from, &lidar->pattern)
+        || trace(&lidar->view, &lidar->pattern, &lidar->hits)
         || binary_reserve(out, out->size + (size_t)p->azimuths * p->channels * sizeof(Point)))
         return 1;
     uint64_t key = scan_key(mounting->seed, sensor->time, sensor->vehicle);
     /* records start at multiples of 4 bytes from the start of the allocated block */
     Point *points = (Point *)(void *)(out->data + out->size);
     uint32_t count = 0;
-    for (uint32_t azimuth = 0; azimuth < p->azimuths; azimuth++) {
-        trace_azimuth(&lidar->view, &lidar->pattern, azimuth, &lidar->hits);
-        count += cloud_points(&lidar->pattern, &lidar->hits, azimuth, &mounting->noise, key,
-                              points + count);
-    }
+    for (uint32_t azimuth = 0; azimuth < p->azimuths; azimuth++)
+        count += cloud_points(&lidar->view, &lidar->pattern, &lidar->hits, azimuth,
+                              &mounting->noise, key, points + count);
     sensor->count = count;
     out->size += (size_t)count * sizeof(Point);
     return 0;
@@ -165,7 +164,6 @@ static ModelStatus output(Instance *instance, void *state, double t) {
     if (status != MODEL_OK)
         return status;
     if (pattern_prepare(&lidar->pattern, &parameters)
-        || hits_reserve(&lidar->hits, parameters.channels)
         || scene_build(&lidar->scene, &vehicles, &buildings))
         return out_of_memory(instance, "the scene");
     return scan_all(instance, lidar, &vehicles, (int64_t)llround(t * 1e9));

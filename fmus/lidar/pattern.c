@@ -6,9 +6,8 @@
 
 #include "portable_math.h"
 
-/* Shortest horizontal part of a ray; a vertical ray has no azimuth. It shifts the hit on a roof
- * under the sensor by 1e-12 of its distance. */
-static const double LEVEL_MINIMUM = 1e-12;
+/* Cells of the search for channels, at most, per channel. */
+enum { CELLS_PER_CHANNEL = 32 };
 
 static int equal(const PatternParameters *a, const PatternParameters *b) {
     return a->channels == b->channels && a->azimuths == b->azimuths
@@ -18,80 +17,68 @@ static int equal(const PatternParameters *a, const PatternParameters *b) {
 
 static int allocate(Pattern *p) {
     size_t azimuths = p->parameters.azimuths, channels = p->parameters.channels;
-    size_t columns = azimuths * p->columns_per_azimuth;
-    size_t rays = p->tilted ? columns : channels;
-    size_t doubles = 2 * azimuths + 2 * channels + 2 * columns + 5 * rays;
-    double *next = malloc(doubles * sizeof *next + columns * sizeof *p->column_bin);
+    size_t doubles = 4 * azimuths + 4 * channels + 1, cells = CELLS_PER_CHANNEL * channels + 2;
+    double *next = malloc(doubles * sizeof *next + cells * sizeof *p->before);
     if (next == NULL)
         return 1;
     p->memory = next;
-    p->azimuth_x = next, next += azimuths;
-    p->azimuth_y = next, next += azimuths;
+    p->azimuth_x = next, next += 2 * azimuths;
+    p->azimuth_y = next, next += 2 * azimuths;
     p->level = next, next += channels;
     p->rise = next, next += channels;
-    p->column_x = next, next += columns;
-    p->column_y = next, next += columns;
-    p->column_slope = next, next += rays;
-    p->column_inverse_slope = next, next += rays;
-    p->column_level = next, next += rays;
-    p->column_inverse_level = next, next += rays;
-    p->column_rise = next, next += rays;
-    p->column_bin = (uint32_t *)next;
+    p->farthest = next, next += channels;
+    p->slope = next, next += channels + 1;
+    p->before = (uint32_t *)next;
     return 0;
 }
 
-static void fill_sensor_frame(Pattern *p) {
+static void fill_directions(Pattern *p) {
     const PatternParameters *q = &p->parameters;
-    for (uint32_t a = 0; a < q->azimuths; a++)
+    for (uint32_t a = 0; a < q->azimuths; a++) {
         sine_cosine(2.0 * PI * a / q->azimuths, &p->azimuth_y[a], &p->azimuth_x[a]);
+        p->azimuth_x[a + q->azimuths] = p->azimuth_x[a];
+        p->azimuth_y[a + q->azimuths] = p->azimuth_y[a];
+    }
     double span = q->elevation_bottom - q->elevation_top;
     for (uint32_t k = 0; k < q->channels; k++) {
         double part = q->channels > 1 ? (double)k / (q->channels - 1) : 0.0;
         sine_cosine(q->elevation_top + span * part, &p->rise[k], &p->level[k]);
+        p->slope[k] = p->rise[k] / p->level[k];
+        p->farthest[k] = 1.0 / (q->range * p->level[k]);
     }
+    p->slope[q->channels] = NAN; /* not at or above anything */
 }
 
-static void set_ray(Pattern *p, size_t i, double level, double rise) {
-    p->column_level[i] = level;
-    p->column_inverse_level[i] = 1.0 / level;
-    p->column_rise[i] = rise;
-    p->column_slope[i] = rise / level;
-    p->column_inverse_slope[i] = rise != 0.0 ? level / rise : 0.0;
+/* The inverse of a turn about x by the roll, then about y by the pitch. */
+static void fill_turn(Pattern *p) {
+    double sp, cp, sr, cr;
+    sine_cosine(p->parameters.pitch, &sp, &cp);
+    sine_cosine(p->parameters.roll, &sr, &cr);
+    const double turn[3][3] = {{cp, 0.0, -sp}, {sp * sr, cr, cp * sr}, {sp * cr, -sr, cp * cr}};
+    memcpy(p->turn, turn, sizeof turn);
 }
 
-static void fill_level_columns(Pattern *p) {
-    for (uint32_t a = 0; a < p->parameters.azimuths; a++) {
-        p->column_x[a] = p->azimuth_x[a];
-        p->column_y[a] = p->azimuth_y[a];
-        p->column_bin[a] = a;
+/* Cells half as wide as the closest channels are apart, unless that makes too many. */
+static void fill_cells(Pattern *p) {
+    uint32_t channels = p->parameters.channels, most = CELLS_PER_CHANNEL * channels;
+    double span = p->slope[0] - p->slope[channels - 1], gap = span;
+    for (uint32_t k = 1; k < channels; k++)
+        gap = fmin(gap, p->slope[k - 1] - p->slope[k]);
+    double wanted = 2.0 * span / gap; /* NaN if there is one channel */
+    double count = wanted < most ? wanted : most;
+    p->cell_scale = span > 0.0 ? count / span : 0.0;
+    p->cells = (uint32_t)count + 2;
+    memset(p->before, 0, p->cells * sizeof *p->before);
+    for (uint32_t k = 0; k < channels; k++)
+        p->before[pattern_cell(p, p->slope[k])]++;
+    p->per_cell = 0;
+    uint32_t sum = 0;
+    for (uint32_t c = 0; c < p->cells; c++) {
+        uint32_t here = p->before[c];
+        p->per_cell = here > p->per_cell ? here : p->per_cell;
+        p->before[c] = sum;
+        sum += here;
     }
-    for (uint32_t k = 0; k < p->parameters.channels; k++)
-        set_ray(p, k, p->level[k], p->rise[k]);
-}
-
-/* heading frame <- sensor frame: turn about x by the roll, then about y by the pitch. */
-static void fill_tilted_columns(Pattern *p) {
-    const PatternParameters *q = &p->parameters;
-    double sin_pitch, cos_pitch, sin_roll, cos_roll;
-    sine_cosine(q->pitch, &sin_pitch, &cos_pitch);
-    sine_cosine(q->roll, &sin_roll, &cos_roll);
-    for (uint32_t a = 0; a < q->azimuths; a++)
-        for (uint32_t k = 0; k < q->channels; k++) {
-            size_t i = (size_t)a * q->channels + k;
-            double x = p->level[k] * p->azimuth_x[a], left = p->level[k] * p->azimuth_y[a];
-            double y = left * cos_roll - p->rise[k] * sin_roll;
-            double z = left * sin_roll + p->rise[k] * cos_roll;
-            double ahead = x * cos_pitch + z * sin_pitch, up = z * cos_pitch - x * sin_pitch;
-            double level = sqrt(ahead * ahead + y * y);
-            int vertical = level < LEVEL_MINIMUM;
-            p->column_x[i] = vertical ? 1.0 : ahead / level;
-            p->column_y[i] = vertical ? 0.0 : y / level;
-            set_ray(p, i, vertical ? LEVEL_MINIMUM : level, up);
-            /* the bins of faces are a little wider than the faces: atan2 need not be exact */
-            double turn = atan2(p->column_y[i], p->column_x[i]) / (2.0 * PI);
-            double bin = floor((turn < 0.0 ? turn + 1.0 : turn) * q->azimuths);
-            p->column_bin[i] = bin < q->azimuths ? (uint32_t)bin : 0;
-        }
 }
 
 int pattern_prepare(Pattern *p, const PatternParameters *parameters) {
@@ -99,16 +86,11 @@ int pattern_prepare(Pattern *p, const PatternParameters *parameters) {
         return 0;
     pattern_clear(p);
     p->parameters = *parameters;
-    p->tilted = parameters->pitch != 0.0 || parameters->roll != 0.0;
-    p->columns_per_azimuth = p->tilted ? parameters->channels : 1;
-    p->rays_per_column = p->tilted ? 1 : parameters->channels;
     if (allocate(p))
         return 1;
-    fill_sensor_frame(p);
-    if (p->tilted)
-        fill_tilted_columns(p);
-    else
-        fill_level_columns(p);
+    fill_directions(p);
+    fill_turn(p);
+    fill_cells(p);
     return 0;
 }
 
@@ -117,17 +99,29 @@ void pattern_clear(Pattern *p) {
     memset(p, 0, sizeof *p);
 }
 
-Column pattern_column(const Pattern *p, uint32_t azimuth, uint32_t column) {
-    size_t i = (size_t)azimuth * p->columns_per_azimuth + column;
-    size_t ray = pattern_ray(p, azimuth, column * p->rays_per_column);
-    return (Column){
-        .x = p->column_x[i],
-        .y = p->column_y[i],
-        .bin = p->column_bin[i],
-        .count = p->rays_per_column,
-        .slope = p->column_slope + ray,
-        .inverse_slope = p->column_inverse_slope + ray,
-        .level = p->column_level + ray,
-        .rise = p->column_rise + ray,
-    };
+/* The direction of (x, y) in turns, 0..1, with an error below 1e-5 (Abramowitz and Stegun 1964,
+ * formula 4.4.49). */
+static double turns(double x, double y) {
+    double a = fabs(x), b = fabs(y), q = (a < b ? a : b) / (a < b ? b : a), s = q * q;
+    double tail = 0.1801410 + s * (-0.0851330 + s * 0.0208351);
+    double part = q * (0.9998660 + s * (-0.3302995 + s * tail)) / (2.0 * PI);
+    part = a < b ? 0.25 - part : part;
+    part = x < 0.0 ? 0.5 - part : part;
+    return y < 0.0 ? 1.0 - part : part;
+}
+
+/* Whether a direction is counter-clockwise of azimuth a, or at it, by less than half a turn. */
+static int is_passed(const Pattern *p, uint32_t a, double x, double y) {
+    return p->azimuth_x[a] * y - p->azimuth_y[a] * x >= 0.0;
+}
+
+uint32_t pattern_azimuth(const Pattern *p, double x, double y) {
+    uint32_t azimuths = p->parameters.azimuths;
+    uint32_t a = (uint32_t)(turns(x, y) * azimuths); /* right, or beside the right one */
+    a = a < azimuths ? a : 0;
+    if (!is_passed(p, a, x, y))
+        return a > 0 ? a - 1 : azimuths - 1;
+    if (is_passed(p, a + 1, x, y))
+        return a + 1 < azimuths ? a + 1 : 0;
+    return a;
 }

@@ -11,29 +11,20 @@ typedef struct {
     double range;                           /* [m] */
 } PatternParameters;
 
-/* Rays of one vertical plane, in the heading frame: origin at the sensor, x along the vehicle's
- * heading, z up. Their slopes (vertical over horizontal length) descend. */
-typedef struct {
-    double x, y;  /* horizontal unit vector of the plane */
-    uint32_t bin; /* the azimuth bin that holds it */
-    uint32_t count;
-    const double *slope, *inverse_slope; /* tangent of the elevation; its inverse, 0 for 0 */
-    const double *level, *rise;          /* horizontal and vertical part of the unit vector */
-} Column;
-
 typedef struct {
     PatternParameters parameters;
     /* Direction of azimuth a and channel k in the sensor frame:
-     * (level[k] * azimuth_x[a], level[k] * azimuth_y[a], rise[k]). */
+     * (level[k] * azimuth_x[a], level[k] * azimuth_y[a], rise[k]). The azimuths are there twice,
+     * one turn after the other, so that no loop over some of them has to wrap around. */
     double *azimuth_x, *azimuth_y, *level, *rise;
-    /* The same rays in the heading frame, as columns. A level sensor has one column per azimuth,
-     * all with the same elevations; each ray of a tilted sensor is a column of its own. */
-    int tilted;
-    uint32_t columns_per_azimuth, rays_per_column;
-    double *column_x, *column_y;
-    uint32_t *column_bin;
-    double *column_slope, *column_inverse_slope, *column_level, *column_inverse_level,
-        *column_rise;
+    double *slope;     /* rise / level, descending; and NAN behind the last */
+    double *farthest;  /* 1 / horizontal distance of the range [1/m] */
+    double turn[3][3]; /* sensor frame <- heading frame (x along the vehicle's heading, z up) */
+    /* Channels by slope: cell c = (slope[0] - slope) * cell_scale has `per_cell` channels at most,
+     * and `before[c]` are in the cells before it. */
+    uint32_t *before;
+    uint32_t cells, per_cell;
+    double cell_scale;
     void *memory;
 } Pattern;
 
@@ -42,12 +33,21 @@ typedef struct {
 int pattern_prepare(Pattern *, const PatternParameters *parameters);
 void pattern_clear(Pattern *);
 
-/* Index of a ray in column_slope, column_inverse_slope, column_level, ... */
-static inline size_t pattern_ray(const Pattern *p, uint32_t azimuth, uint32_t channel) {
-    return p->tilted ? (size_t)azimuth * p->parameters.channels + channel : channel;
+/* Number of the azimuth at the direction (x, y), or the next one clockwise of it. */
+uint32_t pattern_azimuth(const Pattern *, double x, double y);
+
+static inline uint32_t pattern_cell(const Pattern *p, double slope) {
+    double cell = (p->slope[0] - slope) * p->cell_scale, last = p->cells - 1;
+    cell = cell > 0.0 ? cell : 0.0; /* also where NaN: 0 * infinity of one channel */
+    return (uint32_t)(int32_t)(cell < last ? cell : last);
 }
 
-/* Column number `column` of azimuth `azimuth`. */
-Column pattern_column(const Pattern *, uint32_t azimuth, uint32_t column);
+/* How many channels have a slope of `limit`, which may be infinite, or more. */
+static inline uint32_t pattern_channels_from(const Pattern *p, double limit) {
+    uint32_t k = p->before[pattern_cell(p, limit)];
+    for (uint32_t i = 0; i < p->per_cell; i++)
+        k += p->slope[k] >= limit;
+    return k;
+}
 
 #endif

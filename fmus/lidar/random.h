@@ -5,14 +5,19 @@
 #define RANDOM_H
 #include <stdint.h>
 
+#include "random_normal.h"
+
 /* The key of all random numbers of one scan of one sensor. */
-uint64_t scan_key(int64_t seed, int64_t time, int64_t vehicle);
+static inline uint64_t scan_key(int64_t seed, int64_t time, int64_t vehicle) {
+    uint64_t key = mixed_bits((uint64_t)seed + RANDOM_STRIDE);
+    key = mixed_bits((key ^ (uint64_t)time) + RANDOM_STRIDE);
+    return mixed_bits((key ^ (uint64_t)vehicle) + RANDOM_STRIDE);
+}
 
 /* 64 random bits of one ray. */
-uint64_t ray_bits(uint64_t key, uint32_t azimuth, uint32_t channel);
-
-/* A number of the standard normal distribution from 32 random bits: the quantile of the middle of
- * the bits' 2^-32-wide interval (Wichura 1988, AS 241, routine PPND7: relative error 1e-7). */
-double normal_quantile(uint32_t bits);
+static inline uint64_t ray_bits(uint64_t key, uint32_t azimuth, uint32_t channel) {
+    uint64_t ray = (uint64_t)azimuth << 32 | channel;
+    return mixed_bits(key + (ray + 1) * RANDOM_STRIDE);
+}
 
 #endif

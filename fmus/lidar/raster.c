@@ -7,151 +7,153 @@
 #include "memory.h"
 #include "portable_math.h"
 
-/* Number of slopes above `limit`; slopes descend. */
-static uint32_t above(const double *slope, uint32_t count, double limit) {
-    const double *base = slope;
-    while (count > 1) { /* without branches that depend on the data */
-        uint32_t half = count / 2;
-        base += base[half - 1] > limit ? half : 0;
-        count -= half;
-    }
-    return (uint32_t)(base - slope) + (count == 1 && *base > limit);
+static int reserve(Hits *hits, const View *view, const Pattern *pattern) {
+    int failed = 0;
+    size_t azimuths = pattern->parameters.azimuths, rays = azimuths * pattern->parameters.channels;
+    uint32_t longest = 1;
+    for (size_t i = 0; i < view->face_count; i++)
+        longest = view->face[i].count > longest ? view->face[i].count : longest;
+    hits->nearness = with_room(hits->nearness, &hits->nearness_capacity, rays,
+                               sizeof *hits->nearness, &failed);
+    hits->face = with_room(hits->face, &hits->face_capacity, rays, sizeof *hits->face, &failed);
+    hits->edge = with_room(hits->edge, &hits->edge_capacity, longest, sizeof *hits->edge, &failed);
+    hits->lower
+        = with_room(hits->lower, &hits->lower_capacity, azimuths, sizeof *hits->lower, &failed);
+    hits->upper
+        = with_room(hits->upper, &hits->upper_capacity, azimuths, sizeof *hits->upper, &failed);
+    hits->crossing = with_room(hits->crossing, &hits->crossing_capacity, longest + 1,
+                               sizeof *hits->crossing, &failed);
+    return failed;
 }
 
-/* Number of slopes at or above `limit`. */
-static uint32_t at_or_above(const double *slope, uint32_t count, double limit) {
-    const double *base = slope;
-    while (count > 1) {
-        uint32_t half = count / 2;
-        base += base[half - 1] >= limit ? half : 0;
-        count -= half;
-    }
-    return (uint32_t)(base - slope) + (count == 1 && *base >= limit);
-}
-
-/* The ground z = 0, seen from above, within the range. */
-static void trace_ground(double height, const Column *column, double range, Hits *hits) {
-    for (uint32_t k = 0; k < column->count; k++) {
-        double limit = range * column->level[k];
-        double r = -height * column->inverse_slope[k];
-        int hit = column->slope[k] < 0.0 && height > 0.0 && r < limit;
-        hits->distance[k] = hit ? r : limit;
-        hits->cosine[k] = hit ? -column->rise[k] : 0.0;
-        hits->surface[k] = hit ? &GROUND_SURFACE : NULL;
-    }
-}
-
-/* The plane of the column meets a wall if the wall's ends are on different sides of it. A corner
- * counts to the same side for both its walls, so no ray passes between them. */
-static void trace_wall(const Wall *wall, const Column *column, Hits *hits) {
-    double side0 = column->x * wall->y0 - column->y * wall->x0;
-    double side1 = column->x * wall->y1 - column->y * wall->x1;
-    if (!(side0 >= 0.0 && side1 < 0.0))
-        return;
-    double width = side0 - side1; /* length of the edge as seen from the ray's direction */
-    double r = -wall->area / width, low = wall->bottom / r;
-    double normal = width * wall->inverse_length;
-    uint32_t first = above(column->slope, column->count, wall->top / r);
-    for (uint32_t k = first; k < column->count && column->slope[k] >= low; k++)
-        if (r < hits->distance[k]) {
-            hits->distance[k] = r;
-            hits->cosine[k] = normal * column->level[k];
-            hits->surface[k] = &wall->surface;
+/* Every ray to the ground, or to its range. */
+static void trace_ground(const Face *ground, const Pattern *pattern, Hits *hits) {
+    const double *plane = ground->plane, *slope = pattern->slope, *farthest = pattern->farthest;
+    uint32_t channels = pattern->parameters.channels;
+    for (uint32_t a = 0; a < pattern->parameters.azimuths; a++) {
+        double level = plane[0] * pattern->azimuth_x[a] + plane[1] * pattern->azimuth_y[a];
+        double *nearness = hits->nearness + (size_t)a * channels;
+        uint32_t *face = hits->face + (size_t)a * channels;
+        for (uint32_t k = 0; k < channels; k++) {
+            double near = level + plane[2] * slope[k];
+            int is_hit = near > farthest[k];
+            nearness[k] = is_hit ? near : farthest[k];
+            face[k] = is_hit ? 0 : NOTHING;
         }
+    }
 }
 
-/* Distances at which the column's plane crosses the edges of a cap, ahead of the sensor and
- * ascending; returns their number. */
-static size_t crossings(const double *ring, size_t count, const Column *column, double *distance) {
-    size_t found = 0;
-    const double *a = ring + 2 * (count - 1);
-    double side_a = column->x * a[1] - column->y * a[0];
-    for (size_t i = 0; i < count; i++) {
-        const double *b = ring + 2 * i;
-        double side_b = column->x * b[1] - column->y * b[0];
-        if ((side_a >= 0.0) != (side_b >= 0.0)) {
-            double r = (a[0] * (b[1] - a[1]) - a[1] * (b[0] - a[0])) / (side_b - side_a);
-            if (r > 0.0) {
-                size_t j = found++;
-                for (; j > 0 && distance[j - 1] > r; j--)
-                    distance[j] = distance[j - 1];
-                distance[j] = r;
-            }
-        }
-        a = b;
-        side_a = side_b;
+/* The rays of one azimuth with slopes from `lower` up to, not including, `upper`. */
+static void fill(const Pattern *pattern, uint32_t azimuth, const double *plane, uint32_t number,
+                 double lower, double upper, Hits *hits) {
+    uint32_t first = pattern_channels_from(pattern, upper);
+    uint32_t end = pattern_channels_from(pattern, lower);
+    double level = plane[0] * pattern->azimuth_x[azimuth] + plane[1] * pattern->azimuth_y[azimuth];
+    uint32_t turn = pattern->parameters.azimuths;
+    size_t row = (size_t)(azimuth < turn ? azimuth : azimuth - turn) * pattern->parameters.channels;
+    double *nearness = hits->nearness + row;
+    uint32_t *face = hits->face + row;
+    for (uint32_t k = first; k < end; k++) {
+        double near = level + plane[2] * pattern->slope[k];
+        int is_nearer = near > nearness[k];
+        nearness[k] = is_nearer ? near : nearness[k];
+        face[k] = is_nearer ? number : face[k];
+    }
+}
+
+/* The slope at which a half-plane crosses an edge. */
+static double slope_at(const Edge *edge, const Pattern *pattern, uint32_t azimuth) {
+    return edge->slope[0] * pattern->azimuth_x[azimuth]
+           + edge->slope[1] * pattern->azimuth_y[azimuth] + edge->slope[2];
+}
+
+/* A convex face has one edge below and one above at each azimuth, except where the sensor's z axis
+ * goes through it: there it has one of them all around. Seen counter-clockwise, edges below go
+ * clockwise about the sensor and edges above counter-clockwise. */
+static void trace_convex(const Outline *outline, const Face *face, uint32_t number,
+                         const Pattern *pattern, Hits *hits) {
+    uint32_t count = (uint32_t)(outline->high - outline->low);
+    for (uint32_t i = 0; i < count; i++) {
+        hits->lower[i] = -HUGE_VAL;
+        hits->upper[i] = HUGE_VAL;
+    }
+    for (uint32_t e = 0; e < outline->count; e++) {
+        const Edge *edge = outline->edge + e;
+        int is_above = edge->to > edge->from;
+        double *bound = is_above ? hits->upper : hits->lower;
+        uint32_t begin = (uint32_t)((is_above ? edge->from : edge->to) - outline->low);
+        uint32_t end = (uint32_t)((is_above ? edge->to : edge->from) - outline->low);
+        for (uint32_t i = begin; i < end; i++)
+            bound[i] = slope_at(edge, pattern, outline->first + i);
+    }
+    for (uint32_t i = 0; i < count; i++)
+        fill(pattern, outline->first + i, face->plane, number, hits->lower[i], hits->upper[i],
+             hits);
+}
+
+/* Where the half-plane number `offset` of an outline crosses its edges, ascending; returns the
+ * number of crossings. */
+static uint32_t crossings(const Outline *outline, uint32_t offset, const Pattern *pattern,
+                          double *slope) {
+    int64_t azimuths = pattern->parameters.azimuths;
+    uint32_t found = 0;
+    for (uint32_t e = 0; e < outline->count; e++) {
+        const Edge *edge = outline->edge + e;
+        int64_t low = edge->from < edge->to ? edge->from : edge->to;
+        int64_t count = llabs(edge->to - edge->from);
+        int64_t after = (offset + outline->low - low) % azimuths;
+        if ((after < 0 ? after + azimuths : after) >= count)
+            continue;
+        double at = slope_at(edge, pattern, outline->first + offset);
+        uint32_t j = found++;
+        for (; j > 0 && slope[j - 1] > at; j--)
+            slope[j] = slope[j - 1];
+        slope[j] = at;
     }
     return found;
 }
 
-/* The rays of a column that reach the cap's plane between two horizontal distances; the near end is
- * the wall's, the far end the cap's. Wall and cap divide equal numbers, so no ray slips between. */
-static void trace_interval(const Cap *cap, double near, double far, const Column *column,
-                           Hits *hits) {
-    double at_far = cap->height / far;
-    double at_near = near > 0.0 ? cap->height / near : copysign(HUGE_VAL, cap->height);
-    uint32_t first, last;
-    if (cap->height < 0.0) {
-        first = above(column->slope, column->count, at_far);
-        last = above(column->slope, column->count, at_near);
-    } else {
-        first = at_or_above(column->slope, column->count, at_near);
-        last = at_or_above(column->slope, column->count, at_far);
-    }
-    for (uint32_t k = first; k < last; k++) {
-        double r = cap->height * column->inverse_slope[k];
-        if (r < hits->distance[k]) {
-            hits->distance[k] = r;
-            hits->cosine[k] = fabs(column->rise[k]);
-            hits->surface[k] = &cap->surface;
-        }
+/* Any polygon: between the first and the second crossing, the third and the fourth, and so on. The
+ * sensor's z axis goes through it where the number is odd; above the sensor, if above it. */
+static void trace_any(const Outline *outline, const Face *face, uint32_t number,
+                      const Pattern *pattern, Hits *hits) {
+    uint32_t azimuths = pattern->parameters.azimuths;
+    uint64_t span = (uint64_t)(outline->high - outline->low);
+    uint32_t count = span < azimuths ? (uint32_t)span : azimuths;
+    double *slope = hits->crossing;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t found = crossings(outline, i, pattern, slope), first = 0;
+        if (found % 2 == 1 && face->plane[2] > 0.0)
+            slope[found++] = HUGE_VAL;
+        else if (found % 2 == 1)
+            fill(pattern, outline->first + i, face->plane, number, -HUGE_VAL, slope[first++], hits);
+        for (; first + 1 < found; first += 2)
+            fill(pattern, outline->first + i, face->plane, number, slope[first], slope[first + 1],
+                 hits);
     }
 }
 
-static void trace_cap(const View *view, const Cap *cap, const Column *column, Hits *hits) {
-    double *edge = view->crossing;
-    size_t count = crossings(view->corner + 2 * cap->first, cap->count, column, edge);
-    size_t i = count % 2; /* odd: the sensor is over (or under) the cap */
-    if (i == 1)
-        trace_interval(cap, 0.0, edge[0], column, hits);
-    for (; i + 1 < count; i += 2)
-        trace_interval(cap, edge[i], edge[i + 1], column, hits);
-}
-
-static void trace_column(const View *view, const Column *column, double range, Hits *hits) {
-    trace_ground(view->height, column, range, hits);
-    const Bins *walls = &view->wall_bins, *caps = &view->cap_bins;
-    for (uint32_t i = walls->start[column->bin]; i < walls->start[column->bin + 1]; i++)
-        trace_wall(view->wall + walls->item[i], column, hits);
-    for (uint32_t i = caps->start[column->bin]; i < caps->start[column->bin + 1]; i++)
-        trace_cap(view, view->cap + caps->item[i], column, hits);
-}
-
-void trace_azimuth(const View *view, const Pattern *pattern, uint32_t azimuth, Hits *hits) {
-    Hits part = *hits;
-    for (uint32_t c = 0; c < pattern->columns_per_azimuth; c++) {
-        Column column = pattern_column(pattern, azimuth, c);
-        trace_column(view, &column, pattern->parameters.range, &part);
-        part.distance += column.count;
-        part.cosine += column.count;
-        part.surface += column.count;
+int trace(const View *view, const Pattern *pattern, Hits *hits) {
+    if (reserve(hits, view, pattern))
+        return 1;
+    trace_ground(view->face, pattern, hits);
+    for (uint32_t i = 1; i < view->face_count; i++) {
+        const Face *face = view->face + i;
+        Outline outline = outline_of(view, face, pattern, hits->edge);
+        if (face->convex && outline.high - outline.low <= pattern->parameters.azimuths)
+            trace_convex(&outline, face, i, pattern, hits);
+        else
+            trace_any(&outline, face, i, pattern, hits);
     }
-}
-
-int hits_reserve(Hits *hits, uint32_t channels) {
-    int failed = 0;
-    hits->distance = with_room(hits->distance, &hits->distance_capacity, channels,
-                               sizeof *hits->distance, &failed);
-    hits->cosine
-        = with_room(hits->cosine, &hits->cosine_capacity, channels, sizeof *hits->cosine, &failed);
-    hits->surface = with_room(hits->surface, &hits->surface_capacity, channels,
-                              sizeof *hits->surface, &failed);
-    return failed;
+    return 0;
 }
 
 void hits_clear(Hits *hits) {
-    free(hits->distance);
-    free(hits->cosine);
-    free(hits->surface);
+    free(hits->nearness);
+    free(hits->face);
+    free(hits->edge);
+    free(hits->lower);
+    free(hits->upper);
+    free(hits->crossing);
     memset(hits, 0, sizeof *hits);
 }

@@ -1,25 +1,27 @@
-/* What the rays of one azimuth hit first: exact intersection, kept by distance. */
+/* What the rays of a scan hit first: exact intersection, kept by distance. */
 #ifndef RASTER_H
 #define RASTER_H
 #include <stdint.h>
 
+#include "outline.h"
 #include "pattern.h"
 #include "view.h"
 
-/* The nearest hits of the rays of one azimuth, one entry per channel. */
+#define NOTHING UINT32_MAX
+
+/* The nearest hits, by azimuth, then channel. */
 typedef struct {
-    double *distance;        /* horizontal [m]; where nothing is hit, that of the sensor's range */
-    double *cosine;          /* of the angle of incidence, 0..1 */
-    const Surface **surface; /* NULL where nothing is hit */
-    size_t distance_capacity, cosine_capacity, surface_capacity;
+    double *nearness; /* 1 / horizontal distance [1/m]; of the range where nothing is hit */
+    uint32_t *face;   /* number in View.face, or NOTHING */
+    /* Room for the tracing of one face: its edges, and where it begins and ends at each azimuth. */
+    Edge *edge;
+    double *lower, *upper, *crossing;
+    size_t nearness_capacity, face_capacity, edge_capacity, lower_capacity, upper_capacity,
+        crossing_capacity;
 } Hits;
 
-/* Make room for `channels` entries. An all-zero Hits is valid. Returns nonzero if memory is short.
- */
-int hits_reserve(Hits *, uint32_t channels);
+/* Trace all rays of a scan. An all-zero Hits is valid. Returns nonzero if memory is short. */
+int trace(const View *, const Pattern *, Hits *hits);
 void hits_clear(Hits *);
-
-/* Trace the rays of azimuth number `azimuth`. The pointers in `hits` point into the view. */
-void trace_azimuth(const View *, const Pattern *, uint32_t azimuth, Hits *hits);
 
 #endif

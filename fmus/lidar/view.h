@@ -1,50 +1,56 @@
-/* The faces that one sensor may see: within its range, turned towards it, in its heading frame
- * (origin at the sensor, x along the vehicle's heading, z up), and sorted by azimuth. */
+/* The faces that one sensor may see: within its range and turned towards it, in its own frame
+ * (origin at the sensor, tilted as it is). */
 #ifndef VIEW_H
 #define VIEW_H
 #include <stddef.h>
 #include <stdint.h>
 
-#include "bins.h"
+#include "pattern.h"
 #include "scene.h"
 
 typedef struct {
     double position[3]; /* world frame [m] */
     double heading;     /* [rad] */
-    double range;       /* [m] */
     size_t vehicle;     /* that carries it; its own body is not seen */
 } Viewpoint;
 
-/* An upright rectangle over the edge (x0, y0) - (x1, y1), which the sensor sees clockwise. */
 typedef struct {
-    double x0, y0, x1, y1, bottom, top; /* [m] */
-    double area;                        /* x0 y1 - y0 x1, negative [m^2] */
-    double inverse_length;              /* [1/m] */
-    Surface surface;
-} Wall;
+    double x, y, z;   /* sensor frame [m]; never on the z axis */
+    uint32_t azimuth; /* at it or the next one clockwise of it */
+} Corner;
 
-/* A level polygon: the top of a prism seen from above, or its bottom seen from below. */
+/* A polygon in a plane. A ray whose direction in the sensor frame is a multiple of (x, y, slope),
+ * with x^2 + y^2 = 1, meets the plane at the horizontal distance
+ * 1 / (plane[0] x + plane[1] y + plane[2] slope). */
 typedef struct {
-    size_t first, count; /* its corners in View.corner */
-    double height;       /* above (positive) or below the sensor [m] */
+    double plane[3]; /* inward normal / distance [1/m] */
+    double distance; /* of the plane from the sensor [m] */
     Surface surface;
-} Cap;
+    uint32_t first, count; /* its corners in View.corner_of, counter-clockwise from outside */
+    int convex;            /* known to be so */
+} Face;
 
 typedef struct {
-    Wall *wall;
-    Cap *cap;
-    Window *wall_window, *cap_window;
-    size_t wall_count, cap_count;
-    size_t wall_capacity, cap_capacity, wall_window_capacity, cap_window_capacity;
-    Bins wall_bins, cap_bins;
-    double *corner, *angle, *crossing; /* crossing: room for the distances of one cap's edges */
-    size_t corner_count, corner_capacity, angle_capacity, crossing_capacity;
-    double height; /* of the sensor above the ground z = 0 [m] */
+    const Prism *prism;
+    uint32_t first; /* in View.corner: the ring at the bottom, then the ring at the top */
+} Seen;
+
+/* Face 0 is the ground, which has no corners. Then come all walls, then all tops and bottoms; both
+ * in the order of their prisms. */
+typedef struct {
+    Face *face;
+    Corner *corner;
+    uint32_t *corner_of; /* corners of the faces, one face after the other */
+    Seen *seen;
+    double *ring; /* room for one ring in the heading frame */
+    size_t face_count, corner_count, corner_of_count, seen_count;
+    size_t face_capacity, corner_capacity, corner_of_capacity, seen_capacity,
+        ring_capacity;
 } View;
 
 /* Collect the faces seen from a viewpoint. An all-zero View is valid and empty. Returns nonzero if
  * memory is short. */
-int view_build(View *, const Scene *, const Viewpoint *, uint32_t bins);
+int view_build(View *, const Scene *, const Viewpoint *, const Pattern *);
 void view_clear(View *);
 
 #endif

@@ -7,6 +7,7 @@ from typing_extensions import override
 
 from benchmarks.benchmark import Benchmark, Case, Measurement, Row
 from benchmarks.spread import Spread
+from orchestrator.errors import CosimError
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +77,14 @@ class InterruptedBenchmark(CountingBenchmark):
 
     def __init__(self) -> None:
         super().__init__(before=interrupt_at(3))
+
+
+class NeedyBenchmark(CountingBenchmark):
+    """Needs what is not there."""
+
+    @override
+    def require(self) -> None:
+        raise CosimError("there is no sloth")
 
 
 def interrupt_at(place: int) -> Callable[[int], None]:

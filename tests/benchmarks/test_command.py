@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks import offers
 from orchestrator.cli import main, parser
+from tests.benchmarks import fakes
 from tests.benchmarks.schema import ONE, SEVERAL
 
 
@@ -47,6 +48,15 @@ def test_without_a_name_all_benchmarks_run(
     jsonschema.validate(found, SEVERAL)
     assert [each["name"] for each in found["benchmarks"]] == ["a", "b"]
     assert [[row["case"] for row in each["rows"]] for each in found["benchmarks"]] == [["one"]] * 2
+
+
+def test_what_is_missing_is_noticed_before_anything_is_measured(
+    install: Any, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install(("count", "CountingBenchmark"), ("needy", "NeedyBenchmark"))
+    monkeypatch.setattr(fakes.CountedCase, "measure", lambda _: pytest.fail("measured"))
+    assert main(["bench"]) == 2
+    assert "there is no sloth" in capsys.readouterr().err
 
 
 def test_people_read_a_table(install: Any, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,8 +14,8 @@ ROOT = Path(__file__).parents[2]
 RESULTS = sorted((ROOT / "docs" / "results").glob("bench-*.json"))
 
 
-def test_there_is_a_result_of_the_channel() -> None:
-    assert [path.name for path in RESULTS] == ["bench-channel.json"]
+def test_there_is_a_result_of_each_benchmark() -> None:
+    assert [path.name for path in RESULTS] == ["bench-channel.json", "bench-lidar.json"]
 
 
 @pytest.mark.parametrize("path", RESULTS, ids=lambda path: path.name)

@@ -11,6 +11,8 @@ from tests.fmus.scene import Scene, Vehicle
 
 Float = npt.NDArray[np.float64]
 NOTHING: Final = -(2**31)
+TOUCHING: Final = 1e-9
+"""A sensor nearer to a face than this [m] does not see it."""
 
 # docs/physics-lidar.md: rear, front (of the length), width, bottom, top (of the height)
 PARTS: Final[tuple[tuple[tuple[float, float, float, float, float], ...], ...]] = (
@@ -106,7 +108,7 @@ def cast(
     instance = np.full(len(direction), NOTHING)
 
     def offer(distance: Float, hit: npt.NDArray[np.bool_], name: int) -> None:
-        nearer = hit & (distance > 0) & (distance <= reach) & (distance < nearest)
+        nearer = hit & (distance > TOUCHING) & (distance <= reach) & (distance < nearest)
         nearest[nearer] = distance[nearer]
         instance[nearer] = name
 

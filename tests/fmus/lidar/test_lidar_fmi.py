@@ -93,6 +93,37 @@ def test_vehicles_come_and_go(library: Library) -> None:
     lidar.free()
 
 
+def test_sensors_come_and_go(library: Library) -> None:
+    """Each sensor of each step sees what it would see in a run of its own."""
+    rng = np.random.default_rng(0)
+    lidar = Lidar(library, GOOD, azimuths=128, pitch=0.03).start()
+    lengths = []
+    for step in range(8):
+        count = int(rng.integers(0, 12))
+        vehicles = [
+            Vehicle(
+                id=7 * k + int(rng.integers(7)),
+                position=(float(rng.uniform(-40, 40)), float(rng.uniform(-40, 40)), 0.0),
+                heading=float(rng.uniform(-3, 3)),
+                lidar=bool(rng.random() < 0.6),
+            )
+            for k in range(count)
+        ]
+        scene = Scene(vehicles=vehicles, buildings=[HOUSE] * int(rng.integers(3)))
+        lidar.resize(**scene.lengths())
+        lidar.set_inputs(scene)
+        lidar.step(step * 0.1, 0.1)
+        fresh = Lidar(library, scene, azimuths=128, pitch=0.03).start()
+        fresh.step(0.0, (step + 1) * 0.1)
+        assert lidar.points() == fresh.points()
+        found = clouds(lidar.points())
+        assert list(found) == [v.id for v in vehicles if v.lidar]
+        lengths.append(len(found))
+        fresh.free()
+    assert len(set(lengths)) > 3, "the number of sensors changes"
+    lidar.free()
+
+
 def test_a_restored_instance_continues_bit_for_bit(library: Library) -> None:
     lidar = Lidar(library, GOOD).start()
     lidar.step(0.0, 0.1)
