@@ -1,0 +1,1 @@
+"""Tests of the lidar in PyTorch."""
