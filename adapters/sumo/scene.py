@@ -91,7 +91,7 @@ def read_buildings(sumo: Sumo) -> Buildings:
     names = [name for name in sumo.polygons() if sumo.polygon_type(name) == _BUILDING]
     rings, heights = [], []
     for name in names:
-        ring = _open_ring(sumo.polygon_shape(name))
+        ring = open_ring(sumo.polygon_shape(name))
         if len(ring) < 3:
             problems.append(f"building `{name}` has {len(ring)} corners, at least 3 are needed")
         text = sumo.polygon_parameter(name, "height")
@@ -102,6 +102,12 @@ def read_buildings(sumo: Sumo) -> Buildings:
     index = np.repeat(np.arange(len(rings), dtype=np.int32), [len(ring) for ring in rings])
     vertex = np.concatenate([np.zeros((0, 2)), *rings])
     return Buildings(vertex=frozen(vertex), index=frozen(index), height=frozen(np.array(heights)))
+
+
+def open_ring(ring: Float) -> Float:
+    """`ring`, shape (vertex, 2), without a last vertex that repeats the first."""
+    closes = len(ring) > 1 and bool(np.hypot(*(ring[0] - ring[-1])) < _SAME_POINT)
+    return ring[:-1] if closes else ring
 
 
 def frozen(array: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
@@ -165,8 +171,3 @@ def _positive(text: str, what: str, problems: list[str]) -> float:
     if not 0.0 < value < np.inf:
         problems.append(f"{what} must be a positive number in a `<param>`, got `{text}`")
     return value
-
-
-def _open_ring(ring: Float) -> Float:
-    closes = len(ring) > 1 and bool(np.hypot(*(ring[0] - ring[-1])) < _SAME_POINT)
-    return ring[:-1] if closes else ring

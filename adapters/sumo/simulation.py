@@ -135,6 +135,19 @@ class Sumo:
         """[m]."""
         return float(libsumo.lane.getWidth(lane))
 
+    def allows_cars(self, lane: str) -> bool:
+        """Whether passenger cars may use `lane`: no sidewalk, no rail."""
+        return "passenger" in libsumo.lane.getAllowed(lane)
+
+    def ends_of(self, edge: str) -> tuple[str, str]:
+        """The junctions that `edge` comes from and leads to."""
+        return libsumo.edge.getFromJunction(edge), libsumo.edge.getToJunction(edge)
+
+    def junction_shape(self, junction: str) -> Float:
+        """Vertices [m], shape (vertex, 2), as written: open or closed ring; there may be none."""
+        shape = libsumo.junction.getShape(junction)
+        return np.array(shape, dtype=np.float64).reshape(len(shape), -1)[:, :2].reshape(-1, 2)
+
     def lane_shape(self, lane: str) -> Float:
         """Centre line [m], shape (vertex, 2)."""
         return np.array(libsumo.lane.getShape(lane), dtype=np.float64)[:, :2]

@@ -14,6 +14,7 @@ from adapters.sumo.fleet import Poses, Roster, Vehicle
 from adapters.sumo.geometry import Float
 from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.proximity import NOBODY, Closest, closest_approach
+from adapters.sumo.road import read_road
 from adapters.sumo.scene import frozen, read_buildings, read_types
 from adapters.sumo.simulation import Sumo, SumoError
 from adapters.sumo.spawning import Background, Spawned, background_streams
@@ -39,6 +40,7 @@ class Traffic:
         self._collided = False
         self._types = read_types(sumo)
         self._buildings = read_buildings(sumo)
+        self._road = read_road(sumo)
         spread = parameters.collider_spread * rng.uniform(-1.0, 1.0)
         cast = assemble(sumo, self._types, parameters, parameters.collider_speed + spread)
         self._ego = EgoDriver(cast.ego, parameters.ego_speed, parameters.dynamics)
@@ -174,6 +176,8 @@ class Traffic:
             "building.vertex": self._buildings.vertex,
             "building.index": self._buildings.index,
             "building.height": self._buildings.height,
+            "road.vertex": self._road.vertex,
+            "road.index": self._road.index,
             "ego.id": np.array(self._ego_number if present else GONE),
             "ego.position": ego.center,
             "ego.heading": np.array(ego.state.heading),

@@ -1,4 +1,4 @@
-"""What several units see of the scene: vehicles and buildings, as FMI variables."""
+"""What several units see of the scene: vehicles, buildings and roads, as FMI variables."""
 
 from dataclasses import replace
 from typing import Final, Literal, TypeAlias
@@ -9,6 +9,7 @@ VehicleField: TypeAlias = Literal[
     "id", "position", "heading", "size", "body", "antenna_height", "equipped", "lidar"
 ]
 BuildingField: TypeAlias = Literal["vertex", "index", "height"]
+RoadField: TypeAlias = Literal["vertex", "index"]
 
 _VEHICLE: Final[dict[VehicleField, Variable]] = {
     "id": discrete_input(
@@ -82,6 +83,23 @@ _BUILDING: Final[dict[BuildingField, Variable]] = {
     ),
 }
 
+_ROAD: Final[dict[RoadField, Variable]] = {
+    "vertex": discrete_input(
+        "road.vertex",
+        "Float64",
+        "Corners of the polygons of the drivable surface, ring by ring, open rings, either sense; "
+        "they may overlap. Fewer than two corners: the road is everywhere",
+        unit="m",
+        dimensions=("n_road_vertex", 2),
+    ),
+    "index": discrete_input(
+        "road.index",
+        "Int32",
+        "The polygon each corner belongs to, ascending",
+        dimensions=("n_road_vertex",),
+    ),
+}
+
 
 def vehicle(field: VehicleField, *, start: float = 0) -> Variable:
     """The input `vehicle.<field>`, one entry per vehicle."""
@@ -91,6 +109,11 @@ def vehicle(field: VehicleField, *, start: float = 0) -> Variable:
 def building(field: BuildingField, *, start: float = 0) -> Variable:
     """The input `building.<field>`, one entry per building, or per corner of all buildings."""
     return replace(_BUILDING[field], start=start)
+
+
+def road(field: RoadField) -> Variable:
+    """The input `road.<field>`, one entry per corner of all polygons of the drivable surface."""
+    return _ROAD[field]
 
 
 def n_vehicle(*, maximum: int | None = None) -> Variable:
@@ -106,3 +129,8 @@ def n_building_vertex(*, maximum: int | None = None) -> Variable:
 def n_building(*, maximum: int | None = None) -> Variable:
     """The number of buildings."""
     return length("n_building", 1, 0, maximum, "Number of buildings")
+
+
+def n_road_vertex(*, maximum: int | None = None) -> Variable:
+    """The number of corners; it starts with one, which is no road."""
+    return length("n_road_vertex", 1, 0, maximum, "Number of corners of the drivable surface")
