@@ -47,7 +47,7 @@ OBJECT: Final = np.dtype(
     [
         ("sensor", "<i8"),  # the vehicle whose sensor sees the object
         ("time", "<i8"),  # of the scan [ns]
-        ("instance", "<i8"),  # track number
+        ("instance", "<i8"),  # track number: of the sensor, not of a vehicle
         ("points", "<i8"),  # points on it in this scan
         ("minimum", "<f8", 2),  # lower corner of the box around its points, world frame [m]
         ("maximum", "<f8", 2),  # upper corner [m]
@@ -63,7 +63,7 @@ APM_HEADER: Final = np.dtype(
     [
         ("magic", "S4"),  # "APMM"
         ("version", "<u2"),  # 1
-        ("flags", "<u2"),  # bit 0: the mobility-and-height layer follows the cells
+        ("flags", "<u2"),  # bit 0: the layer follows the cells; 1: compressed; 8 to 15: levels
         ("vehicle", "<i8"),  # the source
         ("time", "<i8"),  # of the scan [ns]
         ("position", "<f8", 2),  # of the source, world frame [m]
@@ -74,7 +74,7 @@ APM_HEADER: Final = np.dtype(
         ("columns", "<u2"),  # n, across it, right to left
     ]
 )
-APM_CELL: Final = np.dtype("<u4")  # points in the cell, row by row: 4 bytes, so 20 x 20 = 1600
+APM_CELL: Final = np.dtype("<u4")  # index of the cell, row by row: 4 bytes, so 20 x 20 = 1600
 APM_LAYER_CELL: Final = np.dtype(
     [
         ("height", "u1"),  # of the highest object in the cell, steps of 0.05 m; 0 = none
@@ -84,6 +84,12 @@ APM_LAYER_CELL: Final = np.dtype(
     ]
 )
 APM_LAYER_FLAG: Final = 1
+APM_COMPRESSED_FLAG: Final = 2
+APM_LEVELS: Final = 0xFF00
+"""Bits of the flags: the index of a cell whose ground is all seen; 0 if the cells count points."""
+APM_LEVELS_SHIFT: Final = 8
+APM_MOST_CELLS: Final = 1 << 20
+"""Rows times columns of the largest APM that is sent or read."""
 
 # ---- packets: FRAME "PKTS", `count` PACKET records, by (time, id)
 PACKETS_MIME: Final = "application/x-nlosim-packets; version=1; events"

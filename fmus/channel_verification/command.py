@@ -1,4 +1,4 @@
-"""`nlosim verify channel`, found by the entry point group `orchestrator.commands`."""
+"""`nlosim verify channel`, found by the entry point group `orchestrator.verifications`."""
 
 import argparse
 from pathlib import Path
@@ -19,13 +19,8 @@ examples:
   nlosim verify channel --golden golden/veins --figures docs/validation"""
 
 
-def add_command(commands: Any) -> None:
-    """Add `verify` to the subparsers of the command line.
-
-    Each of its parsers has the default `execute`: parsed arguments to `Outcome`.
-    """
-    verify = commands.add_parser("verify", help="compare a unit with golden data")
-    units = verify.add_subparsers(dest="unit", required=True, metavar="UNIT")
+def add_unit(units: Any) -> None:
+    """Add `channel` to the subparsers of `nlosim verify`."""
     channel = units.add_parser(
         "channel",
         help="the channel FMU against Veins",

@@ -22,7 +22,7 @@ from fmus.channel_verification import (
     vehicles,
 )
 from fmus.channel_verification.comparison import Comparison, ReceptionRatio
-from fmus.channel_verification.reception_ratio import wilson
+from fmus.common.proportion import wilson
 from orchestrator.signal import Array
 
 _DPI: Final = 80

@@ -7,13 +7,10 @@ import numpy as np
 from fmus.channel_verification.comparison import ReceptionRatio
 from fmus.channel_verification.stack_matching import Pairs
 from fmus.records import LINKS, OUTCOMES
-from orchestrator.signal import Array
 
 _BIN: Final = 25.0
 _FEWEST: Final = 30
 """Events in a bin that is shown."""
-_Z: Final = 1.959963984540054
-"""Of a two-sided interval of 95 %."""
 
 
 def ratio_over_distance(pairs: Pairs) -> tuple[ReceptionRatio, ...]:
@@ -41,15 +38,3 @@ def ratio_over_distance(pairs: Pairs) -> tuple[ReceptionRatio, ...]:
                 )
             )
     return tuple(found)
-
-
-def wilson(successes: Array, trials: Array) -> tuple[Array, Array]:
-    """Bounds of the Wilson score interval of 95 % of a proportion, shape (n,) each.
-
-    Wilson, JASA 22(158), 1927; for independent trials.
-    """
-    share = successes / trials
-    scale = 1 + _Z**2 / trials
-    middle = (share + _Z**2 / (2 * trials)) / scale
-    half = _Z / scale * np.sqrt(share * (1 - share) / trials + _Z**2 / (4 * trials**2))
-    return middle - half, middle + half

@@ -33,6 +33,10 @@ typedef struct {
 } ApmHeader;
 typedef struct { uint8_t height; int8_t vx, vy; uint8_t points; } ApmLayerCell;
 #define APM_LAYER_FLAG 1u
+#define APM_COMPRESSED_FLAG 2u
+#define APM_LEVELS 0xff00u
+#define APM_LEVELS_SHIFT 8
+#define APM_MOST_CELLS (1u << 20)
 
 typedef struct {
     int64_t id, time, source, destination, route[2], duration;

@@ -109,7 +109,7 @@ def _draw_scene(axes: Axes, traces: Traces, moment: int, links: Links) -> None:
     if matched is not None:
         _draw_apm(axes, matched)
     _draw_buildings(axes, traces, moment)
-    _draw_blind_zones(axes, traces, moment)
+    _draw_blind_zones(axes, traces, now, moment)
     _draw_vehicles(axes, now, {vehicle for ends in links for vehicle in ends})
     _draw_links(axes, now, links)
     axes.set_aspect("equal")
@@ -167,7 +167,9 @@ def _draw_apm(axes: Axes, apm: Apm) -> None:
     axes.add_collection(cells)
 
 
-def _draw_blind_zones(axes: Axes, traces: Traces, moment: int) -> None:
+def _draw_blind_zones(axes: Axes, traces: Traces, now: Scene, moment: int) -> None:
+    """The squares lie along the ego's heading."""
+    (heading,) = now.heading[now.ids == traces.vehicle_with(EGO)]
     centers = np.asarray(traces.at("perception.blind_zone.center", moment))
     ranges = np.asarray(traces.at("perception.blind_zone.range", moment))
     for center, half in zip(centers[ranges > 0], ranges[ranges > 0], strict=True):
@@ -176,6 +178,8 @@ def _draw_blind_zones(axes: Axes, traces: Traces, moment: int) -> None:
                 tuple(center - half),
                 2 * half,
                 2 * half,
+                angle=np.degrees(heading),
+                rotation_point="center",
                 fill=False,
                 edgecolor="purple",
                 hatch="///",

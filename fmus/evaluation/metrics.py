@@ -5,8 +5,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from fmus.evaluation.identity import vehicles_of
 from fmus.evaluation.traces import COLLISION, EGO, SHARING, Array, Traces
-from fmus.records import LINKS, NO_VEHICLE, OUTCOMES, SENSOR_DATA
+from fmus.records import LINKS, NO_VEHICLE, OBJECT, OUTCOMES, SENSOR_DATA, unframe
 
 _RECEIVED: Final = OUTCOMES.index("R")
 
@@ -26,9 +27,10 @@ class Roles:
 def compute(traces: Traces) -> dict[str, Any]:
     """All metrics of the run, ready for JSON; times in seconds.
 
-    `prr.end_to_end` is the share of the sensor data packets sent to the ego that reached it
-    over the chosen route; `prr.direct` the share of the same packets' first transmissions
-    that the ego could decode itself, addressed to it or not. Both are null if none was sent.
+    `prr.end_to_end` is the share of the packets of sensor data (or CPMs) for the ego that reached
+    it over the chosen route; `prr.direct` the share of the same packets' first transmissions
+    that the ego could decode itself, addressed to it or not. For the ego are those sent to it, and
+    the broadcasts of the sharing node, where both are equal. Both are null if none was sent.
     """
     roles = Roles(
         ego=_known(traces.vehicle_with(EGO)),
@@ -44,7 +46,7 @@ def compute(traces: Traces) -> dict[str, Any]:
         "min_gap_m": float(gaps[:, 1].min()) if len(gaps) else None,
         "min_gap_time": float(gaps[np.argmin(gaps[:, 1]), 0]) if len(gaps) else None,
         "min_speed": float(traces.scalars("traffic.ego.speed")[1].min()),
-        "prr": packet_reception(sent, heard, roles.ego, traces.end),
+        "prr": packet_reception(sent, heard, roles, traces.end),
         "links": links(heard, roles),
         "relay_switches": int(traces.scalars("relay.switches")[1][-1]),
         "relays": _distinct(traces.scalars("relay.relay")[1]),
@@ -55,16 +57,18 @@ def compute(traces: Traces) -> dict[str, Any]:
     }
 
 
-def packet_reception(sent: Array, heard: Array, ego: int, end: int) -> dict[str, float | None]:
+def packet_reception(sent: Array, heard: Array, roles: Roles, end: int) -> dict[str, float | None]:
     """PRR of the sensor data: over the chosen route and, overheard, on the direct link.
 
     Packets handed to the radio less than `IN_FLIGHT` before the end [ns] are left out.
     """
-    wanted = sent[(sent["kind"] == SENSOR_DATA) & (sent["destination"] == ego)]
-    wanted = wanted[wanted["time"] <= end - IN_FLIGHT]
-    if len(wanted) == 0:
+    broadcast = (sent["destination"] == NO_VEHICLE) & (sent["source"] == roles.sharing)
+    for_ego = (sent["destination"] == roles.ego) | broadcast
+    in_time = sent["time"] <= end - IN_FLIGHT
+    wanted = sent[(sent["kind"] == SENSOR_DATA) & for_ego & in_time]
+    if len(wanted) == 0 or roles.ego == NO_VEHICLE:
         return {"end_to_end": None, "direct": None, "sent": 0}
-    mine = heard[(heard["receiver"] == ego) & (heard["outcome"] == _RECEIVED)]
+    mine = heard[(heard["receiver"] == roles.ego) & (heard["outcome"] == _RECEIVED)]
     whole = np.isin(wanted["id"], mine["packet"][mine["addressed"] == 1])
     direct = np.isin(wanted["id"], mine["packet"][mine["hop"] == 0])
     return {
@@ -100,14 +104,17 @@ def links(heard: Array, roles: Roles) -> list[dict[str, Any]]:
 
 
 def _hidden(traces: Traces, roles: Roles) -> dict[str, Any]:
-    """When the hidden vehicle was first seen, by whom, and when the ego first knew."""
+    """When the hidden vehicle was first seen, by whom, and when the ego first knew.
+
+    An object is the hidden vehicle if it lies where that vehicle is.
+    """
     first: dict[int, float] = {}
     for time, table in traces.objects("perception.objects"):
-        for sensor in np.unique(table["sensor"][table["instance"] == roles.hidden]):
+        for sensor in np.unique(table["sensor"][vehicles_of(table, traces) == roles.hidden]):
             first.setdefault(int(sensor), time / 1e9)
     received = None
     for time, table in traces.objects("facilities.received.objects"):
-        if (table["instance"] == roles.hidden).any():
+        if (vehicles_of(table, traces) == roles.hidden).any():
             received = time / 1e9
             break
     by = min(first, key=lambda sensor: first[sensor]) if first else None
@@ -122,17 +129,29 @@ def _hidden(traces: Traces, roles: Roles) -> dict[str, Any]:
 
 def _braking(traces: Traces) -> dict[str, Any]:
     """The first brake for a hazard: when, for what, seen by whom, how old the data were."""
-    times, instances = traces.scalars("policy.hazard.instance")
-    braked = np.flatnonzero(instances != NO_VEHICLE)
+    times, tracks = traces.scalars("policy.hazard.instance")
+    braked = np.flatnonzero(tracks >= 0)
     if len(braked) == 0:
         return {"time": None, "object": None, "seen_by": None, "data_age": None}
     k = int(braked[0])
+    sensor = int(traces.scalars("policy.hazard.sensor")[1][k])
     return {
         "time": float(times[k]),
-        "object": int(instances[k]),
-        "seen_by": int(traces.scalars("policy.hazard.sensor")[1][k]),
+        "object": _tracked(traces, round(float(times[k]) * 1e9), sensor, int(tracks[k])),
+        "seen_by": sensor,
         "data_age": float(traces.scalars("policy.hazard.age")[1][k]),
     }
+
+
+def _tracked(traces: Traces, time: int, sensor: int, track: int) -> int | None:
+    """The vehicle that a sensor's track is, as known to the ego at `time` [ns]."""
+    for name in ("perception.objects", "facilities.received.objects"):
+        known = unframe("OBJS", bytes(traces.at(name, time)), OBJECT)
+        known = known[(known["sensor"] == sensor) & (known["instance"] == track)]
+        vehicles = vehicles_of(known, traces)
+        if (vehicles != NO_VEHICLE).any():
+            return int(vehicles[vehicles != NO_VEHICLE][-1])
+    return None
 
 
 def _mean(values: Array) -> float | None:

@@ -25,6 +25,8 @@ CONNECTORS: Final[Mapping[str, Connector]] = {
     "objects": Connector(causality=_IN, dtype=None, mime_type=OBJECTS_MIME),
     "match.sharer": Connector(causality=_IN, dtype=np.int64, shape=("sharer",)),
     "match.trigger": Connector(causality=_IN, dtype=np.bool_),
+    "blind_zone.center": Connector(causality=_IN, shape=("blind_zone", 2), unit="m"),
+    "blind_zone.range": Connector(causality=_IN, shape=("blind_zone",), unit="m"),
     "relay": Connector(causality=_IN, dtype=np.int64, start=np.int64(-1)),
     "receptions": Connector(causality=_IN, dtype=None, mime_type=RECEPTIONS_MIME),
     "packets": Connector(

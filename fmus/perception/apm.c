@@ -1,5 +1,8 @@
 #include "apm.h"
 
+#include "compression.h"
+#include "seen_compression.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -48,7 +51,8 @@ static ApmHeader header_of(const ScanSettings *settings, const Sensor *sensor, c
     return (ApmHeader){
         .magic = {'A', 'P', 'M', 'M'},
         .version = 1,
-        .flags = has_layer ? APM_LAYER_FLAG : 0,
+        .flags = (uint16_t)((has_layer ? APM_LAYER_FLAG : 0)
+                            | settings->levels << APM_LEVELS_SHIFT),
         .vehicle = sensor->vehicle,
         .time = sensor->time,
         .position = {sensor->position[0], sensor->position[1]},
@@ -60,22 +64,37 @@ static ApmHeader header_of(const ScanSettings *settings, const Sensor *sensor, c
     };
 }
 
+/* Bytes of cells and layer in the plain form. */
+static size_t payload_size(size_t cells, int has_layer) {
+    return cells * (sizeof(uint32_t) + (has_layer ? sizeof(ApmLayerCell) : 0));
+}
+
+static uint32_t levels_of(const ApmHeader *header) { return header->flags >> APM_LEVELS_SHIFT; }
+
+static SeenShape shape_of(const ApmHeader *header) {
+    return (SeenShape){header->rows, header->columns, levels_of(header)};
+}
+
+/* Put prefix and header before the payload, which is in its place, as the last entry. */
+static void finish(Bytes *bytes, size_t start, const ApmHeader *header, size_t payload) {
+    const uint32_t prefix[] = {(uint32_t)(sizeof *header + payload), 0};
+    memcpy(bytes->data + start, prefix, sizeof prefix);
+    memcpy(bytes->data + start + PREFIX, header, sizeof *header);
+    bytes->size = start + PREFIX + padded(sizeof *header + payload);
+}
+
 int apm_append(Bytes *bytes, Layer *layer, const ScanSettings *settings, const Sensor *sensor,
                const Scan *scan, const Objects *objects, Problem *problem) {
-    size_t cells = (size_t)settings->rows * settings->columns;
-    size_t size = sizeof(ApmHeader) + cells * sizeof(uint32_t);
-    if (objects) size += cells * sizeof(ApmLayerCell);
-    if (reserve(&bytes->data, &bytes->capacity, bytes->size + PREFIX + padded(size), 1, problem)
+    ApmHeader header = header_of(settings, sensor, scan, objects != NULL);
+    size_t start = bytes->size, cells = (size_t)settings->rows * settings->columns;
+    size_t payload = payload_size(cells, objects != NULL);
+    size_t size = PREFIX + padded(sizeof header + payload);
+    if (reserve(&bytes->data, &bytes->capacity, start + size, 1, problem)
         || (objects
             && reserve(&layer->cells, &layer->capacity, cells, sizeof *layer->cells, problem)))
         return 1;
-    uint8_t *out = bytes->data + bytes->size;
-    memset(out, 0, PREFIX + padded(size));
-    memcpy(out, &(uint32_t){(uint32_t)size}, sizeof(uint32_t));
-    out += PREFIX;
-    ApmHeader header = header_of(settings, sensor, scan, objects != NULL);
-    memcpy(out, &header, sizeof header);
-    out += sizeof header;
+    memset(bytes->data + start, 0, size);
+    uint8_t *out = bytes->data + start + PREFIX + sizeof header;
     memcpy(out, scan->cells, cells * sizeof(uint32_t));
     out += cells * sizeof(uint32_t);
     if (objects) {
@@ -85,7 +104,28 @@ int apm_append(Bytes *bytes, Layer *layer, const ScanSettings *settings, const S
             memcpy(out, &cell, sizeof cell);
         }
     }
-    bytes->size += PREFIX + padded(size);
+    finish(bytes, start, &header, payload);
+    return 0;
+}
+
+int apm_compress(Bytes *bytes, size_t start, Problem *problem) {
+    size_t end = bytes->size;
+    ApmHeader header;
+    memcpy(&header, bytes->data + start + PREFIX, sizeof header);
+    size_t count = (size_t)header.rows * header.columns;
+    int has_layer = header.flags & APM_LAYER_FLAG;
+    size_t plain = payload_size(count, has_layer);
+    if (reserve(&bytes->data, &bytes->capacity, end + plain, 1, problem)) return 1;
+    uint8_t *payload = bytes->data + start + PREFIX + sizeof header, *shorter = bytes->data + end;
+    const uint8_t *layer = has_layer ? payload + count * sizeof(uint32_t) : NULL;
+    size_t size = levels_of(&header)
+                      ? compress_seen(shorter, plain - 1, payload, layer, shape_of(&header))
+                      : compress(shorter, plain - 1, payload, layer, count);
+    if (size == 0) return 0;
+    header.flags |= APM_COMPRESSED_FLAG;
+    memset(payload, 0, padded(size));
+    memcpy(payload, shorter, size);
+    finish(bytes, start, &header, size);
     return 0;
 }
 
@@ -94,7 +134,7 @@ int apm_append(Bytes *bytes, Layer *layer, const ScanSettings *settings, const S
 static int check_header(const ApmHeader *header, Problem *problem) {
     if (memcmp(header->magic, "APMM", 4) != 0 || header->version != 1)
         return fail(problem, "not an APM message of version 1");
-    if (header->flags & ~APM_LAYER_FLAG)
+    if (header->flags & ~(APM_LAYER_FLAG | APM_COMPRESSED_FLAG | APM_LEVELS))
         return fail(problem, "an APM message has unknown flags %#06x", (unsigned)header->flags);
     if (header->vehicle < 0)
         return fail(problem, "an APM message comes from vehicle %lld, must be >= 0",
@@ -102,6 +142,9 @@ static int check_header(const ApmHeader *header, Problem *problem) {
     if (header->rows == 0 || header->columns == 0)
         return fail(problem, "an APM of %u x %u cells is empty", (unsigned)header->rows,
                     (unsigned)header->columns);
+    if ((uint64_t)header->rows * header->columns > APM_MOST_CELLS)
+        return fail(problem, "an APM of %u x %u cells is too large: at most %u cells",
+                    (unsigned)header->rows, (unsigned)header->columns, APM_MOST_CELLS);
     if (!(isfinite(header->cell) && header->cell > 0))
         return fail(problem, "an APM has cells of %g m, must be finite and > 0",
                     (double)header->cell);
@@ -114,28 +157,76 @@ static int check_header(const ApmHeader *header, Problem *problem) {
     return 0;
 }
 
-int apm_decode(Apm *apm, const uint8_t *message, size_t size, Problem *problem) {
-    ApmHeader *header = &apm->header;
-    if (size < sizeof *header)
-        return fail(problem, "an APM message has at least %zu bytes, not %zu", sizeof *header,
-                    size);
-    memcpy(header, message, sizeof *header);
-    if (check_header(header, problem)) return 1;
-    uint64_t per_cell = header->flags & APM_LAYER_FLAG ? 8 : 4;
-    uint64_t expected = sizeof *header + per_cell * header->rows * header->columns;
-    if (size != expected)
-        return fail(problem, "an APM message of %u x %u cells %s layer has %llu bytes, not %zu",
-                    (unsigned)header->rows, (unsigned)header->columns,
-                    header->flags & APM_LAYER_FLAG ? "with" : "without",
-                    (unsigned long long)expected, size);
-    apm->cells = message + sizeof *header;
-    return 0;
-}
-
 uint32_t apm_index(const Apm *apm, size_t cell) {
     uint32_t index;
     memcpy(&index, apm->cells + cell * sizeof index, sizeof index);
     return index;
+}
+
+/* Whether more is seen of a cell than all. */
+static int is_above_levels(const Apm *apm, size_t count, Problem *problem) {
+    uint32_t levels = levels_of(&apm->header), most = 0;
+    if (levels == 0) return 0;
+    for (size_t i = 0; i < count; i++) {
+        uint32_t index = apm_index(apm, i);
+        if (index > most) most = index;
+    }
+    if (most <= levels) return 0;
+    return fail(problem, "an APM of %u levels has a cell of %u", (unsigned)levels, (unsigned)most);
+}
+
+static Decoding decode_plain(Apm *apm, const uint8_t *payload, size_t size, Problem *problem) {
+    const ApmHeader *header = &apm->header;
+    size_t count = (size_t)header->rows * header->columns;
+    int has_layer = header->flags & APM_LAYER_FLAG;
+    size_t expected = payload_size(count, has_layer);
+    if (size != expected) {
+        fail(problem, "an APM message of %u x %u cells %s layer has %zu bytes, not %zu",
+             (unsigned)header->rows, (unsigned)header->columns, has_layer ? "with" : "without",
+             sizeof *header + expected, sizeof *header + size);
+        return MALFORMED;
+    }
+    apm->cells = payload;
+    apm->layer = has_layer ? payload + count * sizeof(uint32_t) : NULL;
+    return is_above_levels(apm, count, problem) ? MALFORMED : DECODED;
+}
+
+static Decoding decode_compressed(Apm *apm, Bytes *space, const uint8_t *payload, size_t size,
+                                  Problem *problem) {
+    const ApmHeader *header = &apm->header;
+    size_t count = (size_t)header->rows * header->columns;
+    int has_layer = header->flags & APM_LAYER_FLAG;
+    uint32_t levels = levels_of(header);
+    if ((count - 1) / (levels ? SEEN_CELLS_PER_BYTE : CELLS_PER_BYTE) >= size) {
+        fail(problem, "a compressed APM of %u x %u cells does not fit into %zu bytes",
+             (unsigned)header->rows, (unsigned)header->columns, sizeof *header + size);
+        return MALFORMED;
+    }
+    if (reserve(&space->data, &space->capacity, payload_size(count, has_layer), 1, problem))
+        return OUT_OF_MEMORY;
+    uint8_t *layer = has_layer ? space->data + count * sizeof(uint32_t) : NULL;
+    if (levels ? decompress_seen(space->data, layer, shape_of(header), payload, size, problem)
+               : decompress(space->data, layer, count, payload, size, problem))
+        return MALFORMED;
+    apm->cells = space->data;
+    apm->layer = layer;
+    return DECODED;
+}
+
+Decoding apm_decode(Apm *apm, Bytes *space, const uint8_t *message, size_t size,
+                    Problem *problem) {
+    ApmHeader *header = &apm->header;
+    if (size < sizeof *header) {
+        fail(problem, "an APM message has at least %zu bytes, not %zu", sizeof *header, size);
+        return MALFORMED;
+    }
+    memcpy(header, message, sizeof *header);
+    if (check_header(header, problem)) return MALFORMED;
+    message += sizeof *header;
+    size -= sizeof *header;
+    return header->flags & APM_COMPRESSED_FLAG
+               ? decode_compressed(apm, space, message, size, problem)
+               : decode_plain(apm, message, size, problem);
 }
 
 int messages_open(Messages *messages, const uint8_t *signal, size_t size, Problem *problem) {

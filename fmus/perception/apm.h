@@ -1,4 +1,4 @@
-/* Abstract perception matrices as messages; fmus/apm.py is the same codec in Python. */
+/* Abstract perception matrices as messages; fmus/apm/ is the same codec in Python. */
 #ifndef APM_H
 #define APM_H
 #include "objects.h"
@@ -24,17 +24,26 @@ typedef struct {
  * that is NULL. */
 int apm_append(Bytes *, Layer *, const ScanSettings *, const Sensor *, const Scan *,
                const Objects *, Problem *);
+/* Put the entry that begins at `start` and is the last one into the compressed form, unless that is
+ * not shorter. */
+int apm_compress(Bytes *, size_t start, Problem *);
 
 /* ---- reading */
 
-/* A message; `cells` are little-endian uint32 at any address. */
+/* A message; `cells` are little-endian uint32 at any address, `layer` their ApmLayerCell or
+ * NULL. */
 typedef struct {
     ApmHeader header;
-    const uint8_t *cells;
+    const uint8_t *cells, *layer;
 } Apm;
 
-/* Read and check one message, which must stay where it is as long as the result is used. */
-int apm_decode(Apm *, const uint8_t *message, size_t size, Problem *);
+/* What became of a message that was to be read. */
+typedef enum { DECODED, MALFORMED, OUT_OF_MEMORY } Decoding;
+
+/* Read and check one message. The result uses the message and, where that is compressed, `space`.
+ * Room is made there for what the message can mean only: CELLS_PER_BYTE cells of 8 bytes for each
+ * of its bytes (SEEN_CELLS_PER_BYTE with levels), and APM_MOST_CELLS in all. */
+Decoding apm_decode(Apm *, Bytes *space, const uint8_t *message, size_t size, Problem *);
 /* The abstract perception index of cell number `cell`, row by row. */
 uint32_t apm_index(const Apm *, size_t cell);
 

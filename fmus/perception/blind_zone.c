@@ -4,36 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- where to search ------------------------------------------------------------------------ */
-
-static double squared_distance(const double p[2], const double a[2], const double b[2]) {
-    double ab[2] = {b[0] - a[0], b[1] - a[1]}, ap[2] = {p[0] - a[0], p[1] - a[1]};
-    double length2 = ab[0] * ab[0] + ab[1] * ab[1];
-    double along = length2 > 0.0 ? (ap[0] * ab[0] + ap[1] * ab[1]) / length2 : 0.0;
-    along = along < 0.0 ? 0.0 : along > 1.0 ? 1.0 : along;
-    double x = ap[0] - along * ab[0], y = ap[1] - along * ab[1];
-    return x * x + y * y;
-}
-
-/* Whether a point is within `corridor` of the route; without a route everywhere is. One point is
- * no route: FMI wants arrays to start with an element. */
-static int is_near_route(const double *route, size_t vertices, const double p[2],
-                         double corridor) {
-    if (vertices < 2) return 1;
-    for (size_t i = 0; i + 1 < vertices; i++)
-        if (squared_distance(p, &route[2 * i], &route[2 * i + 2]) <= corridor * corridor) return 1;
-    return 0;
-}
-
-/* The vertices of the route in the matrix frame. */
-static void turn_route(double *turned, const double *route, size_t vertices, const Pose *pose) {
-    for (size_t i = 0; i < vertices; i++) {
-        double x = route[2 * i] - pose->center[0], y = route[2 * i + 1] - pose->center[1];
-        turned[2 * i] = pose->cosine * x + pose->sine * y;
-        turned[2 * i + 1] = pose->cosine * y - pose->sine * x;
-    }
-}
-
 /* ---- integral images ------------------------------------------------------------------------ */
 
 /* Position of (fractional) row and column in the matrix frame, relative to the sensor if `offset`
@@ -46,32 +16,23 @@ static void place(const ScanSettings *matrix, double row, double column, double 
 
 static double length(const double v[2]) { return sqrt(v[0] * v[0] + v[1] * v[1]); }
 
-static int is_searched(const Zones *zones, const ZoneSettings *settings,
-                       const ScanSettings *matrix, size_t vertices, uint32_t row,
-                       uint32_t column) {
-    double from_sensor[2], center[2];
-    place(matrix, row + 0.5, column + 0.5, matrix->offset, from_sensor);
-    place(matrix, row + 0.5, column + 0.5, 0.0, center);
-    double distance = length(from_sensor);
-    return distance >= settings->near_field && distance <= settings->horizon
-           && is_near_route(zones->route, vertices, center, settings->corridor);
-}
-
-static void integrate(Zones *zones, const ZoneSettings *settings, const ScanSettings *matrix,
-                      const Scan *scan, size_t vertices) {
+/* Each sub-cell in the region has the index of its cell: the mean over a window is that over the
+ * area that matters. */
+static void integrate(Zones *zones, const ScanSettings *matrix, const Scan *scan,
+                      const Region *region) {
     size_t width = (size_t)matrix->columns + 1;
     memset(zones->points, 0, width * sizeof *zones->points);
-    memset(zones->searched, 0, width * sizeof *zones->searched);
+    memset(zones->inside, 0, width * sizeof *zones->inside);
     for (uint32_t row = 0; row < matrix->rows; row++) {
-        uint64_t points = 0, searched = 0;
-        size_t at = (row + 1) * width;
-        zones->points[at] = zones->searched[at] = 0;
-        for (uint32_t column = 0; column < matrix->columns; column++) {
-            points += scan->cells[(size_t)row * matrix->columns + column];
-            searched += (uint64_t)is_searched(zones, settings, matrix, vertices, row, column);
+        uint64_t points = 0, inside = 0;
+        size_t at = (row + 1) * width, cell = (size_t)row * matrix->columns;
+        zones->points[at] = zones->inside[at] = 0;
+        for (uint32_t column = 0; column < matrix->columns; column++, cell++) {
+            points += (uint64_t)scan->cells[cell] * region->inside[cell];
+            inside += region->inside[cell];
             at++;
             zones->points[at] = zones->points[at - width] + points;
-            zones->searched[at] = zones->searched[at - width] + searched;
+            zones->inside[at] = zones->inside[at - width] + inside;
         }
     }
 }
@@ -86,27 +47,29 @@ static uint64_t sum_over(const uint64_t *integral, size_t width, uint32_t row, u
 /* ---- windows -------------------------------------------------------------------------------- */
 
 /* T1 at a distance: T1 (threshold_distance / d)^p, with d at least half a cell. */
-static double threshold_at(const ZoneSettings *settings, double distance, double cell) {
-    double d = distance > cell / 2 ? distance : cell / 2, threshold = settings->threshold;
+static double threshold_at(const ZoneSettings *settings, const ScanSettings *matrix,
+                           double distance) {
+    double d = distance > matrix->cell / 2 ? distance : matrix->cell / 2;
+    double threshold = settings->threshold * (matrix->levels ? matrix->levels : 1);
     for (uint32_t i = 0; i < settings->threshold_exponent; i++)
         threshold *= settings->threshold_distance / d;
     return threshold;
 }
 
 static int collect(Zones *zones, const ZoneSettings *settings, const ScanSettings *matrix,
-                   uint32_t size, Problem *problem) {
+                   const Region *region, uint32_t size, Problem *problem) {
     size_t width = (size_t)matrix->columns + 1;
-    uint64_t cells = (uint64_t)size * size;
+    double least = settings->region_share * size * size * region->side * region->side;
     zones->window_count = 0;
     for (uint32_t row = 0; row + size <= matrix->rows; row++)
         for (uint32_t column = 0; column + size <= matrix->columns; column++) {
-            if (sum_over(zones->searched, width, row, column, size) < cells) continue;
+            uint64_t inside = sum_over(zones->inside, width, row, column, size);
+            if (inside == 0 || (double)inside < least) continue;
             double center[2];
             place(matrix, row + size / 2.0, column + size / 2.0, matrix->offset, center);
-            Window window = {row, column, size, sum_over(zones->points, width, row, column, size),
-                             length(center)};
-            double threshold = threshold_at(settings, window.distance, matrix->cell);
-            if (!((double)window.points < threshold * (double)cells)) continue;
+            double points = (double)sum_over(zones->points, width, row, column, size);
+            Window window = {row, column, size, inside, points / (double)inside, length(center)};
+            if (!(window.index < threshold_at(settings, matrix, window.distance))) continue;
             if (reserve(&zones->windows, &zones->window_capacity, zones->window_count + 1,
                         sizeof window, problem))
                 return 1;
@@ -115,40 +78,60 @@ static int collect(Zones *zones, const ZoneSettings *settings, const ScanSetting
     return 0;
 }
 
-/* Emptiest first, then nearest, then by place, so that the order is total. */
+/* Emptiest first, then those with the most that matters, then nearest, then by place, so that the
+ * order is total. */
 static int by_emptiness(const void *a, const void *b) {
     const Window *x = a, *y = b;
-    if (x->points != y->points) return x->points < y->points ? -1 : 1;
+    if (x->index != y->index) return x->index < y->index ? -1 : 1;
+    if (x->inside != y->inside) return x->inside > y->inside ? -1 : 1;
     if (x->distance != y->distance) return x->distance < y->distance ? -1 : 1;
     if (x->row != y->row) return x->row < y->row ? -1 : 1;
     return (x->column > y->column) - (x->column < y->column);
 }
 
-/* Visit the cells of a window: the number that are covered, and cover all if `cover`. */
-static uint64_t covered(Zones *zones, const Window *window, uint32_t columns, int cover) {
-    uint64_t count = 0;
+/* Whether an accepted window, which is at least as large, reaches into a window: then it covers one
+ * of the cells in its corners. */
+static int is_touched(const Zones *zones, const Window *window, uint32_t columns) {
+    uint32_t rows[2] = {window->row, window->row + window->size - 1};
+    uint32_t sides[2] = {window->column, window->column + window->size - 1};
+    for (int corner = 0; corner < 4; corner++)
+        if (zones->is_covered[(size_t)rows[corner / 2] * columns + sides[corner % 2]]) return 1;
+    return 0;
+}
+
+/* Whether accepted windows cover more than a share of a window, or all of it that is searched. */
+static int is_taken(const Zones *zones, const Window *window, const Region *region,
+                    uint32_t columns, double share) {
+    uint64_t cells = 0, inside = 0;
+    if (!is_touched(zones, window, columns)) return 0;
+    if (share == 0.0) return 1;
     for (uint32_t row = window->row; row < window->row + window->size; row++)
         for (uint32_t column = window->column; column < window->column + window->size; column++) {
-            uint8_t *cell = &zones->is_covered[(size_t)row * columns + column];
-            count += *cell;
-            if (cover) *cell = 1;
+            size_t cell = (size_t)row * columns + column;
+            if (!zones->is_covered[cell]) continue;
+            cells++;
+            inside += region->inside[cell];
         }
-    return count;
+    return (double)cells > share * window->size * window->size || inside == window->inside;
+}
+
+static void cover(Zones *zones, const Window *window, uint32_t columns) {
+    for (uint32_t row = window->row; row < window->row + window->size; row++)
+        memset(&zones->is_covered[(size_t)row * columns + window->column], 1, window->size);
 }
 
 static int accept(Zones *zones, const ZoneSettings *settings, const ScanSettings *matrix,
-                  Problem *problem) {
+                  const Region *region, Problem *problem) {
     if (zones->window_count == 0) return 0;
     qsort(zones->windows, zones->window_count, sizeof(Window), by_emptiness);
     for (size_t i = 0; i < zones->window_count; i++) {
         const Window *window = &zones->windows[i];
-        double cells = (double)window->size * window->size;
-        uint64_t taken = covered(zones, window, matrix->columns, 0);
-        if ((double)taken > settings->overlap * cells || (double)taken >= cells) continue;
-        covered(zones, window, matrix->columns, 1);
+        if (is_taken(zones, window, region, matrix->columns, settings->overlap)) continue;
+        cover(zones, window, matrix->columns);
         if (reserve(&zones->zones, &zones->capacity, zones->count + 1, sizeof(Zone), problem))
             return 1;
-        Zone zone = {.range = window->size * matrix->cell / 2};
+        Zone zone = {.range = window->size * matrix->cell / 2, .row = window->row,
+                     .column = window->column, .size = window->size};
         zone.importance = zone.range / (zone.range + window->distance);
         place(matrix, window->row + window->size / 2.0, window->column + window->size / 2.0, 0.0,
               zone.center);
@@ -166,29 +149,27 @@ static int by_importance(const void *a, const void *b) {
     return 0;
 }
 
-static int prepare(Zones *zones, const ScanSettings *matrix, size_t vertices, Problem *problem) {
+static int prepare(Zones *zones, const ScanSettings *matrix, Problem *problem) {
     size_t cells = (size_t)matrix->rows * matrix->columns;
     size_t corners = ((size_t)matrix->rows + 1) * ((size_t)matrix->columns + 1);
     zones->count = 0;
     if (reserve(&zones->points, &zones->points_capacity, corners, sizeof(uint64_t), problem)
-        || reserve(&zones->searched, &zones->searched_capacity, corners, sizeof(uint64_t), problem)
-        || reserve(&zones->is_covered, &zones->covered_capacity, cells, 1, problem)
-        || reserve(&zones->route, &zones->route_capacity, 2 * vertices, sizeof(double), problem))
+        || reserve(&zones->inside, &zones->inside_capacity, corners, sizeof(uint64_t), problem)
+        || reserve(&zones->is_covered, &zones->covered_capacity, cells, 1, problem))
         return 1;
     memset(zones->is_covered, 0, cells);
     return 0;
 }
 
 int zones_find(Zones *zones, const ZoneSettings *settings, const ScanSettings *matrix,
-               const Scan *scan, const double *route, size_t vertices, Problem *problem) {
-    if (prepare(zones, matrix, vertices, problem)) return 1;
-    turn_route(zones->route, route, vertices, &scan->pose);
-    integrate(zones, settings, matrix, scan, vertices);
+               const Scan *scan, const Region *region, Problem *problem) {
+    if (prepare(zones, matrix, problem)) return 1;
+    integrate(zones, matrix, scan, region);
     uint32_t size = settings->window_smallest;
     while (size <= settings->window_largest / 2) size *= 2;
     for (; size >= settings->window_smallest && size > 0; size /= 2)
-        if (collect(zones, settings, matrix, size, problem)
-            || accept(zones, settings, matrix, problem))
+        if (collect(zones, settings, matrix, region, size, problem)
+            || accept(zones, settings, matrix, region, problem))
             return 1;
     if (zones->count) qsort(zones->zones, zones->count, sizeof(Zone), by_importance);
     return 0;
@@ -198,7 +179,6 @@ void zones_free(Zones *zones) {
     free(zones->zones);
     free(zones->windows);
     free(zones->points);
-    free(zones->searched);
+    free(zones->inside);
     free(zones->is_covered);
-    free(zones->route);
 }

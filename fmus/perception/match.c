@@ -2,6 +2,7 @@
 
 #include "overlap.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -41,20 +42,55 @@ static int remember(Match *match, size_t place, const Apm *apm, const uint8_t *m
     return 0;
 }
 
+/* Whether the header contradicts itself: a sensor is not that far from what it sees. */
+static int is_off_center(const ApmHeader *header, double maximum, Problem *problem) {
+    double x = header->center[0] - header->position[0];
+    double y = header->center[1] - header->position[1], distance = sqrt(x * x + y * y);
+    if (distance <= maximum) return 0;
+    return fail(problem, "the APM of vehicle %lld is centred %g m from its source, must be at most "
+                "%g m (maximum_offset)", (long long)header->vehicle, distance, maximum);
+}
+
+/* Whether a message says something else than the remembered one of the same source and time. */
+static int contradicts(const Received *known, const uint8_t *message, size_t size,
+                       Problem *problem) {
+    if (size == known->message.size && memcmp(message, known->message.data, size) == 0) return 0;
+    return fail(problem, "vehicle %lld has sent two different APMs of %lld ns; the first one "
+                "counts", (long long)known->vehicle, (long long)known->time);
+}
+
+/* The benefits of matrices that count points cannot be compared with those of seen area. */
+static int is_other_index(const ApmHeader *header, Index wanted, Problem *problem) {
+    static const char *const NAMES[] = {[POINTS] = "points", [SEEN_AREA] = "seen_area"};
+    Index found = header->flags >> APM_LEVELS_SHIFT ? SEEN_AREA : POINTS;
+    if (wanted == ANY_INDEX || found == wanted) return 0;
+    return fail(problem, "the APM of vehicle %lld has the index `%s`, not `%s`",
+                (long long)header->vehicle, NAMES[found], NAMES[wanted]);
+}
+
 Fate match_receive(Match *match, const MatchSettings *settings, int64_t now,
                    const uint8_t *message, size_t size, Problem *problem) {
     Apm apm;
-    if (apm_decode(&apm, message, size, problem)) return DROPPED;
+    switch (apm_decode(&apm, &match->space, message, size, problem)) {
+    case DECODED: break;
+    case MALFORMED: return DROPPED;
+    case OUT_OF_MEMORY: return NO_MEMORY;
+    }
     if (apm.header.time > now) {
         fail(problem, "the APM of vehicle %lld is from the future: %lld ns, now is %lld ns",
              (long long)apm.header.vehicle, (long long)apm.header.time, (long long)now);
         return DROPPED;
     }
+    if (is_other_index(&apm.header, settings->index, problem)) return DROPPED;
+    if (is_off_center(&apm.header, settings->maximum_offset, problem)) return DROPPED;
     if (apm.header.time < now - settings->maximum_age) return TAKEN; /* and forgotten */
     size_t place = place_of(match, apm.header.vehicle);
-    if (is_remembered(match, place, apm.header.vehicle)
-        && match->received[place].time > apm.header.time)
-        return TAKEN; /* overtaken by a newer one */
+    if (is_remembered(match, place, apm.header.vehicle)) {
+        const Received *known = &match->received[place];
+        if (known->time > apm.header.time) return TAKEN; /* overtaken by a newer one */
+        if (known->time == apm.header.time)
+            return contradicts(known, message, size, problem) ? DROPPED : TAKEN;
+    }
     return remember(match, place, &apm, message, size, problem) ? NO_MEMORY : TAKEN;
 }
 
@@ -87,27 +123,56 @@ static Transform transform_of(const ApmHeader *header, const Pose *pose) {
     };
 }
 
-double match_benefit(const Apm *apm, const Pose *pose, const Zone *zones, size_t count) {
+/* Rows or columns of the ego vehicle's matrix that reach into [low, high], which are coordinates in
+ * units of its cells; the last is not among them. */
+static void span(double low, double high, uint32_t count, uint32_t *first, uint32_t *last) {
+    double from = floor(low), to = floor(high) + 1.0;
+    *first = !(from > 0.0) ? 0 : from < count ? (uint32_t)from : count;
+    *last = !(to > 0.0) ? 0 : to < count ? (uint32_t)to : count;
+    if (*last < *first) *last = *first;
+}
+
+/* The area in demand [m^2] inside a square with half side `half` around `center`, turned like `t`.
+ * A cell that is wanted in part counts as if the wanted part were spread evenly over it. */
+static double wanted_area(const Demand *demand, const double center[2], double half,
+                          const Transform *t) {
+    double cell = demand->cell, reach = half * (fabs(t->cosine) + fabs(t->sine)), area = 0.0;
+    double row = center[0] / cell + demand->rows / 2.0;
+    double column = center[1] / cell + demand->columns / 2.0;
+    uint32_t first[2], last[2];
+    span(row - reach / cell, row + reach / cell, demand->rows, &first[0], &last[0]);
+    span(column - reach / cell, column + reach / cell, demand->columns, &first[1], &last[1]);
+    if (demand_over(demand, first, last) == 0) return 0.0;
+    for (uint32_t i = first[0]; i < last[0]; i++)
+        for (uint32_t k = first[1]; k < last[1]; k++) {
+            uint64_t weight = demand->weights[(size_t)i * demand->columns + k];
+            if (weight == 0) continue;
+            double from_cell[2] = {center[0] - (i + 0.5 - demand->rows / 2.0) * cell,
+                                   center[1] - (k + 0.5 - demand->columns / 2.0) * cell};
+            area += (double)weight / demand->full
+                    * overlap_area(cell / 2, from_cell, half, t->cosine, t->sine);
+        }
+    return area;
+}
+
+double match_benefit(const Apm *apm, const Pose *pose, const Demand *demand,
+                     uint32_t index_limit) {
     const Transform t = transform_of(&apm->header, pose);
     const double cell = (double)apm->header.cell;
+    const uint32_t levels = apm->header.flags >> APM_LEVELS_SHIFT;
     double benefit = 0.0;
     for (uint32_t row = 0; row < apm->header.rows; row++)
         for (uint32_t column = 0; column < apm->header.columns; column++) {
             uint32_t index = apm_index(apm, (size_t)row * apm->header.columns + column);
             if (index == 0) continue;
+            if (index_limit > 0 && index > index_limit) index = index_limit;
             double u = (row + 0.5 - apm->header.rows / 2.0) * cell;
             double v = (column + 0.5 - apm->header.columns / 2.0) * cell;
             double center[2] = {t.origin[0] + u * t.cosine - v * t.sine,
                                 t.origin[1] + u * t.sine + v * t.cosine};
-            double area = 0.0;
-            for (size_t i = 0; i < count; i++) {
-                double from_zone[2] = {center[0] - zones[i].center[0],
-                                       center[1] - zones[i].center[1]};
-                area += overlap_area(zones[i].range, from_zone, cell / 2, t.cosine, t.sine);
-            }
-            benefit += index * area;
+            benefit += index * wanted_area(demand, center, cell / 2, &t);
         }
-    return benefit;
+    return levels > 0 ? benefit / levels : benefit;
 }
 
 /* ---- ranking -------------------------------------------------------------------------------- */
@@ -157,15 +222,17 @@ static int add_sharer(Match *match, Sharer sharer, Problem *problem) {
 }
 
 int match_rank(Match *match, const MatchSettings *settings, int64_t ego, const Pose *pose,
-               const Zone *zones, size_t count, size_t capacity, Problem *problem) {
+               const Demand *demand, size_t capacity, Problem *problem) {
     match->sharer_count = 0;
     for (size_t i = 0; i < match->received_count; i++) {
         const Received *received = &match->received[i];
         Apm apm;
-        if (received->vehicle == ego
-            || apm_decode(&apm, received->message.data, received->message.size, problem))
-            continue;
-        Sharer sharer = {received->vehicle, match_benefit(&apm, pose, zones, count)};
+        if (received->vehicle == ego) continue;
+        if (apm_decode(&apm, &match->space, received->message.data, received->message.size,
+                       problem))
+            return 1;
+        Sharer sharer = {received->vehicle,
+                         match_benefit(&apm, pose, demand, settings->index_limit)};
         int is_chosen = seniority(match, sharer.vehicle) < match->chosen_count;
         double bar = settings->benefit_threshold * (is_chosen ? settings->release_ratio : 1.0);
         if (!(sharer.benefit > 0.0 && sharer.benefit >= bar)) continue;
@@ -189,4 +256,5 @@ void match_free(Match *match) {
     free(match->received);
     free(match->sharers);
     free(match->chosen);
+    free(match->space.data);
 }

@@ -2,11 +2,17 @@
 #ifndef MATCH_H
 #define MATCH_H
 #include "apm.h"
-#include "blind_zone.h"
+#include "demand.h"
+
+/* What the cells of a matrix say; the items of the parameter `index`. */
+typedef enum { ANY_INDEX, POINTS, SEEN_AREA } Index;
 
 typedef struct {
     int64_t maximum_age;      /* of a received matrix [ns] */
+    double maximum_offset;    /* of a matrix from its source [m] */
     double benefit_threshold; /* [m^2] */
+    Index index;              /* of the matrices that are used */
+    uint32_t index_limit;     /* an index above it counts as it; 0: no limit */
     double release_ratio, switch_margin;
 } MatchSettings;
 
@@ -28,6 +34,7 @@ typedef struct {
     size_t sharer_count, sharer_capacity;
     int64_t *chosen; /* the sharers that passed last time, in their order */
     size_t chosen_count, chosen_capacity;
+    Bytes space; /* for the message that is being read */
 } Match;
 
 /* What became of a message. */
@@ -38,15 +45,16 @@ Fate match_receive(Match *, const MatchSettings *, int64_t now, const uint8_t *m
                    size_t size, Problem *);
 /* Forget messages older than the maximum age. */
 void match_forget(Match *, const MatchSettings *, int64_t now);
-/* Rank the sources of the messages by what they see in the first `count` of the zones, which are
- * relative to the matrix of `ego` seen from `pose`; keep the best `capacity`. */
-int match_rank(Match *, const MatchSettings *, int64_t ego, const Pose *pose, const Zone *zones,
-               size_t count, size_t capacity, Problem *);
+/* Rank the sources of the messages by what they see of what `ego` demands, whose matrix is seen
+ * from `pose`; keep the best `capacity`. */
+int match_rank(Match *, const MatchSettings *, int64_t ego, const Pose *pose, const Demand *,
+               size_t capacity, Problem *);
 /* Nobody is chosen any more. */
 void match_release(Match *);
 void match_free(Match *);
 
-/* Sum over the cells of `apm` of index times area in the zones [m^2]. */
-double match_benefit(const Apm *, const Pose *pose, const Zone *zones, size_t count);
+/* Sum over the cells of `apm` of index, at most `index_limit` unless that is 0, times area in
+ * demand [m^2]. */
+double match_benefit(const Apm *, const Pose *pose, const Demand *, uint32_t index_limit);
 
 #endif

@@ -5,11 +5,12 @@
 
 typedef struct {
     uint32_t minimum_points; /* fewest points above the ground that are an object */
+    int has_labels;          /* whether clusters are told from each other by their labels */
     TrackSettings track;
 } ObjectSettings;
 
 typedef struct {
-    Object *objects;      /* of one sensor, ascending by instance */
+    Object *objects;      /* of one sensor, ascending by track number */
     size_t count, capacity;
     uint32_t *of_cluster; /* index into objects, or NO_OBJECT, for each cluster of the scan */
     size_t cluster_capacity;

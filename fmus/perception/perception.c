@@ -3,7 +3,7 @@
  * explains them. */
 #include "perception.h"
 
-#include "fmi3_model.h"
+#include "settings.h"
 #include "variables.h"
 
 #include <math.h>
@@ -11,59 +11,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- parameters ----------------------------------------------------------------------------- */
-
-typedef struct {
-    ScanSettings matrix;
-    ObjectSettings object;
-    ZoneSettings zone;
-    MatchSettings match;
-    int has_layer;
-} Settings;
-
-static double real(Instance *instance, uint32_t reference) {
-    return *(const double *)variable_data(instance, reference);
-}
-
-static uint32_t whole(Instance *instance, uint32_t reference) {
-    return (uint32_t)*(const int32_t *)variable_data(instance, reference);
-}
-
-static int64_t nanoseconds(double seconds) { return (int64_t)floor(seconds * 1e9 + 0.5); }
-
-static Settings settings_of(Instance *i) {
-    return (Settings){
-        .matrix = {.rows = whole(i, VR_rows), .columns = whole(i, VR_columns),
-                   .cell = real(i, VR_cell), .offset = real(i, VR_offset),
-                   .floor = real(i, VR_floor), .ceiling = real(i, VR_ceiling),
-                   .ground_height = real(i, VR_ground_height)},
-        .object = {.minimum_points = whole(i, VR_minimum_points),
-                   .track = {.memory = whole(i, VR_track_memory),
-                             .timeout = nanoseconds(real(i, VR_track_timeout))}},
-        .zone = {.window_smallest = whole(i, VR_window_smallest),
-                 .window_largest = whole(i, VR_window_largest),
-                 .threshold = real(i, VR_threshold),
-                 .threshold_exponent = whole(i, VR_threshold_exponent),
-                 .threshold_distance = real(i, VR_threshold_distance),
-                 .corridor = real(i, VR_corridor), .near_field = real(i, VR_near_field), .horizon = real(i, VR_horizon),
-                 .overlap = real(i, VR_zone_overlap)},
-        .match = {.maximum_age = nanoseconds(real(i, VR_maximum_age)),
-                  .benefit_threshold = real(i, VR_benefit_threshold),
-                  .release_ratio = real(i, VR_release_ratio),
-                  .switch_margin = real(i, VR_switch_margin)},
-        .has_layer = *(const bool *)variable_data(i, VR_layer),
-    };
-}
-
 static ModelStatus begin(Instance *instance, void *state, double t) {
     (void)state, (void)t;
-    Settings settings = settings_of(instance);
-    if (settings.zone.window_smallest > settings.zone.window_largest)
-        return model_log(instance, MODEL_ERROR,
-                         "window_smallest is %u cells, must not exceed window_largest, %u",
-                         (unsigned)settings.zone.window_smallest,
-                         (unsigned)settings.zone.window_largest);
-    return MODEL_OK;
+    const Settings settings = settings_of(instance);
+    Problem problem;
+    return settings_check(&settings, &problem)
+               ? model_log(instance, MODEL_ERROR, "%s", problem.text)
+               : MODEL_OK;
 }
 
 /* ---- inputs --------------------------------------------------------------------------------- */
@@ -74,24 +28,26 @@ typedef struct {
     int64_t now, ego; /* [ns], vehicle */
     Cloud cloud;
     Messages messages;
-    const double *route;
-    size_t route_vertices;
+    Road road;
+    Route route;
     int sees_ego; /* whether the ego vehicle has a scan: then `pose` and the zones are its own */
     Pose pose;
 } Step;
 
-static int read_route(Instance *instance, Step *step, Problem *problem) {
-    step->route = variable_data(instance, VR_route_vertex);
-    size_t numbers = variable_length(instance, VR_route_vertex);
-    step->route_vertices = numbers / 2;
-    for (size_t i = 0; i < numbers; i++)
-        if (!isfinite(step->route[i]))
-            return fail(problem, "route.vertex[%zu, %zu] is %g", i / 2, i % 2, step->route[i]);
-    return 0;
+/* One corner is no road: FMI wants arrays to start with an element. */
+static int read_map(Instance *instance, Step *step, Problem *problem) {
+    step->route = (Route){.vertex = variable_data(instance, VR_route_vertex),
+                          .count = variable_length(instance, VR_route_vertex) / 2};
+    step->road = (Road){.vertex = variable_data(instance, VR_road_vertex),
+                        .index = variable_data(instance, VR_road_index),
+                        .count = variable_length(instance, VR_road_index)};
+    if (step->road.count == 1) step->road.count = 0;
+    return route_check(&step->route, problem) || road_check(&step->road, problem);
 }
 
 /* Read and check all inputs before anything changes. */
-static int read_inputs(Instance *instance, double t, Step *step, Problem *problem) {
+static int read_inputs(Instance *instance, Perception *state, double t, Step *step,
+                       Problem *problem) {
     if (!(fabs(t) < 4e9)) return fail(problem, "the time is %g s, must be within 4e9 s of 0", t);
     step->settings = settings_of(instance);
     step->now = nanoseconds(t);
@@ -99,10 +55,14 @@ static int read_inputs(Instance *instance, double t, Step *step, Problem *proble
     const Binary *points = variable_binary(instance, VR_points);
     const Binary *received = variable_binary(instance, VR_received);
     if (cloud_open(&step->cloud, points->data, points->size, problem)) return 1;
+    if (map_open(&state->map, variable_data(instance, VR_building_vertex),
+                 variable_data(instance, VR_building_index),
+                 variable_length(instance, VR_building_index), problem))
+        return 1;
     Problem reason;
     if (messages_open(&step->messages, received->data, received->size, &reason))
         return fail(problem, "received: %.200s", reason.text);
-    return read_route(instance, step, problem);
+    return read_map(instance, step, problem);
 }
 
 /* ---- stages --------------------------------------------------------------------------------- */
@@ -117,22 +77,29 @@ static int append(Bytes *bytes, const void *source, size_t size, Problem *proble
 /* What one sensor sees: its objects and its matrix; the blind zones if it is the ego's. */
 static int perceive(Perception *state, Step *step, const Sensor *sensor, Problem *problem) {
     const Settings *settings = &step->settings;
+    const size_t start = state->apms_out.size;
     if (tracks_newest(&state->tracks, sensor->vehicle) > sensor->time)
         return fail(problem, "points: the scan of vehicle %lld at %lld ns is older than its last",
                     (long long)sensor->vehicle, (long long)sensor->time);
-    if (scan_take(&state->scan, &settings->matrix, &step->cloud, sensor, problem)
+    if (scan_take(&state->scan, &settings->matrix, &step->cloud, sensor, &state->map, problem)
+        || (settings->matrix.levels
+            && seen_take(&state->seen, &settings->pattern, &settings->matrix, &step->cloud, sensor,
+                         settings->matrix.levels, state->scan.cells, problem))
         || objects_detect(&state->objects, &state->tracks, &settings->object, sensor, &state->scan,
                           problem)
         || append(&state->objects_out, state->objects.objects,
                   state->objects.count * sizeof(Object), problem)
         || apm_append(&state->apms_out, &state->layer, &settings->matrix, sensor, &state->scan,
-                      settings->has_layer ? &state->objects : NULL, problem))
+                      settings->has_layer ? &state->objects : NULL, problem)
+        || (settings->is_compressed && apm_compress(&state->apms_out, start, problem)))
         return 1;
     if (sensor->vehicle != step->ego) return 0;
     step->sees_ego = 1;
     step->pose = state->scan.pose;
-    return zones_find(&state->zones, &settings->zone, &settings->matrix, &state->scan, step->route,
-                      step->route_vertices, problem);
+    return region_make(&state->region, &settings->region, &settings->matrix, &step->pose,
+                       &step->road, &step->route, problem)
+           || zones_find(&state->zones, &settings->zone, &settings->matrix, &state->scan,
+                         &state->region, problem);
 }
 
 static int perceive_all(Perception *state, Step *step, Problem *problem) {
@@ -145,9 +112,13 @@ static int perceive_all(Perception *state, Step *step, Problem *problem) {
     for (size_t i = 0; i < step->cloud.sensor_count; i++) {
         Sensor sensor = cloud_sensor(&step->cloud, i);
         if (sensor.time > newest) newest = sensor.time;
-        if (perceive(state, step, &sensor, problem)) return 1;
+        if (pose_believe(&state->pose_errors, &step->settings.pose_error, &sensor, problem)
+            || perceive(state, step, &sensor, problem))
+            return 1;
     }
-    if (newest >= 0) tracks_forget(&state->tracks, &step->settings.object.track, newest);
+    if (newest < 0) return 0; /* no scan */
+    tracks_forget(&state->tracks, &step->settings.object.track, newest);
+    pose_forget(&state->pose_errors, &step->settings.pose_error, newest);
     return 0;
 }
 
@@ -178,9 +149,10 @@ static int rank(Instance *instance, Perception *state, const Step *step, Problem
         match_release(&state->match);
         return 0;
     }
-    return match_rank(&state->match, &step->settings.match, step->ego, &step->pose,
-                      state->zones.zones, state->zones.count,
-                      variable_length(instance, VR_match_sharer), problem);
+    return demand_make(&state->demand, &step->settings.matrix, &state->zones, state->zones.count,
+                       &state->region, step->settings.has_region_benefit, problem)
+           || match_rank(&state->match, &step->settings.match, step->ego, &step->pose,
+                         &state->demand, variable_length(instance, VR_match_sharer), problem);
 }
 
 /* ---- outputs -------------------------------------------------------------------------------- */
@@ -243,7 +215,7 @@ static ModelStatus output(Instance *instance, void *pointer, double t) {
     Perception *state = pointer;
     Problem problem;
     Step step = {0};
-    if (read_inputs(instance, t, &step, &problem) || perceive_all(state, &step, &problem))
+    if (read_inputs(instance, state, t, &step, &problem) || perceive_all(state, &step, &problem))
         return model_log(instance, MODEL_ERROR, "%s", problem.text);
     ModelStatus status = receive_all(instance, state, &step);
     if (status >= MODEL_ERROR) return status;
@@ -265,12 +237,17 @@ static void destroy(Instance *instance, void *pointer) {
     (void)instance;
     Perception *state = pointer;
     if (!state) return;
-    free(state->tracks.tracks);
+    tracks_free(&state->tracks);
+    map_free(&state->map);
+    free(state->pose_errors.vehicles);
     match_free(&state->match);
     scan_free(&state->scan);
+    seen_free(&state->seen);
     objects_free(&state->objects);
     free(state->layer.cells);
+    region_free(&state->region);
     zones_free(&state->zones);
+    demand_free(&state->demand);
     free(state->apms_out.data);
     free(state->objects_out.data);
     free(state);

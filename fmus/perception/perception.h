@@ -2,16 +2,23 @@
 #ifndef PERCEPTION_H
 #define PERCEPTION_H
 #include "match.h"
+#include "seen.h"
+#include "pose_error.h"
 
 typedef struct {
     /* what survives from step to step */
     Tracks tracks;
     Match match;
+    PoseErrors pose_errors;
     /* what is made anew in every step; kept for its memory */
+    Map map;
     Scan scan;
+    Seen seen;
     Objects objects;
     Layer layer;
+    Region region;
     Zones zones;
+    Demand demand;
     Bytes apms_out, objects_out;
 } Perception;
 

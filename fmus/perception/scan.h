@@ -1,15 +1,25 @@
-/* One pass over the points of one sensor: the abstract perception matrix, the points of each
- * obstacle, and the nearest obstacle in each direction. */
+/* One pass over the points of one sensor: the abstract perception matrix, the clusters that may be
+ * vehicles, and the nearest obstacle in each direction. */
 #ifndef SCAN_H
 #define SCAN_H
 #include "cloud.h"
+#include "map.h"
+#include "segments.h"
+
+/* Values of the parameter `segmentation`. */
+enum { BY_GEOMETRY = 1, BY_LABELS };
 
 typedef struct {
     uint32_t rows, columns;
     double cell;           /* side [m] */
     double offset;         /* of the matrix centre, ahead of the sensor [m] */
     double floor, ceiling; /* heights between which points are counted [m] */
+    uint32_t levels;       /* a cell all of whose ground is seen; 0: cells count points */
     double ground_height;  /* points up to this height are no obstacle [m] */
+    double blanking;       /* points nearer than this are the own body [m] */
+    double map_margin;     /* points up to so far from a building on the map belong to it [m] */
+    int segmentation;
+    SegmentSettings segment;
 } ScanSettings;
 
 /* Where the scan was taken from. */
@@ -19,27 +29,27 @@ typedef struct {
     double center[2];    /* of the matrix, world frame [m] */
 } Pose;
 
-/* The sides of a box around points, world frame. */
-enum { X_MINIMUM, X_MAXIMUM, Y_MINIMUM, Y_MAXIMUM, SIDES };
-
-/* The points above the ground with one instance label. */
+/* Points above the ground that may be of one vehicle. */
 typedef struct {
-    int32_t instance;
+    int32_t label; /* of its points, if the scan is segmented by labels; else 0 */
     uint32_t points;
-    double side[SIDES];     /* coordinate of each side [m] */
-    double range2[SIDES];   /* squared horizontal distance of the point on each side [m^2] */
-    uint32_t bearing[SIDES]; /* its direction, an index into Scan.nearest */
-    double height;          /* of the highest point above the ground [m] */
+    double side[SIDES];       /* of the box around them, world frame [m] */
+    double range2[SIDES];     /* squared horizontal distance of the patch on each side [m^2] */
+    uint32_t direction[SIDES]; /* of the patch */
+    uint32_t patch[SIDES];
+    int is_open[SIDES];       /* the surface may go on beyond: it is seen along, in large steps */
+    double height;            /* of the highest point above the ground [m] */
 } Cluster;
 
 /* The nearest obstacle in one direction. */
 typedef struct {
-    double range2; /* [m^2], infinite if there is none */
-    uint32_t cluster;
+    double range2;    /* [m^2], infinite if there is none */
+    double height;    /* of its highest point [m] */
+    uint32_t cluster; /* or NO_CLUSTER */
 } Nearest;
-enum { BEARINGS = 1024 };
+enum { BEARINGS = DIRECTIONS / 2 };
 
-/* A point above the ground that fell into the matrix. */
+/* A point of a cluster that fell into the matrix. */
 typedef struct {
     uint32_t cell, cluster;
 } Hit;
@@ -52,15 +62,21 @@ typedef struct {
     uint32_t *cells; /* rows x columns; points in each, the abstract perception index */
     Cluster *clusters;
     Hit *hits;
-    uint32_t *slots; /* hash table: index into clusters + 1, or 0 */
-    size_t cell_capacity, cluster_count, cluster_capacity, hit_count, hit_capacity, slot_count,
-        slot_capacity;
+    uint32_t *cluster_of; /* of each patch */
+    uint8_t *is_static;   /* of each sorted patch: whether the map has a building there */
+    uint32_t *of_sorted;  /* cluster of each sorted patch */
+    uint32_t *slots;      /* hash table of labels: index into clusters + 1, or 0 */
+    size_t cell_capacity, cluster_count, cluster_capacity, hit_count, hit_capacity,
+        cluster_of_capacity, is_static_capacity, of_sorted_capacity, slot_count, slot_capacity;
+    Patches patches;
+    Segments segments;
     Nearest nearest[BEARINGS];
 } Scan;
 
 /* Replace the contents of `scan` by what `sensor` sees. */
-int scan_take(Scan *, const ScanSettings *, const Cloud *, const Sensor *, Problem *);
-/* How much of a cluster's body an obstacle in front may hide beyond one of its sides. */
+int scan_take(Scan *, const ScanSettings *, const Cloud *, const Sensor *, Map *, Problem *);
+/* How much of a cluster's body an obstacle in front may hide beyond one of its sides; where the
+ * sampling ends before the body does, all of it. */
 Sight scan_sight(const Scan *, size_t cluster, int side);
 void scan_free(Scan *);
 

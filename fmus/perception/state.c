@@ -7,7 +7,8 @@
 typedef struct {
     char magic[4];
     uint32_t version;
-    uint64_t tracks, chosen, received;
+    int64_t next_track;
+    uint64_t tracks, pose_errors, chosen, received;
 } StateHeader;
 
 /* ---- writing -------------------------------------------------------------------------------- */
@@ -22,10 +23,12 @@ size_t state_save(const Perception *state, uint8_t *bytes) {
     const Tracks *tracks = &state->tracks;
     const Match *match = &state->match;
     Bytes out = {.data = bytes};
-    StateHeader header = {{'P', 'R', 'C', 'P'}, 1, tracks->count, match->chosen_count,
-                          match->received_count};
+    const PoseErrors *errors = &state->pose_errors;
+    StateHeader header = {{'P', 'R', 'C', 'P'}, 2, tracks->next, tracks->count, errors->count,
+                          match->chosen_count, match->received_count};
     put(&out, &header, sizeof header);
     put(&out, tracks->tracks, tracks->count * sizeof(Track));
+    put(&out, errors->vehicles, errors->count * sizeof(PoseError));
     put(&out, match->chosen, match->chosen_count * sizeof(int64_t));
     for (size_t i = 0; i < match->received_count; i++) {
         uint64_t size = match->received[i].message.size;
@@ -53,14 +56,14 @@ static const uint8_t *take(Reader *reader, uint64_t count, size_t size) {
 
 static int is_sound(const Track *track, const Track *before) {
     int is_sound = track->time >= 0 && track->time <= TIME_LIMIT && isfinite(track->velocity[0])
-                   && isfinite(track->velocity[1]) && track->scans[0] && track->scans[1];
+                   && isfinite(track->velocity[1]) && track->scans[0] && track->scans[1]
+                   && track->number >= 0 && track->number < INT64_MAX;
     for (int side = 0; side < SIDES; side++)
         is_sound = is_sound && isfinite(track->side[side]) && track->sight[side] <= CLEAR;
     if (before)
         is_sound = is_sound
                    && (before->sensor < track->sensor
-                       || (before->sensor == track->sensor
-                           && before->instance < track->instance));
+                       || (before->sensor == track->sensor && before->number < track->number));
     return is_sound;
 }
 
@@ -75,6 +78,33 @@ static int read_tracks(Tracks *tracks, Reader *reader, uint64_t count, Problem *
     for (size_t i = 0; i < count; i++)
         if (!is_sound(&tracks->tracks[i], i ? &tracks->tracks[i - 1] : NULL))
             return fail(problem, "track %zu of the saved state makes no sense", i);
+    for (size_t i = 0; i < count; i++)
+        if (tracks->tracks[i].number >= tracks->next)
+            return fail(problem, "the saved state has track %lld, but %lld is the next new one",
+                        (long long)tracks->tracks[i].number, (long long)tracks->next);
+    return 0;
+}
+
+static int is_sound_error(const PoseError *error, const PoseError *before) {
+    int is_sound = error->time >= 0 && error->time <= TIME_LIMIT
+                   && (!before || before->vehicle < error->vehicle);
+    for (int i = 0; i < POSE_ERRORS; i++)
+        is_sound = is_sound && fabs(error->error[i]) < 1e6; /* standard deviations */
+    return is_sound;
+}
+
+static int read_pose_errors(PoseErrors *errors, Reader *reader, uint64_t count,
+                            Problem *problem) {
+    const uint8_t *bytes = take(reader, count, sizeof(PoseError));
+    if (!bytes) return fail(problem, "the saved state is cut short in its pose errors");
+    if (count == 0) return 0;
+    if (reserve(&errors->vehicles, &errors->capacity, (size_t)count, sizeof(PoseError), problem))
+        return 1;
+    memcpy(errors->vehicles, bytes, (size_t)count * sizeof(PoseError));
+    errors->count = (size_t)count;
+    for (size_t i = 0; i < count; i++)
+        if (!is_sound_error(&errors->vehicles[i], i ? &errors->vehicles[i - 1] : NULL))
+            return fail(problem, "pose error %zu of the saved state makes no sense", i);
     return 0;
 }
 
@@ -90,7 +120,7 @@ static int read_chosen(Match *match, Reader *reader, uint64_t count, Problem *pr
 }
 
 static int read_received(Match *match, Reader *reader, uint64_t count, Problem *problem) {
-    const MatchSettings forever = {.maximum_age = INT64_MAX};
+    const MatchSettings forever = {.maximum_age = INT64_MAX, .maximum_offset = INFINITY};
     for (uint64_t i = 0; i < count; i++) {
         uint64_t size;
         const uint8_t *bytes = take(reader, 1, sizeof size);
@@ -106,35 +136,45 @@ static int read_received(Match *match, Reader *reader, uint64_t count, Problem *
     return 0;
 }
 
-static int read_state(Tracks *tracks, Match *match, Reader *reader, Problem *problem) {
+static int read_state(Perception *state, Reader *reader, Problem *problem) {
     StateHeader header;
     const uint8_t *bytes = take(reader, 1, sizeof header);
     if (bytes) memcpy(&header, bytes, sizeof header);
-    if (!bytes || memcmp(header.magic, "PRCP", 4) != 0 || header.version != 1)
+    if (!bytes || memcmp(header.magic, "PRCP", 4) != 0 || header.version != 2)
         return fail(problem, "these bytes are no saved state of the perception unit");
-    if (read_tracks(tracks, reader, header.tracks, problem)
-        || read_chosen(match, reader, header.chosen, problem)
-        || read_received(match, reader, header.received, problem))
+    state->tracks.next = header.next_track;
+    if (read_tracks(&state->tracks, reader, header.tracks, problem)
+        || read_pose_errors(&state->pose_errors, reader, header.pose_errors, problem)
+        || read_chosen(&state->match, reader, header.chosen, problem)
+        || read_received(&state->match, reader, header.received, problem))
         return 1;
     if (reader->rest)
         return fail(problem, "the saved state has %zu bytes too many", reader->rest);
     return 0;
 }
 
+/* Exchange what survives from step to step. */
+static void exchange(Perception *a, Perception *b) {
+    Tracks tracks = a->tracks;
+    Match match = a->match;
+    PoseErrors pose_errors = a->pose_errors;
+    a->tracks = b->tracks;
+    a->match = b->match;
+    a->pose_errors = b->pose_errors;
+    b->tracks = tracks;
+    b->match = match;
+    b->pose_errors = pose_errors;
+}
+
 int state_load(Perception *state, const uint8_t *bytes, size_t size, Problem *problem) {
     Reader reader = {bytes, size};
-    Tracks tracks = {0};
-    Match match = {0};
-    int failed = read_state(&tracks, &match, &reader, problem);
-    if (!failed) {
-        Tracks old_tracks = state->tracks;
-        Match old_match = state->match;
-        state->tracks = tracks;
-        state->match = match;
-        tracks = old_tracks;
-        match = old_match;
-    }
-    free(tracks.tracks);
-    match_free(&match);
+    Perception *loaded = calloc(1, sizeof *loaded);
+    if (!loaded) return fail(problem, "out of memory for a saved state");
+    int failed = read_state(loaded, &reader, problem);
+    if (!failed) exchange(state, loaded);
+    tracks_free(&loaded->tracks);
+    free(loaded->pose_errors.vehicles);
+    match_free(&loaded->match);
+    free(loaded);
     return failed;
 }

@@ -1,32 +1,48 @@
 #include "tracks.h"
+#include "motion.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* ---- the table ------------------------------------------------------------------------------ */
 
-static int is_before(const Track *track, int64_t sensor, int64_t instance) {
-    return track->sensor != sensor ? track->sensor < sensor : track->instance < instance;
+static int is_before(const Track *track, int64_t sensor, int64_t number) {
+    return track->sensor != sensor ? track->sensor < sensor : track->number < number;
 }
 
-/* The first track that is not before (sensor, instance). */
-static size_t lower_bound(const Tracks *tracks, int64_t sensor, int64_t instance) {
+/* The first track that is not before (sensor, number). */
+static size_t lower_bound(const Tracks *tracks, int64_t sensor, int64_t number) {
     size_t low = 0, high = tracks->count;
     while (low < high) {
         size_t middle = low + (high - low) / 2;
-        if (is_before(&tracks->tracks[middle], sensor, instance)) low = middle + 1;
+        if (is_before(&tracks->tracks[middle], sensor, number)) low = middle + 1;
         else high = middle;
     }
     return low;
 }
 
-static int insert(Tracks *tracks, size_t place, const Track *track, Problem *problem) {
+/* The track, or NULL. */
+static Track *find(const Tracks *tracks, int64_t sensor, int64_t number) {
+    size_t place = lower_bound(tracks, sensor, number);
+    if (place == tracks->count) return NULL;
+    Track *track = &tracks->tracks[place];
+    return track->sensor == sensor && track->number == number ? track : NULL;
+}
+
+const Track *tracks_find(const Tracks *tracks, int64_t sensor, int64_t number) {
+    return find(tracks, sensor, number);
+}
+
+static int insert(Tracks *tracks, const Track *track, Problem *problem) {
+    size_t place = lower_bound(tracks, track->sensor, track->number);
     if (reserve(&tracks->tracks, &tracks->capacity, tracks->count + 1, sizeof *track, problem))
         return 1;
     memmove(&tracks->tracks[place + 1], &tracks->tracks[place],
             (tracks->count - place) * sizeof *track);
     tracks->tracks[place] = *track;
     tracks->count++;
+    if (track->number >= tracks->next) tracks->next = track->number + 1;
     return 0;
 }
 
@@ -46,99 +62,198 @@ void tracks_forget(Tracks *tracks, const TrackSettings *settings, int64_t now) {
     tracks->count = kept;
 }
 
-/* ---- the filter ----------------------------------------------------------------------------- */
+/* ---- association ---------------------------------------------------------------------------- */
 
-/* Gains of the expanding-memory polynomial filter of degree 1, the recursive least-squares line
- * through the last n samples (E. Brookner, Tracking and Kalman Filtering Made Easy, 1998, section
- * 1.2.10); held when n reaches the memory, it becomes a g-h (alpha-beta) filter. */
+/* One scan and the tracks of its sensor. */
 typedef struct {
-    double g, h;
-} Gains;
+    Tracks *tracks;
+    const TrackSettings *settings;
+    const Scan *scan;
+    int64_t sensor, time, last; /* `last`: time of the scan before */
+    size_t first, end;          /* the sensor's tracks */
+} Update;
 
-static Gains gains_of(uint32_t scans) {
-    double n = scans;
-    return (Gains){2.0 * (2.0 * n - 1.0) / (n * (n + 1.0)), 6.0 / (n * (n + 1.0))};
+static int is_free(const Detection *detection) {
+    return detection->is_object && detection->number == NO_TRACK;
 }
 
-static double smaller(double a, double b) { return fabs(a) < fabs(b) ? a : b; }
-
-/* How far the body was from where it was predicted along one axis, as far as its sides tell;
- * returns 0 if they tell nothing.
- *
- * A side in clear sight is that of the body. Of two, the one that faces the sensor is a face; the
- * one behind is where the sampling ends on the roof, and moves with the sensor's rings. To the left
- * and right of the line of sight both are outlines: their mean is taken. Where a lower obstacle
- * stands in front of either, that side may be the border of its shadow: the smaller displacement is
- * taken, for both sides of a moving body move. */
-static int innovation(const double miss[2], const Sight sight[2], const double side[2],
-                      double sensor, double *result) {
-    int facing = sensor < side[0] ? 0 : sensor > side[1] ? 1 : -1;
-    if (sight[0] == HIDDEN && sight[1] == HIDDEN) return 0;
-    if (sight[0] == HIDDEN) *result = miss[1];
-    else if (sight[1] == HIDDEN) *result = miss[0];
-    else if (sight[0] == PARTLY_HIDDEN || sight[1] == PARTLY_HIDDEN)
-        *result = smaller(miss[0], miss[1]);
-    else *result = facing < 0 ? 0.5 * (miss[0] + miss[1]) : miss[facing];
-    return 1;
-}
-
-static void filter_axis(Track *track, const TrackSettings *settings, int axis, double dt,
-                        const double measured[2], const Sight sight[2], double sensor) {
-    double miss[2], *side = &track->side[2 * axis];
-    Sight in_both[2]; /* scans, the last one and this one */
-    for (int i = 0; i < 2; i++) {
-        Sight last = (Sight)track->sight[2 * axis + i];
-        in_both[i] = last < sight[i] ? last : sight[i];
-        side[i] += track->velocity[axis] * dt;
-        miss[i] = measured[i] - side[i];
-    }
-    double result;
-    int is_measured = innovation(miss, in_both, measured, sensor, &result);
-    if (is_measured && track->scans[axis] < settings->memory) track->scans[axis]++;
-    Gains gains = gains_of(track->scans[axis]);
-    if (is_measured) track->velocity[axis] += gains.h * result / dt;
-    for (int i = 0; i < 2; i++) {
-        side[i] = in_both[i] == CLEAR ? side[i] + gains.g * miss[i] : measured[i];
-        track->sight[2 * axis + i] = (uint32_t)sight[i];
+/* Tracks that have this scan already: it came again. */
+static void keep_known(Update *update) {
+    for (size_t i = update->first; i < update->end; i++) {
+        const Track *track = &update->tracks->tracks[i];
+        if (track->time == update->time && track->cluster < update->scan->cluster_count
+            && is_free(&update->tracks->detections[track->cluster]))
+            update->tracks->detections[track->cluster].number = track->number;
     }
 }
 
-static Track begin_track(const Cluster *seen, const Sight sight[SIDES], int64_t sensor,
-                         int64_t time) {
-    Track track = {.sensor = sensor, .instance = seen->instance, .time = time, .scans = {1, 1}};
-    for (int side = 0; side < SIDES; side++) {
-        track.side[side] = seen->side[side];
-        track.sight[side] = (uint32_t)sight[side];
-    }
-    return track;
+/* How far a body may be from where it is expected: as far as it may move while its velocity is not
+ * known. */
+static double gate_of(const Update *update, const Track *track) {
+    double gate = update->settings->gate;
+    if (track->scans[0] > 2 && track->scans[1] > 2) return gate;
+    double travel = update->settings->fastest * (double)(update->time - track->time) * 1e-9;
+    return travel > gate ? travel : gate;
 }
 
-static int is_at(const Tracks *tracks, size_t index, int64_t sensor, int64_t instance) {
-    return index < tracks->count && tracks->tracks[index].sensor == sensor
-           && tracks->tracks[index].instance == instance;
-}
-
-int tracks_update(Tracks *tracks, const TrackSettings *settings, int64_t sensor, int64_t time,
-                  const Scan *scan, size_t cluster, size_t *index, Problem *problem) {
-    const Cluster *seen = &scan->clusters[cluster];
-    *index = lower_bound(tracks, sensor, seen->instance);
-    int is_new = !is_at(tracks, *index, sensor, seen->instance);
-    if (!is_new && tracks->tracks[*index].time == time) return 0; /* this scan again */
-    Sight sight[SIDES];
-    for (int side = 0; side < SIDES; side++) sight[side] = scan_sight(scan, cluster, side);
-    if (is_new) {
-        Track fresh = begin_track(seen, sight, sensor, time);
-        return insert(tracks, *index, &fresh, problem);
+/* Every track and cluster that may be the same body. Tracks that the last scan missed and boxes of
+ * another size come after others. */
+static int find_pairs(Update *update, Problem *problem) {
+    const double handicap = 0.5;  /* [m] of tracks that the last scan missed */
+    const double size_share = 0.1; /* of the difference in size */
+    Tracks *tracks = update->tracks;
+    tracks->pair_count = 0;
+    for (size_t i = update->first; i < update->end; i++) {
+        const Track *track = &tracks->tracks[i];
+        if (track->time == update->time || update->time - track->time > update->settings->timeout)
+            continue;
+        double gate = gate_of(update, track);
+        for (size_t k = 0; k < update->scan->cluster_count; k++) {
+            if (!is_free(&tracks->detections[k])) continue;
+            double difference;
+            double distance = motion_distance(track, &update->scan->clusters[k], update->time,
+                                              &difference);
+            if (!(distance <= gate)) continue;
+            if (reserve(&tracks->pairs, &tracks->pair_capacity, tracks->pair_count + 1,
+                        sizeof(Pair), problem))
+                return 1;
+            double cost = distance + size_share * difference;
+            if (track->time != update->last) cost += handicap;
+            tracks->pairs[tracks->pair_count++] = (Pair){cost, (uint32_t)i, (uint32_t)k};
+        }
     }
-    Track *track = &tracks->tracks[*index];
-    if (time - track->time > settings->timeout) {
-        *track = begin_track(seen, sight, sensor, time);
-        return 0;
-    }
-    double dt = (double)(time - track->time) * 1e-9;
-    for (int axis = 0; axis < 2; axis++)
-        filter_axis(track, settings, axis, dt, &seen->side[2 * axis], &sight[2 * axis],
-                    scan->pose.position[axis]);
-    track->time = time;
     return 0;
+}
+
+/* By cost, then by age, then by cluster: a total order. */
+static int by_cost(const void *left, const void *right) {
+    const Pair *a = left, *b = right;
+    if (a->cost != b->cost) return a->cost < b->cost ? -1 : 1;
+    if (a->track != b->track) return a->track < b->track ? -1 : 1;
+    return (a->cluster > b->cluster) - (a->cluster < b->cluster);
+}
+
+static void follow(Update *update, Track *track, size_t cluster) {
+    Detection *detection = &update->tracks->detections[cluster];
+    detection->number = track->number;
+    motion_follow(track, update->settings, &update->scan->clusters[cluster], detection->sight,
+                  update->scan->pose.position, update->time);
+    track->cluster = (uint32_t)cluster;
+}
+
+/* The pairs of least cost, each track and each cluster once. */
+static int associate(Update *update, Problem *problem) {
+    Tracks *tracks = update->tracks;
+    keep_known(update);
+    if (find_pairs(update, problem)) return 1;
+    if (tracks->pair_count > 1)
+        qsort(tracks->pairs, tracks->pair_count, sizeof(Pair), by_cost);
+    for (size_t i = 0; i < tracks->pair_count; i++) {
+        Pair pair = tracks->pairs[i];
+        Track *track = &tracks->tracks[pair.track];
+        if (track->time != update->time && is_free(&tracks->detections[pair.cluster]))
+            follow(update, track, pair.cluster);
+    }
+    return 0;
+}
+
+/* ---- births --------------------------------------------------------------------------------- */
+
+/* A track with a reliable velocity in whose box the middle of a cluster lies: the cluster is a part
+ * of its body that has come apart. */
+static const Track *body_of(const Update *update, const Cluster *cluster) {
+    for (size_t i = update->first; i < update->end; i++) {
+        const Track *track = &update->tracks->tracks[i];
+        int is_inside = track->time == update->time && track->scans[0] > 2 && track->scans[1] > 2;
+        for (int axis = 0; axis < 2; axis++) {
+            double middle = 0.5 * (cluster->side[2 * axis] + cluster->side[2 * axis + 1]);
+            is_inside = is_inside && middle >= track->side[2 * axis]
+                        && middle <= track->side[2 * axis + 1];
+        }
+        if (is_inside) return track;
+    }
+    return NULL;
+}
+
+static int begin(Update *update, size_t cluster, int64_t number, Problem *problem) {
+    Tracks *tracks = update->tracks;
+    Detection *detection = &tracks->detections[cluster];
+    const Cluster *seen = &update->scan->clusters[cluster];
+    Track fresh = motion_begin(seen, detection->sight, update->sensor, number, update->time);
+    const Track *body = body_of(update, seen);
+    fresh.cluster = (uint32_t)cluster;
+    for (int axis = 0; body && axis < 2; axis++) {
+        fresh.velocity[axis] = body->velocity[axis];
+        fresh.scans[axis] = 2;
+    }
+    detection->number = number;
+    return insert(tracks, &fresh, problem);
+}
+
+static int begin_rest(Update *update, Problem *problem) {
+    for (size_t k = 0; k < update->scan->cluster_count; k++)
+        if (is_free(&update->tracks->detections[k])
+            && begin(update, k, update->tracks->next, problem))
+            return 1;
+    return 0;
+}
+
+/* ---- labels --------------------------------------------------------------------------------- */
+
+/* Every cluster goes to the track with its label as number. */
+static int associate_by_label(Update *update, Problem *problem) {
+    for (size_t k = 0; k < update->scan->cluster_count; k++) {
+        Detection *detection = &update->tracks->detections[k];
+        if (!detection->is_object) continue;
+        int64_t label = update->scan->clusters[k].label;
+        Track *track = find(update->tracks, update->sensor, label);
+        if (!track) {
+            if (begin(update, k, label, problem)) return 1;
+        } else if (track->time == update->time)
+            detection->number = label;
+        else if (update->time - track->time <= update->settings->timeout)
+            follow(update, track, k);
+        else {
+            *track = motion_begin(&update->scan->clusters[k], detection->sight, update->sensor,
+                                  label, update->time);
+            detection->number = label;
+        }
+    }
+    return 0;
+}
+
+/* ---- all of it ------------------------------------------------------------------------------ */
+
+static int detect(Tracks *tracks, const Scan *scan, uint32_t minimum_points, Problem *problem) {
+    if (reserve(&tracks->detections, &tracks->detection_capacity, scan->cluster_count,
+                sizeof(Detection), problem))
+        return 1;
+    for (size_t k = 0; k < scan->cluster_count; k++) {
+        Detection *detection = &tracks->detections[k];
+        *detection = (Detection){.number = NO_TRACK,
+                                 .is_object = scan->clusters[k].points >= minimum_points};
+        for (int side = 0; detection->is_object && side < SIDES; side++)
+            detection->sight[side] = scan_sight(scan, k, side);
+    }
+    return 0;
+}
+
+int tracks_update(Tracks *tracks, const TrackSettings *settings, const Sensor *sensor,
+                  const Scan *scan, int has_labels, uint32_t minimum_points, Problem *problem) {
+    if (detect(tracks, scan, minimum_points, problem)) return 1;
+    Update update = {
+        .tracks = tracks, .settings = settings, .scan = scan,
+        .sensor = sensor->vehicle, .time = sensor->time,
+        .last = tracks_newest(tracks, sensor->vehicle),
+        .first = lower_bound(tracks, sensor->vehicle, INT64_MIN),
+        .end = lower_bound(tracks, sensor->vehicle, INT64_MAX),
+    };
+    if (has_labels) return associate_by_label(&update, problem);
+    return associate(&update, problem) || begin_rest(&update, problem);
+}
+
+void tracks_free(Tracks *tracks) {
+    free(tracks->tracks);
+    free(tracks->detections);
+    free(tracks->pairs);
 }

@@ -8,7 +8,7 @@ from typing import Final, TypeAlias
 import numpy as np
 from typing_extensions import override
 
-from fmus.policy.conflict import Bodies, Ego, Prediction
+from fmus.policy.conflict import Bodies, Ego, Prediction, overlapping
 from fmus.policy.connectors import CONNECTORS, OUTPUTS
 from fmus.records import OBJECT, unframe
 from orchestrator.component import Component
@@ -73,18 +73,11 @@ class _Driver:
         )
         self._confirmed = 0
 
-    def drive(self, inputs: Signals, objects: Array, now: Time) -> Signals:
-        """The outputs at `now`, given every object to be considered."""
-        route = np.asarray(inputs["ego.route"])
-        size = np.asarray(inputs["ego.size"])
-        ego = Ego(
-            speed=float(np.asarray(inputs["ego.speed"])),
-            length=float(size[0]),
-            width=float(size[1]),
-            route=route,
-        )
-        usable = len(route) > 1 and bool((np.ptp(route, axis=0) > 0).any())
-        hazard = self._worst(ego, objects, now) if usable else None
+    def drive(self, inputs: Signals, seen: Array, received: Array, now: Time) -> Signals:
+        """The outputs at `now`, given the objects that the ego sees and those it received."""
+        ego = _ego(inputs)
+        usable = len(ego.route) > 1 and bool((np.ptp(ego.route, axis=0) > 0).any())
+        hazard = self._hazard(ego, seen, received, now) if usable else None
         self._confirmed = self._confirmed + 1 if hazard else 0
         if hazard and self._confirmed >= self._parameters.confirmations:
             demand = self._deceleration(ego, hazard.distance)
@@ -100,20 +93,27 @@ class _Driver:
         room = max(distance - self._parameters.stop_margin, 0.1)
         return max(ego.speed**2 / (2.0 * room), self._parameters.comfortable / 2.0)
 
-    def _worst(self, ego: Ego, objects: Array, now: Time) -> _Hazard | None:
-        """The object whose conflict comes first."""
-        if len(objects) == 0:
-            return None
+    def _hazard(self, ego: Ego, seen: Array, received: Array, now: Time) -> _Hazard | None:
+        """The object whose conflict comes first; received ones may be the ego itself."""
+        others = received[~overlapping(ego, self._moved(received, now))]
+        return self._worst(ego, np.concatenate([seen, others]), now)
+
+    def _moved(self, objects: Array, now: Time) -> Bodies:
+        """Where the objects are at `now`."""
         age = (now - objects["time"]) / 1e9
         standing = np.hypot(*objects["velocity"].T) < self._parameters.moving
         velocity = np.where(standing[:, None], 0.0, objects["velocity"])
         moved = age[:, None] * velocity
-        bodies = Bodies(
+        return Bodies(
             minimum=objects["minimum"] + moved,
             maximum=objects["maximum"] + moved,
             velocity=velocity,
         )
-        conflicts = self._prediction.first_conflicts(ego, bodies)
+
+    def _worst(self, ego: Ego, objects: Array, now: Time) -> _Hazard | None:
+        if len(objects) == 0:
+            return None
+        conflicts = self._prediction.first_conflicts(ego, self._moved(objects, now))
         first = int(np.argmin(conflicts.time))
         if np.isinf(conflicts.time[first]):
             return None
@@ -121,7 +121,7 @@ class _Driver:
             distance=float(conflicts.distance[first]),
             instance=int(objects["instance"][first]),
             sensor=int(objects["sensor"][first]),
-            age=float(age[first]),
+            age=float((now - objects["time"][first]) / 1e9),
         )
 
 
@@ -134,8 +134,8 @@ class _RulePolicy(Component):
         self._parameters = parameters
 
     @abc.abstractmethod
-    def _considered(self, inputs: Signals) -> Array:
-        """The objects to be braked for, `OBJECT` records."""
+    def _received(self, inputs: Signals) -> Array:
+        """The objects of others that are considered as well, `OBJECT` records."""
 
     @property
     @override
@@ -149,7 +149,7 @@ class _RulePolicy(Component):
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self._outputs = self._driver.drive(inputs, self._considered(inputs), t + h)
+        self._outputs = self._driver.drive(inputs, _seen(inputs), self._received(inputs), t + h)
 
     @override
     def outputs(self) -> Signals:
@@ -161,32 +161,36 @@ class RuleBased(_RulePolicy):
 
     Every object is predicted with constant velocity, shared ones from the time of their
     scan; a conflict with the ego's own motion is braked for when it needs more than a
-    comfortable deceleration.
+    comfortable deceleration. What others see where the ego is, is the ego.
     """
 
     @override
-    def _considered(self, inputs: Signals) -> Array:
-        received = unframe("OBJS", bytes(inputs["received.objects"]), OBJECT)
-        others = received[received["instance"] != _ego(inputs)]
-        return np.concatenate([_seen(inputs), others])
+    def _received(self, inputs: Signals) -> Array:
+        return unframe("OBJS", bytes(inputs["received.objects"]), OBJECT)
 
 
 class Blind(_RulePolicy):
     """The rule-based policy without V2X: it brakes for what the ego's own lidar sees."""
 
     @override
-    def _considered(self, inputs: Signals) -> Array:
-        return _seen(inputs)
+    def _received(self, inputs: Signals) -> Array:
+        return np.empty(0, OBJECT)
 
 
-def _ego(inputs: Signals) -> int:
-    return int(np.asarray(inputs["ego.id"]))
+def _ego(inputs: Signals) -> Ego:
+    size = np.asarray(inputs["ego.size"])
+    return Ego(
+        speed=float(np.asarray(inputs["ego.speed"])),
+        length=float(size[0]),
+        width=float(size[1]),
+        route=np.asarray(inputs["ego.route"]),
+    )
 
 
 def _seen(inputs: Signals) -> Array:
     """The objects of the ego's own sensor."""
     objects = unframe("OBJS", bytes(inputs["objects"]), OBJECT)
-    return np.asarray(objects[objects["sensor"] == _ego(inputs)])
+    return np.asarray(objects[objects["sensor"] == int(np.asarray(inputs["ego.id"]))])
 
 
 def _outputs(accelerate: float, brake: float, hazard: _Hazard | None) -> Signals:

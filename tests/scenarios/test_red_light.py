@@ -15,6 +15,7 @@ import pytest
 import yaml
 
 import scenarios
+from fmus.evaluation.sharing_cost import sharing_cost
 from orchestrator.cli import main
 from orchestrator.recording import Recording
 
@@ -59,6 +60,29 @@ def test_cooperative_perception_prevents_the_collision_that_the_blind_ego_has(
     assert metrics["braking"]["time"] < metrics["hidden_vehicle"]["seen_by_ego"]
     assert metrics["prr"]["end_to_end"] > metrics["prr"]["direct"]
     assert (tmp_path / "seeing" / "figure.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
+def test_what_the_ego_demands_is_enough(
+    seed: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The hidden vehicle lies in a blind zone when it matters; the rest need not be sent."""
+    answer = "components.facilities.parameters.answer"
+    costs = {}
+    for choice in ("all", "demanded"):
+        out = tmp_path / choice
+        run = nlosim(
+            "run", SCENARIO, "--seed", str(seed), "--set", f"{answer}={choice}", "--no-figure",
+            "--out", out, capsys=capsys,
+        )  # fmt: skip
+        metrics = run["metrics"]
+        assert not metrics["collision"]
+        assert metrics["min_gap_m"] > 1.0
+        assert metrics["braking"]["object"] == metrics["hidden_vehicle"]["id"]
+        assert metrics["braking"]["time"] < metrics["hidden_vehicle"]["seen_by_ego"]
+        costs[choice] = sharing_cost(Recording(out))
+    assert costs["demanded"].data_bytes < costs["all"].data_bytes / 2
 
 
 def test_the_blocking_vehicles_obstruct_the_direct_link_when_the_ego_approaches(

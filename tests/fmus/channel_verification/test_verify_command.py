@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fmus.channel_verification.command import add_command
+from fmus.channel_verification.command import add_unit
 from orchestrator import registry
 from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.parameters import ComponentType
@@ -23,8 +23,8 @@ def built_channel(channel_type: ComponentType, monkeypatch: pytest.MonkeyPatch) 
 
 def execute(*words: str) -> Outcome:
     parser = argparse.ArgumentParser()
-    add_command(parser.add_subparsers(dest="command"))
-    arguments = parser.parse_args(["verify", "channel", "--seeds", str(SEEDS), *words])
+    add_unit(parser.add_subparsers(dest="unit"))
+    arguments = parser.parse_args(["channel", "--seeds", str(SEEDS), *words])
     outcome: Outcome = arguments.execute(arguments)
     return outcome
 

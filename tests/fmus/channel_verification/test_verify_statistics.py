@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fmus.channel_verification.comparison import Comparison, Series
-from fmus.channel_verification.reception_ratio import wilson
 from fmus.channel_verification.stack_medium_access import Totals
 from fmus.channel_verification.tolerances import LOSS
+from fmus.common.proportion import wilson
 
 
 def test_wilson_intervals() -> None:

@@ -10,10 +10,12 @@ import pytest
 from hypothesis import given, strategies as st
 
 from fmus.evaluation import RedLightReport, figure, metrics
+from fmus.evaluation.identity import vehicles_of
 from fmus.evaluation.polygons import polygon_distance
 from fmus.evaluation.traces import COLLISION, EGO, SHARING, Traces
 from fmus.records import (
     LINKS,
+    NO_VEHICLE,
     OBJECT,
     OUTCOMES,
     PACKET,
@@ -59,9 +61,11 @@ def reception(number: int, receiver: int, outcome: str, hop: int = 0, addressed:
     return row
 
 
-def seen(sensor: int, instance: int) -> Any:
+def seen(sensor: int, track: int, time: int) -> Any:
+    """The nose of the collision vehicle, with a track number that says nothing."""
     row = np.zeros(1, OBJECT)
-    row["sensor"], row["instance"] = sensor, instance
+    row["sensor"], row["instance"], row["time"] = sensor, track, time
+    row["minimum"], row["maximum"] = (-2.0, 19.0), (-1.5, 21.0)
     return row
 
 
@@ -100,15 +104,15 @@ def recording() -> dict[str, Samples]:
         "channel.receptions": [frame("RCPT", rows) for rows in heard],
         "perception.objects": [
             frame("OBJS", none),
-            frame("OBJS", seen(3, 2)),
-            frame("OBJS", seen(1, 2)),
+            frame("OBJS", seen(3, 40, TENTH)),
+            frame("OBJS", seen(1, 3, 2 * TENTH)),
         ],
         "perception.apms": [b""] * 3,
         "perception.match.sharer": [np.array([3])] * 3,
         "perception.blind_zone.center": [np.zeros((2, 2))] * 3,
         "perception.blind_zone.range": [np.array([5.0, 0.0])] * 3,
-        "facilities.received.objects": [b"", b"", frame("OBJS", seen(3, 2))],
-        "policy.hazard.instance": [np.array(-1), np.array(-1), np.array(2)],
+        "facilities.received.objects": [b"", b"", frame("OBJS", seen(3, 40, TENTH))],
+        "policy.hazard.instance": [np.array(-1), np.array(-1), np.array(40)],
         "policy.hazard.sensor": [np.array(-1), np.array(-1), np.array(3)],
         "policy.hazard.age": [np.array(0.0), np.array(0.0), np.array(0.15)],
     }
@@ -148,6 +152,15 @@ def test_metrics_of_a_known_run() -> None:
     }
 
 
+def test_an_object_is_the_vehicle_in_whose_body_it_lies() -> None:
+    beside = seen(3, 2, TENTH)
+    beside["minimum"], beside["maximum"] = (-4.0, 24.0), (-3.0, 25.0)
+    touching = seen(3, 2, TENTH)
+    touching["minimum"], touching["maximum"] = (-2.0, 21.2), (2.0, 21.6)
+    objects = np.concatenate([seen(3, 9, TENTH), beside, touching])
+    assert vehicles_of(objects, Traces(recording())).tolist() == [2, -1, 2]
+
+
 def test_packets_that_may_still_be_on_their_way_do_not_count() -> None:
     late = packet(2)
     late["time"] = 2 * TENTH - 1
@@ -157,6 +170,41 @@ def test_packets_that_may_still_be_on_their_way_do_not_count() -> None:
         )
     }
     assert metrics.compute(Traces(run))["prr"] == {"end_to_end": 1.0, "direct": 0.5, "sent": 2}
+
+
+def broadcasts(source: int) -> Samples:
+    """The packets of `recording`, sent to everybody by `source`."""
+    rows = np.concatenate([packet(number) for number in range(3)])
+    rows["source"], rows["destination"] = source, NO_VEHICLE
+    return Samples([frame("PKTS", rows), b"", b""])
+
+
+def test_broadcasts_of_the_sharing_node_are_for_the_ego_too() -> None:
+    """Nothing relays them, so what reached the ego reached it directly."""
+    heard = [reception(0, 1, "R"), reception(1, 1, "N"), reception(1, 7, "R"), reception(2, 1, "R")]
+    run = recording() | {
+        "facilities.packets": broadcasts(3),
+        "channel.receptions": Samples([b"", frame("RCPT", np.concatenate(heard)), b""]),
+    }
+    assert metrics.compute(Traces(run))["prr"] == {
+        "end_to_end": pytest.approx(2 / 3),
+        "direct": pytest.approx(2 / 3),
+        "sent": 3,
+    }
+
+
+@pytest.mark.parametrize("source", [1, 2, 7])
+def test_broadcasts_of_others_are_not(source: int) -> None:
+    """The ego's own least of all."""
+    run = recording() | {"facilities.packets": broadcasts(source)}
+    assert metrics.compute(Traces(run))["prr"] == {"end_to_end": None, "direct": None, "sent": 0}
+
+
+def test_without_an_ego_no_packet_is_for_it() -> None:
+    traces = Traces(recording() | {"facilities.packets": broadcasts(3)})
+    nobody = metrics.Roles(ego=NO_VEHICLE, hidden=2, sharing=3)
+    found = metrics.packet_reception(traces.packets, traces.receptions, nobody, traces.end)
+    assert found == {"end_to_end": None, "direct": None, "sent": 0}
 
 
 def test_links_count_every_transmission_once() -> None:

@@ -6,100 +6,29 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from fmus.apm import Apm, encode, join, split
+from fmus.apm import join, split
 from fmus.facilities import Facilities
-from fmus.facilities.connectors import CONNECTORS
 from fmus.facilities.outbox import Message, Outbox
-from fmus.records import (
-    APM,
-    BSM,
-    NO_VEHICLE,
-    OBJECT,
-    OUTCOMES,
-    PACKET,
-    RECEPTION,
-    REQUEST,
-    SENSOR_DATA,
-    frame,
-    unframe,
-)
-from orchestrator.signal import Causality, Signal
+from fmus.records import APM, BSM, NO_VEHICLE, OBJECT, PACKET, REQUEST, SENSOR_DATA, unframe
 from orchestrator.testing import check_component
-
-EGO, SHARER, RELAY = 10, 20, 30
-H = 10_000_000
-
-
-def world(**changes: Signal) -> dict[str, Signal]:
-    """The inputs with ego, sharer and relay on the scene, all equipped."""
-    values: dict[str, Signal] = {
-        name: connector.start_value()
-        for name, connector in CONNECTORS.items()
-        if connector.causality is Causality.INPUT
-    }
-    values |= {
-        "vehicle.id": np.array([EGO, SHARER, RELAY], np.int64),
-        "vehicle.position": np.array([[0.0, 0, 0], [50, 0, 0], [20, 20, 0]]),
-        "vehicle.heading": np.zeros(3),
-        "vehicle.velocity": np.array([[8.0, 0], [0, 0], [1, 2]]),
-        "vehicle.size": np.tile([4.5, 1.8, 1.5], (3, 1)),
-        "vehicle.antenna_height": np.array([1.5, 1.6, 1.7]),
-        "vehicle.equipped": np.ones(3, bool),
-        "ego.id": np.array(EGO),
-        "match.sharer": np.array([SHARER], np.int64),
-    }
-    return values | changes
+from tests.fmus.facilities.world import (
+    EGO,
+    RELAY,
+    SHARER,
+    H,
+    Run,
+    apm_of,
+    delivered,
+    objects_of,
+)
 
 
-def delivered(packets: Any, receiver: int, outcome: str = "R", addressed: int = 1) -> bytes:
-    """The channel's report that `receiver` had `outcome` with every one of `packets`."""
-    rows = np.zeros(len(packets), RECEPTION)
-    rows["packet"], rows["kind"], rows["time"] = packets["id"], packets["kind"], packets["time"]
-    rows["transmitter"], rows["receiver"] = packets["source"], receiver
-    rows["outcome"], rows["addressed"] = OUTCOMES.index(outcome), addressed
-    return frame("RCPT", rows)
-
-
-class Run:
-    """Steps a facilities component and keeps the clock."""
-
-    def __init__(self, **parameters: Any) -> None:
-        self.component = Facilities(Facilities.Parameters(**parameters))
-        self.component.setup(0, np.random.default_rng(3))
-        self.t = 0
-
-    def step(self, **changes: Signal) -> Any:
-        names = {name.replace("__", "."): value for name, value in changes.items()}
-        self.component.step(world(**names), self.t, H)
-        self.t += H
-        return unframe("PKTS", bytes(self.component.outputs()["packets"]), PACKET)
-
-    def output(self, name: str) -> Any:
-        return self.component.outputs()[name]
-
-
-def apm_of(vehicle: int) -> bytes:
-    return encode(
-        Apm(
-            vehicle=vehicle,
-            time=0,
-            position=np.zeros(2),
-            heading=0.0,
-            center=np.zeros(2),
-            cell=5.0,
-            cells=np.zeros((20, 20), np.uint32),
-        )
-    )
-
-
-def objects_of(sensor: int, time: int = 0) -> bytes:
-    rows = np.zeros(2, OBJECT)
-    rows["sensor"], rows["time"], rows["instance"] = sensor, time, (99, 98)
-    return frame("OBJS", rows)
+def facilities(**parameters: Any) -> Run:
+    return Run(Facilities(Facilities.Parameters(**parameters)))
 
 
 def test_every_equipped_vehicle_sends_one_bsm_per_period_at_a_phase_of_its_own() -> None:
-    run = Run()
+    run = facilities()
     sent = np.concatenate([run.step() for _ in range(50)])
     bsms = sent[sent["kind"] == BSM]
     for vehicle in (EGO, SHARER, RELAY):
@@ -110,14 +39,14 @@ def test_every_equipped_vehicle_sends_one_bsm_per_period_at_a_phase_of_its_own()
 
 
 def test_a_vehicle_without_a_radio_is_silent() -> None:
-    run = Run()
+    run = facilities()
     silent = np.array([True, False, True])
     steps = [run.step(vehicle__equipped=silent, apms=join([apm_of(SHARER)])) for _ in range(20)]
     assert SHARER not in np.concatenate(steps)["source"]
 
 
 def test_packets_become_ready_within_the_next_step() -> None:
-    run = Run()
+    run = facilities()
     for _ in range(30):
         packets = run.step(apms=join([apm_of(SHARER)]))
         assert ((packets["time"] >= run.t) & (packets["time"] < run.t + H)).all()
@@ -125,7 +54,7 @@ def test_packets_become_ready_within_the_next_step() -> None:
 
 
 def test_a_received_bsm_says_what_was_sent_and_ages() -> None:
-    run = Run()
+    run = facilities()
     while True:
         packets = run.step()
         mine = packets[packets["source"] == RELAY]
@@ -144,7 +73,7 @@ def test_a_received_bsm_says_what_was_sent_and_ages() -> None:
 
 @pytest.mark.parametrize("outcome", list("NCBTU"))
 def test_a_lost_packet_has_no_effect(outcome: str) -> None:
-    run = Run()
+    run = facilities()
     first = run.step(apms=join([apm_of(SHARER)]))
     run.step(receptions=delivered(first, EGO, outcome))
     assert len(run.output("received.bsm.id")) == 0
@@ -152,14 +81,14 @@ def test_a_lost_packet_has_no_effect(outcome: str) -> None:
 
 
 def test_an_overheard_packet_has_no_effect() -> None:
-    run = Run()
+    run = facilities()
     first = run.step(apms=join([apm_of(SHARER)]))
     run.step(receptions=delivered(first, EGO, addressed=0))
     assert split(run.output("received.apms")) == []
 
 
 def test_an_apm_arrives_when_its_last_fragment_does() -> None:
-    run = Run(fragment_size=600)
+    run = facilities(fragment_size=600)
     packets = run.step(apms=join([apm_of(SHARER)]))
     fragments = packets[packets["kind"] == APM]
     assert len(fragments) == 3
@@ -170,9 +99,39 @@ def test_an_apm_arrives_when_its_last_fragment_does() -> None:
     assert split(run.output("received.apms")) == [apm_of(SHARER)]
 
 
+@pytest.mark.parametrize("missing", range(3))
+def test_a_lost_apm_is_not_used(missing: int) -> None:
+    """One fragment lost on the air: the older APM stays what the ego knows, then nothing."""
+    run = facilities(fragment_size=600)
+    first = run.step(apms=join([apm_of(SHARER)]))
+    run.step(receptions=delivered(first[first["kind"] == APM], EGO))
+    newer = apm_of(SHARER, time=100)
+    packets = run.step(apms=join([newer]))
+    fragments = packets[packets["kind"] == APM]
+    arrived = np.arange(len(fragments)) != missing
+    reports = [delivered(fragments[arrived], EGO), delivered(fragments[~arrived], EGO, "N")]
+    for report in reports:
+        run.step(receptions=report)
+        assert split(run.output("received.apms")) == [apm_of(SHARER)]
+    for _ in range(110):
+        run.step()
+    assert split(run.output("received.apms")) == []
+
+
+def test_lost_sensor_data_are_not_used() -> None:
+    run = facilities(sensor_data_size=3000)
+    request = run.step(match__trigger=np.array(True))
+    request = request[request["kind"] == REQUEST]
+    packets = run.step(objects=objects_of(SHARER, 1), receptions=delivered(request, SHARER))
+    data = packets[packets["kind"] == SENSOR_DATA]
+    assert len(data) == 3
+    run.step(receptions=delivered(data[1:], EGO))
+    assert len(unframe("OBJS", run.output("received.objects"), OBJECT)) == 0
+
+
 def test_sensor_data_need_a_request_that_arrived() -> None:
     """The whole exchange: trigger, request, session, data, objects at the ego."""
-    run = Run()
+    run = facilities()
     packets = run.step(match__trigger=np.array(True))
     request = packets[packets["kind"] == REQUEST]
     assert request["destination"].tolist() == [SHARER]
@@ -188,7 +147,7 @@ def test_sensor_data_need_a_request_that_arrived() -> None:
 
 
 def test_data_take_the_route_in_the_request_and_end_with_the_session() -> None:
-    run = Run(session=0.5)
+    run = facilities(session=0.5)
     request = run.step(match__trigger=np.array(True), relay=np.array(RELAY))
     request = request[request["kind"] == REQUEST]
     assert request["route"].tolist() == [[RELAY, NO_VEHICLE]]
@@ -201,7 +160,7 @@ def test_data_take_the_route_in_the_request_and_end_with_the_session() -> None:
 
 
 def test_a_sharer_in_a_relayed_session_sends_its_apm_along_the_route_too() -> None:
-    run = Run()
+    run = facilities()
     request = run.step(match__trigger=np.array(True), relay=np.array(RELAY))
     run.step(receptions=delivered(request[request["kind"] == REQUEST], SHARER))
     packets = run.step(apms=join([apm_of(SHARER), apm_of(EGO)]))
@@ -215,7 +174,7 @@ def test_a_sharer_in_a_relayed_session_sends_its_apm_along_the_route_too() -> No
 
 
 def test_what_the_relay_receives_is_not_yet_received_by_the_ego() -> None:
-    run = Run()
+    run = facilities()
     request = run.step(match__trigger=np.array(True), relay=np.array(RELAY))
     request = request[request["kind"] == REQUEST]
     packets = run.step(objects=objects_of(SHARER, 1), receptions=delivered(request, RELAY))

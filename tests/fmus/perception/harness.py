@@ -1,5 +1,6 @@
 """Drives the perception FMU: point clouds and APMs in, its outputs out."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -51,22 +52,38 @@ class Perception(Instance):
         super().__init__(library)
         self.time = 0.0
         lengths = {name: value for name, value in settings.items() if name.startswith("n_")}
-        self.resize(**{"n_route_vertex": 0, **lengths})
+        self.resize(**{"n_route_vertex": 0, "n_road_vertex": 0, **lengths})
         for name in settings.keys() - lengths:
             self.set(name, np.array(settings[name]))
         self.enter_initialization()
 
     def set_inputs(
-        self, points: bytes, received: bytes = b"", ego: int = -1, route: Float | None = None
+        self,
+        points: bytes,
+        received: bytes = b"",
+        ego: int = -1,
+        route: Float | None = None,
+        road: Sequence[Float] = (),
     ) -> None:
-        """Set every input."""
+        """Set every input; `road` is the polygons of the drivable surface."""
         vertices = np.empty((0, 2)) if route is None else route
         if len(vertices) != self.get("n_route_vertex")[0]:
             self.resize(n_route_vertex=len(vertices))
+        self.set_road(
+            np.concatenate([np.empty((0, 2)), *road]),
+            np.repeat(np.arange(len(road)), [len(ring) for ring in road]),
+        )
         self.set("points", points)
         self.set("received", received)
         self.set("ego.id", np.array(ego))
         self.set("route.vertex", vertices)
+
+    def set_road(self, vertex: Float, index: Array) -> None:
+        """Set the road to corners [m] and the polygon of each."""
+        if len(vertex) != self.get("n_road_vertex")[0]:
+            self.resize(n_road_vertex=len(vertex))
+        self.set("road.vertex", vertex)
+        self.set("road.index", index)
 
     def begin(self) -> None:
         """Leave initialisation mode."""
@@ -80,12 +97,17 @@ class Perception(Instance):
         return self.messages[first:]
 
     def step(
-        self, points: bytes, received: bytes = b"", ego: int = -1, route: Float | None = None
+        self,
+        points: bytes,
+        received: bytes = b"",
+        ego: int = -1,
+        route: Float | None = None,
+        road: Sequence[Float] = (),
     ) -> Outputs:
         """One communication step, from initialisation on if it is the first."""
         if self.time == 0.0:
             self.begin()
-        self.set_inputs(points, received, ego, route)
+        self.set_inputs(points, received, ego, route, road)
         self.advance()
         return self.outputs()
 

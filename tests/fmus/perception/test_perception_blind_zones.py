@@ -117,8 +117,9 @@ def test_only_the_surroundings_of_the_route_are_searched(library: Library) -> No
 def test_only_cells_from_the_near_field_to_the_horizon_are_searched(library: Library) -> None:
     for near_field, horizon in ((0.0, 12.0), (4.0, 20.0), (15.0, 30.0)):
         found = perceive(
-            library, np.zeros((0, 3)), horizon=horizon, near_field=near_field, n_blind_zone=400
-        )
+            library, np.zeros((0, 3)), horizon=horizon, near_field=near_field, n_blind_zone=400,
+            region_resolution=5.0, region_share=1.0,  # the centre of a cell decides
+        )  # fmt: skip
         axis = np.arange(-47.5, 50, 5)
         distance = np.hypot(*np.meshgrid(axis, axis))
         cells = (distance >= near_field) & (distance <= horizon)

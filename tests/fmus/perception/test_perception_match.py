@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import assume, given, strategies as st
 
 from fmus.apm import Apm, Float, encode, join
 from tests.fmus.driver import Library, Refused
@@ -31,17 +31,18 @@ def message(
     *,
     time: int = 0,
     center: tuple[float, float] = (0.0, 0.0),
+    position: tuple[float, float] | None = None,
     heading: float = 0.0,
     cell: float = SIDE,
     cells: Float | None = None,
 ) -> bytes:
-    """An APM of one cell with this index, or of `cells`."""
+    """An APM of one cell with this index, or of `cells`, centred on its source unless told."""
     array = np.array([[index]]) if cells is None else cells
     return encode(
         Apm(
             vehicle=vehicle,
             time=time,
-            position=np.zeros(2),
+            position=np.array(center if position is None else position),
             heading=heading,
             center=np.array(center),
             cell=cell,
@@ -149,6 +150,98 @@ def test_seeing_nothing_or_elsewhere_has_no_benefit(library: Library) -> None:
 
 def test_a_sharer_in_the_same_cell_as_the_ego_is_one_like_any_other(library: Library) -> None:
     assert benefit(library, message(2, index=6)) == pytest.approx(600)
+
+
+def test_a_sharer_at_the_very_pose_of_the_ego_sees_what_it_sees(library: Library) -> None:
+    """The same sensor, so to speak: cells lie on cells, whatever the heading."""
+    cells = np.arange(16.0).reshape(4, 4)
+    size = {"rows": 4, "columns": 4, "cell": 5.0, "threshold": 1e6, "horizon": 1e4}
+    for heading in (0.0, 0.8, -2.0):
+        with Perception(library, **ONE_ZONE | size) as unit:
+            same = message(2, cells=cells, cell=5.0, heading=heading)
+            result = unit.step(view(heading=heading), join([same]), ego=EGO)
+        assert result.benefits.tolist() == [pytest.approx(25 * cells.sum())]
+
+
+def test_an_index_above_the_limit_counts_as_the_limit(library: Library) -> None:
+    """A sharer next to one cell loses to one that reveals more area, if the limit is low."""
+    dense = message(2, cells=np.array([[4000, 0], [0, 0]]), cell=5.0)
+    wide = message(3, cells=np.full((2, 2), 50.0), cell=5.0)
+    for limit, order, benefits in (
+        (0, [2, 3], [4000 * 25, 50 * 100]),
+        (4000, [2, 3], [4000 * 25, 50 * 100]),
+        (100, [3, 2], [50 * 100, 100 * 25]),
+        (1, [3, 2], [1 * 100, 1 * 25]),  # the area that is seen at all
+    ):
+        with Perception(library, **ONE_ZONE, index_limit=limit) as unit:
+            result = unit.step(view(), join([dense, wide]), ego=EGO)
+        assert result.sharers.tolist() == order
+        assert result.benefits.tolist() == pytest.approx(benefits)
+
+
+def test_the_benefit_counts_all_of_a_zone_or_only_what_is_searched(library: Library) -> None:
+    """A lane of 2 m through the one zone of 10 x 10 m."""
+    lane = np.array([(-9.0, 1.0), (9.0, 1.0), (9.0, 3.0), (-9.0, 3.0)])
+    whole = message(2, 3)
+    half = message(2, 3, center=(5.0, 0.0))
+    for region_benefit, found, moved in ((True, 3 * 20, 3 * 10), (False, 3 * 100, 3 * 50)):
+        settings = ONE_ZONE | {"region_share": 0.1, "region_benefit": region_benefit}
+        for signal, expected in ((whole, found), (half, moved)):
+            with Perception(library, **settings) as unit:
+                result = unit.step(view(), join([signal]), ego=EGO, road=[lane])
+            assert result.benefits.tolist() == [pytest.approx(expected)]
+
+
+@given(
+    turn=st.floats(-3, 3),
+    shift=st.tuples(st.floats(-900, 900), st.floats(-900, 900)),
+    seed=st.integers(0, 2**32 - 1),
+    region_benefit=st.booleans(),
+    limit=st.sampled_from([0, 5]),
+)
+def test_moving_and_turning_the_world_changes_no_benefit_and_no_rank(
+    library: Library,
+    *,
+    turn: float,
+    shift: tuple[float, float],
+    seed: int,
+    region_benefit: bool,
+    limit: int,
+) -> None:
+    """Ego with a patchy view, a road, and four sharers anywhere around."""
+    rng = np.random.default_rng(seed)
+    holes = rng.uniform(-30, 30, (60, 2))
+    road = [rng.uniform(-40, 40, (4, 2)) for _ in range(3)]
+    poses = np.column_stack([rng.uniform(-40, 40, (4, 2)), rng.uniform(-3, 3, 4)])
+    matrices = [np.floor(rng.uniform(0, 20, (9, 7))) for _ in poses]
+    settings = {"rows": 12, "columns": 12, "benefit_threshold": 0.0, "threshold": 1.0,
+                "region_benefit": region_benefit, "index_limit": limit}  # fmt: skip
+
+    def ranked(angle: float, origin: tuple[float, float]) -> Outputs:
+        matrix = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        scan = Scan(
+            vehicle=EGO,
+            points=np.column_stack([holes @ matrix.T + origin, np.zeros(len(holes))]),
+            heading=0.4 + angle,
+            position=(*(matrix @ (3.0, -2.0) + origin), 2.0),
+        )
+        messages = []
+        for k, (x, y, heading) in enumerate(poses):
+            center = matrix @ (x, y) + origin
+            messages.append(
+                message(k + 2, cells=matrices[k], cell=4.0, heading=heading + angle,
+                        center=(center[0], center[1]))
+            )  # fmt: skip
+        with Perception(library, **settings) as unit:
+            rings = [ring @ matrix.T + origin for ring in road]
+            return unit.step(cloud(scan), join(messages), ego=EGO, road=rings)
+
+    here, there = ranked(0.0, (0.0, 0.0)), ranked(turn, shift)
+    # where a point is on the border of a cell to single precision, the matrices differ
+    assume(here.messages[0][72:] == there.messages[0][72:])
+    assert here.sharers.tolist() == there.sharers.tolist()
+    np.testing.assert_allclose(there.benefits, here.benefits, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(there.ranges, here.ranges)
 
 
 # ---- ranking and hysteresis
@@ -260,6 +353,49 @@ def test_a_malformed_message_is_dropped_with_a_warning(library: Library) -> None
     assert "76 bytes, not 75" in warnings[0]
     assert "at least 72 bytes, not 0" in warnings[1]
     assert "vehicle 3 is from the future: 1000000000 ns, now is 100000000 ns" in warnings[2]
+
+
+def warnings_of(library: Library, *messages: bytes) -> tuple[list[str], Outputs]:
+    with Perception(library, **ONE_ZONE) as unit:
+        unit.begin()
+        unit.set_inputs(view(), join(messages), EGO)
+        return unit.advance(), unit.outputs()
+
+
+def test_a_matrix_far_from_its_own_source_contradicts_itself(library: Library) -> None:
+    far = message(2, 5, position=(0.0, 200.1))
+    near = message(3, 5, position=(120.0, -160.0))
+    (warning,), result = warnings_of(library, far, near)
+    assert warning.endswith(
+        "the APM of vehicle 2 is centred 200.1 m from its source, must be at most 200 m "
+        "(maximum_offset)"
+    )
+    assert result.sharers.tolist() == [3]
+
+
+def test_of_two_different_matrices_of_one_scan_the_first_counts(library: Library) -> None:
+    one, other = message(2, 5), message(2, 7)
+    for first, second, expected in ((one, other, 500), (other, one, 700)):
+        (warning,), result = warnings_of(library, first, second, first)
+        assert "vehicle 2 has sent two different APMs of 0 ns; the first one counts" in warning
+        assert result.benefits.tolist() == pytest.approx([expected])
+    moved = message(2, 5, center=(1.0, 0.0))
+    (warning,), _ = warnings_of(library, one, moved)
+    assert "two different" in warning
+
+
+def test_copies_of_a_message_are_no_contradiction(library: Library) -> None:
+    warnings, result = warnings_of(library, *[message(2, 5)] * 3)
+    assert warnings == []
+    assert result.benefits.tolist() == pytest.approx([500])
+
+
+@pytest.mark.parametrize(("place", "name"), [(68, "0 x 1"), (70, "1 x 0")])
+def test_a_matrix_without_cells_is_dropped(library: Library, place: int, name: str) -> None:
+    good = message(2, 5)
+    (warning,), result = warnings_of(library, good[:place] + b"\0\0" + good[place + 2 :])
+    assert f"an APM of {name} cells" in warning
+    assert not result.trigger
 
 
 def test_cells_of_absurd_size_have_no_absurd_benefit(library: Library) -> None:

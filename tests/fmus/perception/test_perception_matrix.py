@@ -1,4 +1,4 @@
-"""The abstract perception matrix counts points; its message is what fmus/apm.py says."""
+"""The abstract perception matrix counts points; its message is what fmus/apm/ says."""
 
 import numpy as np
 import pytest
@@ -13,6 +13,9 @@ from .harness import Perception
 from .scene import Scan, car, cloud, look
 
 VEHICLE = 3
+BY_LABELS = 2
+BLANKING = 1.0
+"""Returns nearer than this are the own body [m]."""
 
 
 def reference(scan: Scan, rows: int, columns: int, cell: float, offset: float) -> Array:
@@ -23,7 +26,8 @@ def reference(scan: Scan, rows: int, columns: int, cell: float, offset: float) -
     row = np.floor(relative @ forward / cell + rows / 2).astype(int)
     column = np.floor(relative @ left / cell + columns / 2).astype(int)
     height = scan.points[:, 2]
-    kept = (height >= -0.5) & (height <= 4.5) & (np.asarray(scan.instances) != scan.vehicle)
+    kept = (height >= -0.5) & (height <= 4.5)
+    kept &= np.hypot(*(scan.points[:, :2] - scan.position[:2]).T) >= BLANKING
     kept &= (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
     cells = np.zeros((rows, columns), np.uint32)
     np.add.at(cells, (row[kept], column[kept]), 1)
@@ -72,13 +76,10 @@ def test_the_index_of_a_cell_is_its_number_of_points(
 
 
 def test_points_on_the_own_body_underground_and_overhead_are_pruned(library: Library) -> None:
-    x = np.full(5, 7.0)
+    x = np.array([0.7, 7.0, 7.0, 7.0, 7.0])
+    y = np.array([0.7, 1.0, 1.0, 1.0, 1.0])
     z = np.array([1.0, -0.6, 4.6, 4.4, 0.0])
-    scan = Scan(
-        vehicle=VEHICLE,
-        points=np.stack([x, 0 * x + 1, z], axis=-1),
-        instances=np.array([VEHICLE, 9, 9, 9, -1]),
-    )
+    scan = Scan(vehicle=VEHICLE, points=np.stack([x, y, z], axis=-1))
     with Perception(library) as unit:
         (apm,) = unit.step(cloud(scan)).apms
     assert apm.cells.sum() == apm.cells[11, 10] == 2  # ground counts: it shows the cell is seen
@@ -138,7 +139,7 @@ def test_the_layer_carries_the_tracked_velocity(library: Library) -> None:
 
 
 def test_heights_and_velocities_saturate(library: Library) -> None:
-    with Perception(library) as unit:
+    with Perception(library, segmentation=BY_LABELS, fastest=100.0) as unit:
         for k in range(3):
             x = 10.0 + 5 * k  # 50 m/s
             points = np.column_stack([np.full(9, x), np.arange(9), np.full(9, 14.0)])

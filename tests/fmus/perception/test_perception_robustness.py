@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from fmus.apm import join
+from fmus.apm import Apm, encode, join
 from fmus.records import FRAME, POINT, SENSOR
 from tests.fmus.driver import Library, Refused
 
@@ -111,6 +111,38 @@ def test_a_sensor_that_sees_nothing_has_an_empty_matrix(library: Library) -> Non
     with Perception(library) as unit:
         (apm,) = unit.step(cloud(Scan(vehicle=4, points=np.zeros((0, 3)))), ego=4).apms
     assert not apm.cells.any()
+
+
+# ---- sizes
+
+
+@pytest.mark.parametrize("name", ["rows", "columns"])
+def test_a_matrix_without_rows_or_columns_is_refused_by_name(library: Library, name: str) -> None:
+    with pytest.raises(Refused, match=rf"element 0 of `{name}` is 0, allowed are 1 to 1024"):
+        Perception(library, **{name: 0})
+
+
+@pytest.mark.parametrize(
+    ("size", "cell"), [(1, 0.5), (1, 50.0), (1024, 0.1), (1024, 5.0), (1024, 1000.0)]
+)
+def test_the_smallest_and_the_largest_matrix_work(library: Library, size: int, cell: float) -> None:
+    """The whole matrix within the horizon is blind, and a sharer sees all of it."""
+    road = [np.array([(-9e8, -9e8), (9e8, -9e8), (9e8, 9e8), (-9e8, 9e8)])]
+    sharer = Apm(
+        vehicle=2, time=0, position=np.zeros(2), heading=1.0, center=np.zeros(2),
+        cell=4 * size * cell, cells=np.ones((1, 1), np.uint32),
+    )  # fmt: skip
+    settings = {"rows": size, "columns": size, "cell": cell, "region_share": 0.0}
+    settings |= {"near_field": 0.0, "horizon": 40.0, "window_largest": 1024, "n_blind_zone": 4096}
+    settings |= {"benefit_threshold": 0.0}
+    with Perception(library, **settings) as unit:
+        empty = cloud(Scan(vehicle=EGO, points=np.zeros((0, 3))))
+        result = unit.step(empty, join([encode(sharer)]), ego=EGO, road=road)
+    (apm,) = result.apms
+    assert apm.cells.shape == (size, size)
+    expected = min((size * cell) ** 2, np.pi * 40.0**2)
+    (found,) = result.benefits
+    assert found == pytest.approx(expected, rel=0.05)
 
 
 # ---- malformed points

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, strategies as st
 
 from fmus.policy import Blind, RuleBased
-from fmus.policy.conflict import Bodies, Conflicts, Ego, Prediction, project
-from fmus.records import OBJECT, frame
+from fmus.policy.conflict import Bodies, Conflicts, Ego, Prediction, overlapping, project
+from fmus.records import OBJECT, frame, unframe
 from orchestrator.signal import Causality, Signal
 from orchestrator.testing import check_component
 
@@ -127,6 +127,43 @@ def test_it_brakes_for_what_arrived_and_says_whose_it_was() -> None:
     assert np.asarray(outputs["command"])[1] > 0.3
     assert int(np.asarray(outputs["hazard.sensor"])) == 5
     assert int(np.asarray(outputs["hazard.instance"])) == 7
+
+
+def test_it_does_not_brake_for_itself_as_others_see_it() -> None:
+    """Whatever its track number: the object is where the ego is, moved on by its age."""
+    policy = RuleBased(RuleBased.Parameters())
+    row = np.zeros(1, OBJECT)
+    row["sensor"], row["time"], row["points"], row["height"] = 5, -STEP, 50, 1.5
+    row["velocity"] = (0.0, 30 / 3.6)
+    behind = 30 / 3.6 * STEP / 1e9
+    row["minimum"], row["maximum"] = (-0.9, -2.25 - behind), (0.9, 2.25 - behind)
+    for track in (1, 7):
+        row["instance"] = track
+        policy.setup(0, np.random.default_rng(0))
+        values = inputs(policy, received_objects=frame("OBJS", row))
+        for time in (-2 * STEP, -STEP):
+            policy.step(values, time, STEP)
+        assert int(np.asarray(policy.outputs()["hazard.instance"])) == -1
+
+
+def test_a_shared_object_with_the_number_of_the_ego_is_no_less_of_a_hazard() -> None:
+    row = unframe("OBJS", seen(5, -16.0, 14.0, 10.0), OBJECT).copy()
+    row["instance"] = 1
+    outputs = command(RuleBased(RuleBased.Parameters()), received_objects=frame("OBJS", row))
+    assert np.asarray(outputs["command"])[1] > 0.3
+
+
+@given(st.floats(-30, 30), st.floats(-30, 30))
+def test_what_overlaps_the_ego_is_what_shares_its_place(x: float, y: float) -> None:
+    box = Bodies(
+        minimum=np.array([[x - 1.0, y - 2.0]]),
+        maximum=np.array([[x + 1.0, y + 2.0]]),
+        velocity=np.zeros((1, 2)),
+    )
+    half = np.array([EGO.width, EGO.length]) / 2 - 0.2
+    shared = abs(x) < 1.0 + half[0] and abs(y) < 2.0 + half[1]
+    near_the_border = min(abs(abs(x) - 1.0 - half[0]), abs(abs(y) - 2.0 - half[1])) < 1e-6
+    assert near_the_border or bool(overlapping(EGO, box)[0]) == shared
 
 
 def test_the_blind_policy_ignores_what_arrived() -> None:

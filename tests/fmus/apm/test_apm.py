@@ -2,6 +2,7 @@
 
 import contextlib
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,38 +22,13 @@ from fmus.apm import (
 )
 from fmus.records import APM_HEADER, APM_LAYER_CELL
 
-coordinates = st.floats(-1e5, 1e5)
+from .apms import any_apms, apms, plain, with_header
 
 
-@st.composite
-def apms(draw: st.DrawFn) -> Apm:
-    rows, columns = draw(st.integers(1, 24)), draw(st.integers(1, 24))
-    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    layer = rng.integers(0, 256, (rows, columns, 4), np.uint8).view(APM_LAYER_CELL)[..., 0]
-    return Apm(
-        vehicle=draw(st.integers(0, 2**31 - 1)),
-        time=draw(st.integers(0, 2**62)),
-        position=np.array(draw(st.tuples(coordinates, coordinates))),
-        heading=draw(st.floats(-10, 10)),
-        center=np.array(draw(st.tuples(coordinates, coordinates))),
-        cell=draw(st.floats(0.125, 64, width=32)),
-        cells=rng.integers(0, 2**32, (rows, columns), np.uint32),
-        layer=layer if draw(st.booleans()) else None,
-    )
-
-
-def plain(rows: int = 2, columns: int = 3) -> Apm:
-    cells = np.arange(rows * columns, dtype=np.uint32).reshape(rows, columns)
-    position = np.array([1.0, 2.0])
-    return Apm(
-        vehicle=7, time=5, position=position, heading=0.5, center=position, cell=5.0, cells=cells
-    )
-
-
-@given(apms())
-def test_decoding_inverts_encoding(apm: Apm) -> None:
-    found = decode(encode(apm))
-    for name in ("vehicle", "time", "heading", "cell"):
+@given(apm=any_apms(), compressed=st.booleans())
+def test_decoding_inverts_encoding(apm: Apm, *, compressed: bool) -> None:
+    found = decode(encode(apm, compressed=compressed))
+    for name in ("vehicle", "time", "heading", "cell", "levels"):
         assert getattr(found, name) == getattr(apm, name)
     np.testing.assert_array_equal(found.position, apm.position)
     np.testing.assert_array_equal(found.center, apm.center)
@@ -62,10 +38,10 @@ def test_decoding_inverts_encoding(apm: Apm) -> None:
         np.testing.assert_array_equal(found.layer, apm.layer)
 
 
-@given(apms())
-def test_encoding_inverts_decoding(apm: Apm) -> None:
-    message = encode(apm)
-    assert encode(decode(message)) == message
+@given(apm=any_apms(), compressed=st.booleans())
+def test_encoding_inverts_decoding(apm: Apm, *, compressed: bool) -> None:
+    message = encode(apm, compressed=compressed)
+    assert encode(decode(message), compressed=compressed) == message
 
 
 @given(st.lists(st.binary(max_size=40), max_size=6))
@@ -125,10 +101,14 @@ def edited(field: str, value: object) -> bytes:
         (edited("magic", b"NOPE"), "not an APM message of version 1: magic b'NOPE', version 1"),
         (edited("version", 2), "version 2"),
         (edited("flags", 1), "with layer has 120 bytes, not 96"),
-        (edited("flags", 2), "unknown flags 0x0002"),
+        (edited("flags", 4), "unknown flags 0x0004"),
+        (edited("flags", 0x80), "unknown flags 0x0080"),
+        (edited("flags", 0x400), "an APM of 4 levels has a cell of 5"),
         (edited("vehicle", -1), "vehicle -1, must be >= 0"),
         (edited("rows", 0), "0 x 3 cells is empty"),
         (edited("columns", 65535), "2 x 65535 cells without layer"),
+        (edited("rows", 65535), "65535 x 3 cells without layer"),
+        (with_header(rows=65535, columns=65535), "65535 x 65535 cells is too large: at most 1048"),
         (edited("cell", np.nan), "cells of nan m"),
         (edited("cell", 0.0), "cells of 0.0 m, must be finite and > 0"),
         (edited("position", np.inf), "the position of an APM is not finite"),
@@ -160,6 +140,26 @@ def test_a_malformed_signal_is_refused_with_the_reason(signal: bytes, wrong: str
         split(signal)
 
 
+def test_the_levels_are_the_upper_byte_of_the_flags() -> None:
+    apm = replace(plain(), levels=5)
+    header = np.frombuffer(encode(apm), APM_HEADER, 1)[0]
+    assert header["flags"] == 0x500
+    assert decode(encode(apm)).levels == 5
+
+
+@pytest.mark.parametrize(
+    ("levels", "wrong"),
+    [
+        (-1, "an APM of -1 levels does not fit: 0 to 255"),
+        (256, "an APM of 256 levels does not fit: 0 to 255"),
+        (4, "an APM of 4 levels has a cell of 5"),
+    ],
+)
+def test_levels_that_the_cells_do_not_have_are_refused(levels: int, wrong: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(wrong)):
+        encode(replace(plain(), levels=levels))
+
+
 def test_no_data_yet_and_no_messages_are_both_empty() -> None:
     assert split(b"") == []
     assert split(join([])) == []
@@ -179,6 +179,7 @@ def test_bytes_off_the_air_are_decoded_or_refused_never_anything_else(noise: byt
         (np.zeros((2, 2), np.int64), None, "cells are int64[2, 2], must be uint32[rows, columns]"),
         (np.zeros(4, np.uint32), None, "cells are uint32[4]"),
         (np.zeros((65536, 1), np.uint32), None, "65536 x 1 cells does not fit"),
+        (np.zeros((1025, 1024), np.uint32), None, "1025 x 1024 cells is too large"),
         (np.zeros((2, 2), np.uint32), np.zeros((2, 3), APM_LAYER_CELL), "[2, 3], must be"),
         (np.zeros((0, 2), np.uint32), None, "0 x 2 cells is empty"),
     ],

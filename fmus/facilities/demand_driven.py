@@ -1,0 +1,191 @@
+"""Demand-driven sharing by abstract perception matrix matching (the paper)."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from typing_extensions import override
+
+from fmus.apm import read_header, split
+from fmus.facilities.answers import Answers, DemandedAnswers, WholeAnswers
+from fmus.facilities.layer import FacilitiesLayer, LayerParameters
+from fmus.facilities.outbox import Message
+from fmus.facilities.received import Received
+from fmus.facilities.sharing import Changes, Sharing
+from fmus.facilities.zones import ZONE_SIZE, Zones
+from fmus.records import APM, NO_VEHICLE, OBJECT, REQUEST, SENSOR_DATA, unframe
+from orchestrator.parameters import parameter
+from orchestrator.signal import Signals
+from orchestrator.timebase import Duration, Time, nanoseconds
+
+
+class Facilities(FacilitiesLayer):
+    """V2X facilities: BSMs, APM broadcasts and sensor sharing on demand, over packets.
+
+    Every equipped vehicle broadcasts BSMs; every vehicle with a lidar broadcasts its APM
+    after each scan. When a match triggers sensor fusion, the ego requests the data of the
+    best sharer along the chosen route; a sharer that received a request sends one message
+    per scan, and its APM again, along that route until the request expires. With `answer:
+    demanded` a request says where the ego is blind, and the answer has only what is there. Only
+    what the channel reports as received has any effect. Messages become ready in the step after
+    the one that makes them.
+    """
+
+    @dataclass(frozen=True, slots=True, kw_only=True)
+    class Parameters(LayerParameters):
+        """Message sizes and rates; defaults are the paper's Table I."""
+
+        sensor_data_size: int = parameter(
+            200, unit="B", minimum=1, doc="size of the sensor data sent after each scan"
+        )
+        answer: Literal["all", "demanded"] = parameter(
+            "all", doc="what a sharer sends of a scan: all, or what is demanded: the blind zones"
+        )
+        request_size: int = parameter(
+            100, unit="B", minimum=1, doc="size of a request, without blind zones of 12 B each"
+        )
+        request_period: float = parameter(
+            0.1, unit="s", minimum=0.01, doc="time between requests while fusion is triggered"
+        )
+        session: float = parameter(
+            2.0, unit="s", minimum=0.01, doc="how long a sharer sends after a request"
+        )
+
+    def __init__(self, parameters: Parameters) -> None:
+        super().__init__(parameters)
+        self._parameters = parameters
+
+    @override
+    def _sharing(self, start: Time, rng: np.random.Generator) -> Sharing:
+        return DemandDriven(self._parameters, start)
+
+
+@dataclass(slots=True)
+class _Session:
+    """The ego's request, as a sharer heard it: send sensor data along `route` until `end`."""
+
+    end: Time
+    ego: int
+    route: tuple[int, ...]
+    zones: Zones
+
+
+class DemandDriven(Sharing):
+    """APMs to all, sensor data to who asked for them."""
+
+    def __init__(self, parameters: Facilities.Parameters, start: Time) -> None:
+        self._parameters = parameters
+        self._request_period = nanoseconds(parameters.request_period)
+        self._next_request = start
+        self._answers = _answers(parameters)
+        self._sessions: dict[int, _Session] = {}
+        self._scanned: dict[int, bytes] = {}
+        self._changes = Changes()
+
+    @override
+    def messages(self, inputs: Signals, now: Time, h: Duration) -> list[Message]:
+        self._sessions = {v: s for v, s in self._sessions.items() if s.end > now}
+        new_apms = self._changes.is_new("apms", inputs)
+        new_objects = self._changes.is_new("objects", inputs)
+        is_due = self._answers.is_due(new_apms=new_apms, new_objects=new_objects)
+        return [
+            *(self._apms(inputs, now) if new_apms else []),
+            *self._requests(inputs, now),
+            *(self._sensor_data(inputs, now) if is_due and self._sessions else []),
+        ]
+
+    @override
+    def receive(self, message: Message, receiver: int, received: Received) -> None:
+        match message.content:
+            case bytes() as apm:
+                received.keep_apm(message.source, message.time, apm)
+            case np.ndarray() as objects:
+                received.replace_objects(message.source, message.time, objects)
+            case _Session() as session:
+                self._sessions[receiver] = self._with_newest_zones(receiver, session)
+
+    def _apms(self, inputs: Signals, now: Time) -> list[Message]:
+        """A broadcast of every APM, and a copy along the route where there is a session.
+
+        Obstacles that call for a relay keep the broadcast from the ego too; without the copy
+        the match, and with it the session, would end.
+        """
+        radios = np.asarray(inputs["vehicle.equipped"])
+        equipped = set(np.asarray(inputs["vehicle.id"])[radios].tolist())
+        messages = split(bytes(inputs["apms"]))
+        self._scanned = {int(read_header(apm)["vehicle"]): apm for apm in messages}
+        broadcasts = [
+            Message(
+                kind=APM,
+                time=now,
+                source=vehicle,
+                size=len(apm),
+                content=apm,
+                access_category=2,
+            )
+            for vehicle, apm in self._scanned.items()
+            if vehicle in equipped
+        ]
+        routed = [
+            replace(message, destination=session.ego, route=session.route)
+            for message in broadcasts
+            if (session := self._sessions.get(message.source)) and session.route
+        ]
+        return broadcasts + routed
+
+    def _requests(self, inputs: Signals, now: Time) -> list[Message]:
+        ego = int(np.asarray(inputs["ego.id"]))
+        sharers = np.asarray(inputs["match.sharer"])
+        if not inputs["match.trigger"] or ego == NO_VEHICLE or now < self._next_request:
+            return []
+        self._next_request = now + self._request_period
+        sharer, relay = int(sharers[0]), int(np.asarray(inputs["relay"]))
+        route = () if relay in {NO_VEHICLE, sharer, ego} else (relay,)
+        end = now + nanoseconds(self._parameters.session)
+        own = self._scanned.get(ego)
+        heading = None if own is None else float(read_header(own)["heading"])
+        zones = self._answers.asked(inputs, heading)
+        return [
+            Message(
+                kind=REQUEST,
+                time=now,
+                source=ego,
+                destination=sharer,
+                route=route,
+                size=self._parameters.request_size + ZONE_SIZE * len(zones),
+                content=_Session(end, ego, route, zones),
+            )
+        ]
+
+    def _sensor_data(self, inputs: Signals, now: Time) -> list[Message]:
+        objects = unframe("OBJS", bytes(inputs["objects"]), OBJECT)
+        made = []
+        for sharer, session in sorted(self._sessions.items()):
+            answer = self._answers.answer(
+                session.zones, self._scanned.get(sharer), objects[objects["sensor"] == sharer]
+            )
+            made.append(
+                Message(
+                    kind=SENSOR_DATA,
+                    time=now,
+                    source=sharer,
+                    destination=session.ego,
+                    route=session.route,
+                    size=answer.size,
+                    content=answer.objects,
+                    access_category=2,
+                )
+            )
+        return made
+
+    def _with_newest_zones(self, sharer: int, heard: _Session) -> _Session:
+        """`heard`, with the zones of an earlier arrival that was asked for later."""
+        known = self._sessions.get(sharer)
+        is_older = known is not None and known.end > heard.end
+        return replace(heard, zones=known.zones) if known and is_older else heard
+
+
+def _answers(parameters: Facilities.Parameters) -> Answers:
+    if parameters.answer == "demanded":
+        return DemandedAnswers(parameters.sensor_data_size)
+    return WholeAnswers(parameters.sensor_data_size)

@@ -1,0 +1,135 @@
+"""What all facilities components have in common: BSMs, packets, reception, `received.*`."""
+
+import abc
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from typing_extensions import override
+
+from fmus.facilities.bsm import BsmSender, Neighbourhood
+from fmus.facilities.connectors import CONNECTORS
+from fmus.facilities.outbox import Message, Outbox
+from fmus.facilities.received import Received
+from fmus.facilities.sharing import Changes, Sharing
+from fmus.records import BSM, NO_VEHICLE, OUTCOMES, RECEPTION, REQUEST, unframe
+from orchestrator.component import Component
+from orchestrator.parameters import parameter
+from orchestrator.signal import Connector, Signals
+from orchestrator.timebase import Duration, Time, nanoseconds
+
+_RECEIVED = OUTCOMES.index("R")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LayerParameters:
+    """Parameters of every facilities component; defaults are the paper's Table I."""
+
+    bsm_period: float = parameter(0.1, unit="s", minimum=0.01, doc="time between BSMs")
+    bsm_size: int = parameter(200, unit="B", minimum=1, doc="size of a BSM")
+    fragment_size: int = parameter(
+        1400, unit="B", minimum=1, doc="longest packet; longer messages are cut"
+    )
+    maximum_age: float = parameter(
+        1.0, unit="s", minimum=0.01, doc="age at which received contents are forgotten"
+    )
+    processing_time: float = parameter(
+        0.01,
+        unit="s",
+        minimum=0.0,
+        doc="at most this long after its scan a message reaches the radio; drawn uniformly",
+    )
+
+
+class FacilitiesLayer(Component):
+    """The V2X facilities layer of all vehicles, whatever they share.
+
+    Every equipped vehicle broadcasts BSMs; a `Sharing` decides about all other messages. Only
+    what the channel reports as received, all packets of a message, has any effect. Messages
+    become ready in the step after the one that makes them.
+    """
+
+    def __init__(self, parameters: LayerParameters) -> None:
+        self._common = parameters
+
+    @abc.abstractmethod
+    def _sharing(self, start: Time, rng: np.random.Generator) -> Sharing:
+        """The way of sharing, at the start of a run."""
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return CONNECTORS
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        given = self._common
+        maximum_age = nanoseconds(given.maximum_age)
+        self._rng = rng
+        self._bsm = BsmSender(nanoseconds(given.bsm_period), rng)
+        self._neighbourhood = Neighbourhood(maximum_age)
+        self._outbox = Outbox(given.fragment_size, 2 * maximum_age)
+        self._received = Received(maximum_age)
+        self._changes = Changes()
+        self._ways = self._sharing(start, rng)
+        self._outputs: Signals = {
+            name: connector.start_value()
+            for name, connector in CONNECTORS.items()
+            if name.startswith(("packets", "received"))
+        }
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        now = t + h
+        ego = int(np.asarray(inputs["ego.id"]))
+        self._receive(inputs, ego)
+        shared = self._ways.messages(inputs, now, h)
+        messages = [*self._safety_messages(inputs, now, h), *map(self._processed, shared)]
+        self._outbox.forget(now)
+        self._outputs = {
+            "packets": self._outbox.send(messages),
+            **self._received.outputs(now),
+            **self._neighbourhood.outputs(now, ego),
+        }
+
+    @override
+    def outputs(self) -> Signals:
+        return self._outputs
+
+    def _receive(self, inputs: Signals, ego: int) -> None:
+        """Take in what arrived."""
+        if not self._changes.is_new("receptions", inputs):
+            return
+        rows = unframe("RCPT", bytes(inputs["receptions"]), RECEPTION)
+        good = (rows["outcome"] == _RECEIVED) & (rows["addressed"] == 1)
+        wanted = (rows["receiver"] == ego) | (rows["kind"] == REQUEST)
+        for message, receiver in self._outbox.arrivals(rows[good & wanted]):
+            if message.destination not in {receiver, NO_VEHICLE}:
+                continue  # a relay has it; the ego may be one
+            match message.content:
+                case np.void() as bsm if message.kind == BSM:
+                    self._neighbourhood.receive(bsm)
+                case _:
+                    self._ways.receive(message, receiver, self._received)
+
+    def _safety_messages(self, inputs: Signals, now: Time, h: Duration) -> list[Message]:
+        times, contents = self._bsm.due(inputs, now, now + h)
+        return [
+            Message(
+                kind=BSM,
+                time=int(time),
+                source=int(content["id"]),
+                size=self._common.bsm_size,
+                content=content,
+            )
+            for time, content in zip(times, contents, strict=True)
+        ]
+
+    def _processed(self, message: Message) -> Message:
+        """`message` when its vehicle's computer is done with it.
+
+        All sensors scan at the same instant here. Computers that also answered at the same
+        instant would let the radios collide every time, which they do not on the road.
+        """
+        longest = nanoseconds(self._common.processing_time)
+        return replace(message, time=message.time + int(self._rng.integers(longest + 1)))

@@ -1,0 +1,113 @@
+"""One perceived object in a CPM: its data elements, and what a receiver makes of them.
+
+Data elements are those of ETSI TS 102 894-2 V2.1.1. Confidences are sent as "unavailable": the
+detector does not estimate them.
+"""
+
+import math
+from typing import Any, Final
+
+import numpy as np
+
+from fmus.records import OBJECT
+from orchestrator.signal import Array
+from orchestrator.timebase import Time
+
+POSITION_STEP: Final = 0.01
+"""Resolution of an object's position [m] (CartesianCoordinateLarge)."""
+VELOCITY_STEP: Final = 0.01
+"""Resolution of a velocity component [m/s] (VelocityComponentValue)."""
+DIMENSION_STEP: Final = 0.1
+"""Resolution of a length, width or height [m] (ObjectDimensionValue)."""
+TIME_STEP: Final = 1_000_000
+"""Resolution of times [ns] (TimestampIts, DeltaTimeMilliSecondSigned)."""
+
+_ROUNDING: Final = 1e-6
+"""Of a step: what a value may lie above a multiple of it by rounding in double precision."""
+
+
+def to_element(
+    row: np.void, age: Time, reference_time: Time, reference: Array
+) -> dict[str, object]:
+    """The data element PerceivedObject: the centre of its box, relative to the sender, and sides.
+
+    The axes are east and north (TS 103 324, PerceivedObjects), and so are the sides of the box.
+
+    Args:
+        row: an `OBJECT` record.
+        age: how long the object has been tracked [ns].
+        reference_time: of the message [ns].
+        reference: the sender's position as the message says it, world frame [m], shape (2,).
+    """
+    center = (row["minimum"] + row["maximum"]) / 2.0 - reference
+    east, north = row["maximum"] - row["minimum"]
+    late = round_up((int(row["time"]) - reference_time) / TIME_STEP, 1.0, -2048, 2047)
+    return {
+        "objectId": int(row["instance"]) % 2**16,
+        "measurementDeltaTime": late,
+        "position": {
+            "xCoordinate": _coordinate(center[0]),
+            "yCoordinate": _coordinate(center[1]),
+        },
+        "velocity": (
+            "cartesianVelocity",
+            {
+                "xVelocity": _velocity(row["velocity"][0]),
+                "yVelocity": _velocity(row["velocity"][1]),
+            },
+        ),
+        "angles": {"zAngle": {"value": 0, "confidence": 127}},
+        "objectDimensionZ": _dimension(row["height"]),
+        "objectDimensionY": _dimension(north),
+        "objectDimensionX": _dimension(east),
+        "objectAge": min(age // TIME_STEP, 2047),
+        "sensorIdList": [1],
+        "classification": [{"objectClass": ("vehicleSubClass", 0), "confidence": 101}],
+    }
+
+
+def to_record(row: dict[str, Any], station: int, time: Time, reference: Array) -> Array:
+    """The `OBJECT` that a receiver makes of one PerceivedObject.
+
+    Args:
+        row: the decoded data element.
+        station: the sender.
+        time: of the message [ns].
+        reference: the sender's position as the message says it, world frame [m], shape (2,).
+    """
+    center = reference + [
+        row["position"][axis]["value"] * POSITION_STEP for axis in ("xCoordinate", "yCoordinate")
+    ]
+    velocity = row["velocity"][1]
+    sides = np.array([_length(row["objectDimensionX"]), _length(row["objectDimensionY"])])
+    record = np.zeros((), OBJECT)
+    record["sensor"] = station
+    record["time"] = time + row["measurementDeltaTime"] * TIME_STEP
+    record["instance"] = row["objectId"]
+    record["minimum"], record["maximum"] = center - sides / 2.0, center + sides / 2.0
+    record["height"] = _length(row["objectDimensionZ"])
+    record["velocity"] = [
+        velocity[axis]["value"] * VELOCITY_STEP for axis in ("xVelocity", "yVelocity")
+    ]
+    return record
+
+
+def _coordinate(value: float) -> dict[str, int]:
+    return {"value": round_up(value, POSITION_STEP, -131072, 131071), "confidence": 4096}
+
+
+def _velocity(value: float) -> dict[str, int]:
+    return {"value": round_up(value, VELOCITY_STEP, -16383, 16382), "confidence": 127}
+
+
+def _dimension(value: float) -> dict[str, int]:
+    return {"value": round_up(value, DIMENSION_STEP, 1, 255), "confidence": 32}
+
+
+def _length(dimension: dict[str, int]) -> float:
+    return dimension["value"] * DIMENSION_STEP
+
+
+def round_up(value: float, step: float, low: int = 0, high: int = 2**31) -> int:
+    """The data element for `value`: n means "at most n steps, and more than n - 1"."""
+    return min(max(math.ceil(value / step - _ROUNDING), low), high)

@@ -1,0 +1,70 @@
+"""What the ego knows from messages that arrived whole, while it is fresh."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from fmus.apm import join
+from fmus.facilities.held import HeldSignal
+from fmus.records import OBJECT, frame
+from orchestrator.signal import Array
+from orchestrator.timebase import Duration, Time
+
+
+class Received:
+    """The newest APM and the objects of each source; held, so that slow readers miss none."""
+
+    def __init__(self, maximum_age: Duration) -> None:
+        self._maximum_age = maximum_age
+        self._apms: dict[int, tuple[Time, bytes]] = {}
+        self._objects: dict[int, Array] = {}
+        self._scans: dict[int, Time] = {}
+        self._apms_signal = HeldSignal(join)
+        self._objects_signal = HeldSignal(_objects_frame)
+
+    def keep_apm(self, source: int, time: Time, apm: bytes) -> None:
+        """`apm` was sent at `time` [ns]."""
+        self._apms[source] = (time, apm)
+
+    def replace_objects(self, source: int, time: Time, objects: Array) -> None:
+        """`objects` are all that `source` told at `time` [ns]; what it told before is obsolete.
+
+        What overtook a newer message changes nothing.
+        """
+        if time > self._scans.get(source, time - 1):
+            self._scans[source] = time
+            self._objects[source] = objects
+
+    def update_objects(self, source: int, objects: Array) -> None:
+        """`objects` are some of those that `source` sees; of each the newest is kept."""
+        known = self._objects.get(source)
+        rows = objects if known is None else np.concatenate([known, objects])
+        by_time = rows[np.argsort(rows["time"], kind="stable")]
+        newest = {int(row["instance"]): row for row in by_time}
+        self._objects[source] = np.array([newest[number] for number in sorted(newest)], OBJECT)
+
+    def outputs(self, now: Time) -> Mapping[str, bytes]:
+        """The connectors `received.apms` and `received.objects` at `now`, by ascending source."""
+        self._apms = {
+            source: (time, apm)
+            for source, (time, apm) in self._apms.items()
+            if now - time <= self._maximum_age
+        }
+        fresh = {source: self._fresh(table, now) for source, table in self._objects.items()}
+        self._objects = {source: table for source, table in fresh.items() if len(table)}
+        return {
+            "received.apms": self._apms_signal.of(
+                [apm for _, (_, apm) in sorted(self._apms.items())]
+            ),
+            "received.objects": self._objects_signal.of(
+                [self._objects[source] for source in sorted(self._objects)]
+            ),
+        }
+
+    def _fresh(self, table: Array, now: Time) -> Array:
+        young = now - table["time"] <= self._maximum_age
+        return table if young.all() else table[young]
+
+
+def _objects_frame(tables: Sequence[Array]) -> bytes:
+    return frame("OBJS", np.concatenate(tables) if tables else np.empty(0, OBJECT))

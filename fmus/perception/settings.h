@@ -1,0 +1,26 @@
+/* The parameters of the unit, as its parts want them. */
+#ifndef SETTINGS_H
+#define SETTINGS_H
+#include "fmi3_model.h"
+#include "perception.h"
+
+typedef struct {
+    ScanSettings matrix;
+    PatternSettings pattern;
+    ObjectSettings object;
+    PoseErrorSettings pose_error;
+    RegionSettings region;
+    ZoneSettings zone;
+    MatchSettings match;
+    int has_region_benefit;
+    int has_layer, is_compressed;
+} Settings;
+
+/* The values that the variables have now. */
+Settings settings_of(Instance *);
+/* Whether they go together: fail, naming what does not. */
+int settings_check(const Settings *, Problem *);
+/* Of a time in seconds, rounded. */
+int64_t nanoseconds(double seconds);
+
+#endif
