@@ -4,18 +4,22 @@ libsumo keeps its simulation in global variables, so there is one per process. `
 from `open` to `close` and speaks arrays, paths and this package's errors.
 """
 
+import contextlib
 import math
+import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-import libsumo
 import numpy as np
 
 from adapters.sumo.geometry import Float
 from orchestrator.errors import CosimError
 from orchestrator.timebase import Duration, seconds
+
+with contextlib.redirect_stdout(sys.stderr):  # it may print about pyarrow, among our results
+    import libsumo
 
 _ALL_CHECKS_OFF: Final = 0
 """Speed mode: right of way, lights, other vehicles and bounds of acceleration are ignored."""
