@@ -71,6 +71,15 @@ def test_open_ground_is_seen_from_the_lowest_channel_to_the_range(look: Look) ->
     assert area == pytest.approx(np.pi * (FARTHEST**2 - NEAREST**2), rel=0.01)
 
 
+def test_ground_beyond_the_last_ring_is_seen_to_the_range(look: Look) -> None:
+    """The next channel would meet it out of range, and met nothing: rings at 40.1 and 46.2 m."""
+    scan = sweep(EGO)
+    near = np.linalg.norm(scan.points - scan.position, axis=-1) < 44.0
+    (apm,) = look(replace(scan, points=scan.points[near]), range=44.0).apms
+    area = shares(apm).sum() * apm.cell**2
+    assert area == pytest.approx(np.pi * (44.0**2 - 2.0**2 - NEAREST**2), rel=0.01)
+
+
 def test_a_wall_hides_its_shadow_and_nothing_before_it(look: Look) -> None:
     (apm,) = look(sweep(EGO, [WALL])).apms
     at = corners(apm)
