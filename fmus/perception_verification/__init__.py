@@ -1,0 +1,1 @@
+"""Compares the perception FMU with geometry: `nlosim verify perception`."""
