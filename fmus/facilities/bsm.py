@@ -5,10 +5,12 @@ BSMs at 10 Hz; the phase is uniform because vehicles do not synchronise).
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
+from fmus.facilities.link_power import Powers
 from fmus.records import NO_VEHICLE
 from orchestrator.signal import Array, Signals
 from orchestrator.timebase import Duration, Time
@@ -25,6 +27,19 @@ CONTENT: Final = np.dtype(
     ]
 )
 """What one message says; fields as the connectors `received.bsm.*`, `time` in [ns]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bsm:
+    """A message on the air.
+
+    Attributes:
+        state: of the sender, a `CONTENT` record.
+        heard: the powers at which the sender receives its neighbours, as it announces them.
+    """
+
+    state: np.void
+    heard: Powers
 
 
 class BsmSender:

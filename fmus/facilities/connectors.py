@@ -11,6 +11,7 @@ from orchestrator.signal import Causality, Connector
 _IN: Final = Causality.INPUT
 _OUT: Final = Causality.OUTPUT
 _RECEPTIONS: Final = frozenset({"receptions"})
+_LINKS: Final = frozenset({"receptions", "match.sharer"})
 
 CONNECTORS: Final[Mapping[str, Connector]] = {
     "vehicle.id": Connector(causality=_IN, dtype=np.int64, shape=("vehicle",)),
@@ -70,5 +71,26 @@ CONNECTORS: Final[Mapping[str, Connector]] = {
     ),
     "received.bsm.age": Connector(
         causality=_OUT, shape=("neighbour",), unit="s", feedthrough=_RECEPTIONS
+    ),
+    "received.link.transmitter": Connector(
+        causality=_OUT,
+        dtype=np.int64,
+        shape=("measured_link",),
+        feedthrough=_LINKS,
+        description="whose BSMs: any neighbour's where the ego measured, else a matched sharer's",
+    ),
+    "received.link.receiver": Connector(
+        causality=_OUT,
+        dtype=np.int64,
+        shape=("measured_link",),
+        feedthrough=_LINKS,
+        description="who measured: the ego, or a neighbour that announced it in its BSM",
+    ),
+    "received.link.power": Connector(
+        causality=_OUT,
+        shape=("measured_link",),
+        unit="dBm",
+        feedthrough=_LINKS,
+        description="filtered power at the receiver",
     ),
 }

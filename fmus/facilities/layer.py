@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from typing_extensions import override
 
-from fmus.facilities.bsm import BsmSender, Neighbourhood
+from fmus.facilities.bsm import Bsm, BsmSender, Neighbourhood
 from fmus.facilities.connectors import CONNECTORS
+from fmus.facilities.link_power import Announcements, Measurements
 from fmus.facilities.outbox import Message, Outbox
 from fmus.facilities.received import Received
 from fmus.facilities.sharing import Changes, Sharing
@@ -27,6 +28,15 @@ class LayerParameters:
 
     bsm_period: float = parameter(0.1, unit="s", minimum=0.01, doc="time between BSMs")
     bsm_size: int = parameter(200, unit="B", minimum=1, doc="size of a BSM")
+    announced_power_size: int = parameter(
+        0,
+        unit="B",
+        minimum=0,
+        doc="added to the size of a BSM for each neighbour whose power it announces",
+    )
+    power_filter: int = parameter(
+        4, minimum=0, maximum=19, doc="filter coefficient k of received powers, TS 38.331"
+    )
     fragment_size: int = parameter(
         1400, unit="B", minimum=1, doc="longest packet; longer messages are cut"
     )
@@ -68,6 +78,8 @@ class FacilitiesLayer(Component):
         self._rng = rng
         self._bsm = BsmSender(nanoseconds(given.bsm_period), rng)
         self._neighbourhood = Neighbourhood(maximum_age)
+        self._measurements = Measurements(given.power_filter, maximum_age)
+        self._announcements = Announcements(maximum_age)
         self._outbox = Outbox(given.fragment_size, 2 * maximum_age)
         self._received = Received(maximum_age)
         self._changes = Changes()
@@ -83,13 +95,17 @@ class FacilitiesLayer(Component):
         now = t + h
         ego = int(np.asarray(inputs["ego.id"]))
         self._receive(inputs, ego)
+        self._measurements.forget(now)
         shared = self._ways.messages(inputs, now, h)
         messages = [*self._safety_messages(inputs, now, h), *map(self._processed, shared)]
         self._outbox.forget(now)
+        sharers = np.asarray(inputs["match.sharer"])
+        links = self._announcements.links(now, sharers[sharers != NO_VEHICLE])
         self._outputs = {
             "packets": self._outbox.send(messages),
             **self._received.outputs(now),
             **self._neighbourhood.outputs(now, ego),
+            **links.outputs(ego, self._measurements.by(ego)),
         }
 
     @override
@@ -102,28 +118,36 @@ class FacilitiesLayer(Component):
             return
         rows = unframe("RCPT", bytes(inputs["receptions"]), RECEPTION)
         good = (rows["outcome"] == _RECEIVED) & (rows["addressed"] == 1)
+        self._measurements.measure(rows[good & (rows["kind"] == BSM)])
         wanted = (rows["receiver"] == ego) | (rows["kind"] == REQUEST)
         for message, receiver in self._outbox.arrivals(rows[good & wanted]):
             if message.destination not in {receiver, NO_VEHICLE}:
                 continue  # a relay has it; the ego may be one
             match message.content:
-                case np.void() as bsm if message.kind == BSM:
-                    self._neighbourhood.receive(bsm)
+                case Bsm() as bsm:
+                    self._neighbourhood.receive(bsm.state)
+                    self._announcements.receive(message.source, message.time, bsm.heard)
                 case _:
                     self._ways.receive(message, receiver, self._received)
 
     def _safety_messages(self, inputs: Signals, now: Time, h: Duration) -> list[Message]:
         times, contents = self._bsm.due(inputs, now, now + h)
         return [
-            Message(
-                kind=BSM,
-                time=int(time),
-                source=int(content["id"]),
-                size=self._common.bsm_size,
-                content=content,
-            )
-            for time, content in zip(times, contents, strict=True)
+            self._safety_message(int(time), state)
+            for time, state in zip(times, contents, strict=True)
         ]
+
+    def _safety_message(self, time: Time, state: np.void) -> Message:
+        source = int(state["id"])
+        heard = self._measurements.by(source).announced()
+        extra = self._common.announced_power_size * len(heard.power)
+        return Message(
+            kind=BSM,
+            time=time,
+            source=source,
+            size=self._common.bsm_size + extra,
+            content=Bsm(state=state, heard=heard),
+        )
 
     def _processed(self, message: Message) -> Message:
         """`message` when its vehicle's computer is done with it.

@@ -1,3 +1,6 @@
 """The relay unit: which vehicle, if any, forwards the sharer's data to the ego."""
 
-from fmus.relay.component import Direct as Direct, Mohed as Mohed
+from fmus.relay.direct import Direct as Direct
+from fmus.relay.mohed import Mohed as Mohed
+from fmus.relay.signal_strength import SignalStrength as SignalStrength
+from fmus.relay.uniform import Random as Random

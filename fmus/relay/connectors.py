@@ -28,6 +28,9 @@ INPUTS: Final[Mapping[str, Connector]] = {
     "received.bsm.size": Connector(causality=_IN, shape=("neighbour", 3), unit="m"),
     "received.bsm.antenna_height": Connector(causality=_IN, shape=("neighbour",), unit="m"),
     "received.bsm.age": Connector(causality=_IN, shape=("neighbour",), unit="s"),
+    "received.link.transmitter": Connector(causality=_IN, dtype=np.int64, shape=("measured_link",)),
+    "received.link.receiver": Connector(causality=_IN, dtype=np.int64, shape=("measured_link",)),
+    "received.link.power": Connector(causality=_IN, shape=("measured_link",), unit="dBm"),
     "match.sharer": Connector(causality=_IN, dtype=np.int64, shape=("sharer",)),
     "match.trigger": Connector(causality=_IN, dtype=np.bool_),
 }

@@ -4,20 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fmus.relay.nodes import Node
 from fmus.relay.obstacles import Obstacles
 from orchestrator.signal import Array
 
 SPEED_OF_LIGHT = 299_792_458.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Node:
-    """A radio as the ego knows it: position and velocity (2,) [m], [m/s], antenna [m]."""
-
-    vehicle: int
-    position: Array
-    velocity: Array
-    antenna_height: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,6 +1,5 @@
 """MoHeD against hand-computed geometry; it must know only what the ego can know."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -8,68 +7,28 @@ import pytest
 from hypothesis import given, strategies as st
 
 from fmus.apm import Apm, encode, join
-from fmus.records import APM_LAYER_CELL, NO_VEHICLE, OBJECT, frame
+from fmus.records import APM_LAYER_CELL, NO_VEHICLE
 from fmus.relay import Direct, Mohed
-from fmus.relay.connectors import CONNECTORS
+from fmus.relay.nodes import Node
 from fmus.relay.obstacles import Obstacles, from_layer, merge
-from fmus.relay.risk import Node, RiskModel
-from orchestrator.signal import Causality, Signal
+from fmus.relay.risk import RiskModel
 from orchestrator.testing import check_component
-
-EGO, SHARER, LEFT, RIGHT = 1, 2, 3, 4
-STEP = 100_000_000
-Inputs = dict[str, Signal]
+from tests.fmus.relay.world import (
+    LEFT,
+    NEIGHBOURS,
+    RIGHT,
+    SHARER,
+    STEP,
+    chosen,
+    inputs,
+    started,
+    truck,
+)
 
 
 def neighbours(**changes: tuple[float, float, float]) -> dict[int, tuple[float, float, float]]:
-    """id -> x, y, vehicle height; the ego stands at the origin, the sharer 60 m north."""
-    table = {SHARER: (0.0, 60.0, 1.8), LEFT: (-20.0, 30.0, 1.5), RIGHT: (25.0, 30.0, 1.5)}
-    return {**table, **{int(k[1:]): v for k, v in changes.items()}}
-
-
-def inputs(table: Mapping[int, tuple[float, float, float]], objects: Any = None) -> Inputs:
-    values: Inputs = {
-        name: connector.start_value()
-        for name, connector in CONNECTORS.items()
-        if connector.causality is Causality.INPUT
-    }
-    rows = sorted(table.items())
-    values |= {
-        "ego.id": np.array(EGO),
-        "ego.size": np.array([4.5, 1.8, 1.5]),
-        "ego.speed": np.array(8.0),
-        "ego.heading": np.array(np.pi / 2),
-        "objects": b"" if objects is None else frame("OBJS", objects),
-        "received.bsm.id": np.array([v for v, _ in rows], np.int64),
-        "received.bsm.position": np.array([p[:2] for _, p in rows]).reshape(-1, 2),
-        "received.bsm.heading": np.full(len(rows), np.pi / 2),
-        "received.bsm.velocity": np.zeros((len(rows), 2)),
-        "received.bsm.size": np.array([(4.5, 1.8, p[2]) for _, p in rows]).reshape(-1, 3),
-        "received.bsm.antenna_height": np.array([p[2] for _, p in rows]),
-        "received.bsm.age": np.zeros(len(rows)),
-        "match.sharer": np.array([SHARER, -1], np.int64),
-        "match.trigger": np.array(True),
-    }
-    return values
-
-
-def truck(x: float, y: float, height: float = 4.0) -> Any:
-    """A standing truck as the ego's lidar reports it."""
-    row = np.zeros(1, OBJECT)
-    row["sensor"], row["instance"], row["points"] = EGO, 77, 100
-    row["minimum"], row["maximum"] = (x - 1.25, y - 5), (x + 1.25, y + 5)
-    row["height"] = height
-    return row
-
-
-def started(component: Mohed | Direct) -> Mohed | Direct:
-    component.setup(0, np.random.default_rng(0))
-    return component
-
-
-def chosen(component: Mohed | Direct, values: Inputs, t: int = 0) -> int:
-    component.step(values, t, STEP)
-    return int(np.asarray(component.outputs()["relay"]))
+    """The neighbours of the world, some of them changed: `v2=(x, y, height)`."""
+    return {**NEIGHBOURS, **{int(k[1:]): v for k, v in changes.items()}}
 
 
 def test_a_free_direct_link_is_kept() -> None:

@@ -1,0 +1,124 @@
+"""What holds for every relay policy: same plugs, same moments of choice, no peeking."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from fmus.records import NO_VEHICLE
+from fmus.relay import Direct, Mohed, Random, SignalStrength
+from fmus.relay.connectors import CONNECTORS
+from fmus.relay.selection import SelectionParameters
+from orchestrator.component import Component
+from orchestrator.registry import component_type
+from orchestrator.testing import check_component
+from tests.fmus.relay.world import (
+    LEFT,
+    NEIGHBOURS,
+    RIGHT,
+    SHARER,
+    STEP,
+    Inputs,
+    chosen,
+    inputs,
+    started,
+    switches,
+    truck,
+    with_powers,
+)
+
+NAMES = ("relay-mohed", "relay-direct", "relay-random", "relay-signal-strength")
+RELAYING: dict[str, Callable[[], Component]] = {
+    "mohed": lambda: Mohed(Mohed.Parameters()),
+    "random": lambda: Random(Random.Parameters()),
+    "sum": lambda: SignalStrength(SignalStrength.Parameters()),
+    "min": lambda: SignalStrength(SignalStrength.Parameters(rule="min")),
+}
+ALL = {**RELAYING, "direct": Direct}
+
+
+def only(relay: int) -> Inputs:
+    """A scene in which `relay` is the one vehicle that any policy would take."""
+    table = {vehicle: NEIGHBOURS[vehicle] for vehicle in (SHARER, relay)}
+    return with_powers(inputs(table, truck(0, 30)), {relay: (-60.0, -60.0)})
+
+
+def nobody() -> Inputs:
+    return inputs({}, truck(0, 30))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_all_have_the_same_connectors(name: str) -> None:
+    assert component_type(name).create(name, {}).connectors == CONNECTORS
+
+
+@pytest.mark.parametrize("name", set(NAMES) - {"relay-direct"})
+def test_all_that_relay_have_the_parameters_of_the_selection(name: str) -> None:
+    assert set(SelectionParameters.__dataclass_fields__) <= set(component_type(name).parameters)
+
+
+@pytest.mark.parametrize("kind", ALL)
+def test_contract(kind: str) -> None:
+    check_component(ALL[kind](), steps=5, h=STEP, seed=1)
+
+
+@pytest.mark.parametrize("kind", ALL)
+def test_starved_of_messages_it_uses_the_direct_link(kind: str) -> None:
+    component = started(ALL[kind]())
+    for k in range(50):
+        assert chosen(component, nobody(), t=k * STEP) == NO_VEHICLE
+
+
+@pytest.mark.parametrize("kind", RELAYING)
+def test_a_sharer_that_was_never_heard_has_no_relay(kind: str) -> None:
+    values = with_powers(inputs({LEFT: NEIGHBOURS[LEFT]}, truck(0, 30)), {LEFT: (-60.0, -60.0)})
+    assert chosen(started(RELAYING[kind]()), values) == NO_VEHICLE
+
+
+@pytest.mark.parametrize("kind", RELAYING)
+def test_when_messages_stop_the_relay_is_given_up_at_once(kind: str) -> None:
+    component = started(RELAYING[kind]())
+    assert chosen(component, only(LEFT)) == LEFT
+    assert chosen(component, nobody(), t=STEP) == NO_VEHICLE
+    assert switches(component) == 1
+
+
+@pytest.mark.parametrize("kind", RELAYING)
+def test_a_relay_that_was_just_heard_is_kept_until_the_window_ends(kind: str) -> None:
+    component = started(RELAYING[kind]())
+    assert chosen(component, only(LEFT)) == LEFT
+    both = only(RIGHT)
+    both["received.bsm.id"] = np.array([LEFT, RIGHT], np.int64)  # the sharer is shadowed by now
+    for k in range(1, 20):
+        assert chosen(component, both, t=k * STEP) == LEFT
+    assert chosen(component, only(RIGHT), t=20 * STEP) == RIGHT
+
+
+@pytest.mark.parametrize("kind", RELAYING)
+def test_without_a_trigger_nothing_is_chosen(kind: str) -> None:
+    component = started(RELAYING[kind]())
+    idle = only(LEFT) | {"match.trigger": np.array(False)}
+    assert chosen(component, idle) == NO_VEHICLE
+    assert chosen(component, only(LEFT), t=STEP) == LEFT
+
+
+@pytest.mark.parametrize("kind", RELAYING)
+def test_the_first_choice_after_a_pause_is_no_switch(kind: str) -> None:
+    component = started(RELAYING[kind]())
+    assert chosen(component, only(LEFT)) == LEFT
+    chosen(component, only(LEFT) | {"match.trigger": np.array(False)}, t=STEP)
+    assert chosen(component, only(RIGHT), t=2 * STEP) == RIGHT
+    assert switches(component) == 0
+
+
+@pytest.mark.parametrize("kind", RELAYING)
+def test_candidates_with_a_hop_out_of_range_are_not_considered(kind: str) -> None:
+    table = {SHARER: NEIGHBOURS[SHARER], LEFT: (-310.0, 30.0, 1.5)}
+    values = with_powers(inputs(table, truck(0, 30)), {LEFT: (-60.0, -60.0)})
+    assert chosen(started(RELAYING[kind]()), values) == NO_VEHICLE
+
+
+@pytest.mark.parametrize("kind", RELAYING)
+def test_an_empty_list_of_sharers_is_no_trigger(kind: str) -> None:
+    values = only(LEFT) | {"match.sharer": np.empty(0, np.int64)}
+    assert chosen(started(RELAYING[kind]()), values) == NO_VEHICLE
