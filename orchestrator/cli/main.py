@@ -19,6 +19,7 @@ _MODULES: Final = {
     "graph": "orchestrator.cli.graph",
     "components": "orchestrator.cli.components",
     "report": "orchestrator.cli.report",
+    "experiment": "orchestrator.cli.experiment",
 }
 """One module per command, with a function `execute(arguments) -> Outcome`. They are imported
 when they are asked for, so that `nlosim --help` need not wait for NumPy."""

@@ -88,6 +88,7 @@ def parser() -> argparse.ArgumentParser:
     _add_graph(commands)
     _add_components(commands)
     _add_report(commands)
+    _add_experiment(commands)
     for entry in sorted(entry_points(group=COMMANDS), key=lambda entry: entry.name):
         try:
             entry.load()(commands)
@@ -204,3 +205,35 @@ def _add_report(commands: _Commands) -> None:
         "Writes metrics.json and figure.png into the run directory.",
     )
     report.add_argument("directory", metavar="DIR", help="a run directory")
+
+
+def _add_experiment(commands: _Commands) -> None:
+    experiment = _command(
+        commands,
+        "experiment",
+        "run a scenario with many seeds and settings",
+        """\
+The directory holds runs.parquet (one row per run) and summary.csv (mean and 95 % interval per
+combination of levels). What is finished when Ctrl-C comes is kept; --resume goes on. A run that
+fails is tried again, then reported with a command that repeats it. See docs/experiments.md.
+
+examples:
+  nlosim experiment experiments/red_light_methods.yaml
+  nlosim experiment experiments/red_light_methods.yaml --out results/methods --resume
+  nlosim experiment experiments/red_light_methods.yaml --scheduler tcp://head-node:8786""",
+    )
+    experiment.add_argument("experiment", metavar="FILE", help="an experiment file (YAML)")
+    experiment.add_argument(
+        "--out",
+        metavar="DIR",
+        help="the directory of the results (default: runs/EXPERIMENT, numbered if it exists)",
+    )
+    experiment.add_argument(
+        "--workers", type=int, metavar="N", help="processes (default: one per core)"
+    )
+    experiment.add_argument(
+        "--scheduler", metavar="ADDRESS", help="of a Dask scheduler, instead of own processes"
+    )
+    experiment.add_argument("--resume", action="store_true", help="go on with what is in --out")
+    experiment.add_argument("--keep-runs", action="store_true", help="keep all run directories")
+    experiment.add_argument("--quiet", action="store_true", help="no progress bar")

@@ -20,25 +20,40 @@ _KINDS = {
 }
 
 
-def problems(document: Document, model: type[BaseModel], error: ValidationError) -> list[Problem]:
-    """Every error at the place of the key or value that has to change."""
-    return [_problem(document, model, each) for each in error.errors(include_url=False)]
+def problems(
+    document: Document,
+    model: type[BaseModel],
+    error: ValidationError,
+    *,
+    whole: str = "the scenario",
+) -> list[Problem]:
+    """Every error at the place of the key or value that has to change.
+
+    Args:
+        document: that was validated.
+        model: of the document.
+        error: what pydantic found.
+        whole: what the document as a whole is called.
+    """
+    return [_problem(document, model, each, whole) for each in error.errors(include_url=False)]
 
 
-def _problem(document: Document, model: type[BaseModel], error: ErrorDetails) -> Problem:
+def _problem(
+    document: Document, model: type[BaseModel], error: ErrorDetails, whole: str
+) -> Problem:
     address = error["loc"]
     if address[-1:] == ("[key]",):  # pydantic's way to say that the key itself is wrong
         name = address[-2]
         what = f"`{name}` cannot be a name; write letters, digits, `_` and `-` (not first)"
-        return Problem(document.key(address[:-1]), f"{spell(address[:-2])}: {what}")
+        return Problem(document.key(address[:-1]), f"{spell(address[:-2], whole)}: {what}")
     parent, key = address[:-1], address[-1] if address else ""
     if error["type"] == "missing":
-        return Problem(_inside(document, parent), f"{spell(parent)}: `{key}` is missing")
+        return Problem(_inside(document, parent), f"{spell(parent, whole)}: `{key}` is missing")
     if error["type"] == "extra_forbidden":
         hint = suggestion(str(key), _keys(model, parent))
         what = f"`{key}` is not a key here; {hint}"
-        return Problem(document.key(address), f"{spell(parent)}: {what}")
-    return Problem(document.value(address), f"{spell(address)}: {_describe(error)}")
+        return Problem(document.key(address), f"{spell(parent, whole)}: {what}")
+    return Problem(document.value(address), f"{spell(address, whole)}: {_describe(error)}")
 
 
 def _inside(document: Document, parent: Address) -> Location:
@@ -84,12 +99,12 @@ def show(value: object) -> str:
             return text if len(text) <= 40 else f"{text[:37]}..."
 
 
-def spell(address: Sequence[str | int]) -> str:
+def spell(address: Sequence[str | int], whole: str = "the scenario") -> str:
     """An address as text: `connections[0].from`."""
     text = ""
     for step in address:
         text += f"[{step}]" if isinstance(step, int) else f".{step}"
-    return text.removeprefix(".") or "the scenario"
+    return text.removeprefix(".") or whole
 
 
 def _keys(model: type[BaseModel], address: Sequence[str | int]) -> list[str]:

@@ -1,4 +1,4 @@
-"""The shape of a scenario file; pydantic is used here and nowhere else.
+"""The shape of a scenario file; pydantic is used for it and for experiment files only.
 
 The docstrings of the fields are the text of the JSON Schema that editors show.
 """

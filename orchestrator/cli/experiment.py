@@ -1,0 +1,113 @@
+"""`nlosim experiment`."""
+
+import signal
+import sys
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+from orchestrator.cli.columns import columns
+from orchestrator.cli.outcome import Exit, Outcome, failure
+from orchestrator.errors import CosimError
+from orchestrator.experiment.conduct import (
+    ExperimentInterrupted,
+    ExperimentOutcome,
+    Options,
+    conduct,
+)
+from orchestrator.experiment.load import load_experiment
+from orchestrator.experiment.plan import Experiment
+
+
+def execute(arguments: Namespace) -> Outcome:
+    """Load, check every combination, run, tabulate."""
+    options = _options(arguments)
+    experiment = load_experiment(Path(arguments.experiment))
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        outcome = conduct(experiment, options)
+    except ExperimentInterrupted as error:
+        return _interrupted(experiment, error.outcome)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    return _done(experiment, outcome)
+
+
+def _options(arguments: Namespace) -> Options:
+    if arguments.resume and arguments.out is None:
+        raise CosimError("--resume needs --out DIR, the directory of the experiment to go on with")
+    if arguments.scheduler is not None and arguments.workers is not None:
+        raise CosimError("--scheduler has workers of its own; leave --workers out")
+    if arguments.workers is not None and arguments.workers < 1:
+        raise CosimError(f"--workers must be at least 1, got {arguments.workers}")
+    return Options(
+        out=None if arguments.out is None else Path(arguments.out),
+        workers=arguments.workers,
+        scheduler=arguments.scheduler,
+        resume=arguments.resume,
+        keep_runs=arguments.keep_runs,
+        progress=not arguments.quiet and sys.stderr.isatty(),
+    )
+
+
+def _data(experiment: Experiment, outcome: ExperimentOutcome) -> dict[str, Any]:
+    failed = [
+        {
+            "seed": key.seed,
+            **experiment.combinations[key.combination].levels,
+            "message": message,
+            "command": experiment.command(key),
+        }
+        for key, message in outcome.failed.items()
+    ]
+    return {
+        "out": str(outcome.directory),
+        "runs": outcome.runs,
+        "failed": failed,
+        "tables": {"summary": outcome.summary},
+    }
+
+
+def _interrupted(experiment: Experiment, outcome: ExperimentOutcome) -> Outcome:
+    out, total = outcome.directory, len(experiment.runs())
+    text = (
+        f"interrupted after {outcome.runs} of {total} runs; they are in {out}\n"
+        f"go on with: nlosim experiment {experiment.path} --out {out} --resume"
+    )
+    return failure(
+        "interrupted", Exit.INTERRUPTED, "interrupted", text=text, **_data(experiment, outcome)
+    )
+
+
+def _done(experiment: Experiment, outcome: ExperimentOutcome) -> Outcome:
+    lines = [*_table(experiment, outcome), ""]
+    for key, message in outcome.failed.items():
+        lines += [f"failed twice: {experiment.name(key)}: {message}"]
+        lines += [f"  repeat it with: {experiment.command(key)}"]
+    lines += [f"{outcome.runs} runs, {len(outcome.failed)} failed; in {outcome.directory}"]
+    return Outcome(
+        text="\n".join(lines),
+        data=_data(experiment, outcome),
+        exit_code=Exit.COMPONENT_FAILED if outcome.failed else Exit.DONE,
+    )
+
+
+def _table(experiment: Experiment, outcome: ExperimentOutcome) -> list[str]:
+    """Means or shares with their intervals of 95 %."""
+    names = [*experiment.factors, "n", *experiment.metrics]
+    body = [
+        [*(str(row[name]) for name in (*experiment.factors, "n")), *_cells(experiment, row)]
+        for row in outcome.summary
+    ]
+    return columns([names, *body])
+
+
+def _cells(experiment: Experiment, row: dict[str, Any]) -> list[str]:
+    cells = []
+    for name in experiment.metrics:
+        value, low, high = (row[key] for key in (name, f"{name}_low", f"{name}_high"))
+        if value is None:
+            cells.append("-")
+        else:
+            cells.append(f"{value:.4g}" if low is None else f"{value:.4g} [{low:.4g}, {high:.4g}]")
+    return cells

@@ -1,0 +1,166 @@
+"""Conducting an experiment: what is not done yet is run, and everything done is written."""
+
+import contextlib
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from tqdm import tqdm
+
+from orchestrator.experiment import tables
+from orchestrator.experiment.journal import Journal
+from orchestrator.experiment.plan import Experiment, RunKey
+from orchestrator.experiment.work import Work
+from orchestrator.experiment.workers import Workers, local_workers, require, scheduled_workers
+from orchestrator.run import claim_directory, new_directory
+
+KEPT: Final = "runs"
+"""The folder of the run directories, if they are kept."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """How to conduct an experiment.
+
+    Attributes:
+        out: the directory of the results; `None`: `runs/<experiment>`, numbered.
+        workers: number of processes; `None`: one per core.
+        scheduler: the address of a Dask scheduler instead of processes of our own.
+        resume: whether to go on in `out`.
+        keep_runs: whether run directories are kept.
+        progress: whether to draw a bar.
+    """
+
+    out: Path | None
+    workers: int | None
+    scheduler: str | None
+    resume: bool
+    keep_runs: bool
+    progress: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExperimentOutcome:
+    """What an experiment came to.
+
+    Attributes:
+        directory: of the results.
+        runs: how many there are results of.
+        summary: one row per combination.
+        failed: runs that failed twice, and why.
+    """
+
+    directory: Path
+    runs: int
+    summary: list[dict[str, Any]]
+    failed: dict[RunKey, str]
+
+
+class ExperimentInterrupted(KeyboardInterrupt):
+    """An experiment was interrupted from outside.
+
+    Attributes:
+        outcome: of the runs done until then; they are written.
+    """
+
+    def __init__(self, outcome: ExperimentOutcome) -> None:
+        super().__init__("interrupted")
+        self.outcome = outcome
+
+
+def conduct(experiment: Experiment, options: Options) -> ExperimentOutcome:
+    """Run what is not done yet, and write journal, `runs.parquet` and `summary.csv`.
+
+    Raises:
+        MissingExtraError: Dask or pyarrow is not installed.
+        RecordingError, ResumeError: the directory cannot be used.
+        ScenarioError: the runs do not have the metrics that the experiment file names.
+        ExperimentInterrupted: after Ctrl-C; what was done is written.
+    """
+    for module in ("distributed", "pyarrow.parquet"):
+        require(module)
+    directory, journal = _journal(experiment, options)
+    with contextlib.closing(journal):
+        for result in journal.results.values():
+            tables.selected(experiment, result.metrics)  # a metric may be new, and misspelt
+        try:
+            _run(experiment, options, directory, journal)
+        except KeyboardInterrupt:
+            raise ExperimentInterrupted(_write(experiment, directory, journal)) from None
+        return _write(experiment, directory, journal)
+
+
+def _journal(experiment: Experiment, options: Options) -> tuple[Path, Journal]:
+    if options.resume and options.out is not None:
+        return options.out, Journal.resume(options.out, experiment)
+    if options.out is None:
+        directory = new_directory(Path("runs"), experiment.path.stem)
+    else:
+        directory = claim_directory(options.out)
+    return directory, Journal.begin(directory, experiment)
+
+
+def _run(experiment: Experiment, options: Options, directory: Path, journal: Journal) -> None:
+    keys = [key for key in experiment.runs() if key not in journal.results]
+    if not keys:
+        return
+    with _workers(options) as (workers, scratch):
+        work = [(key, _work(experiment, key, options, directory, scratch)) for key in keys]
+        bar = tqdm(
+            total=len(keys) + len(journal.results),
+            initial=len(journal.results),
+            file=sys.stderr,
+            unit=" runs",
+            disable=not options.progress,
+        )
+        with bar, contextlib.closing(workers.results(work)) as results:
+            for key, result in results:
+                journal.add(key, result)
+                if result.error is None:
+                    tables.selected(experiment, result.metrics)  # a misspelt one stops it at once
+                bar.update()
+
+
+@contextlib.contextmanager
+def _workers(options: Options) -> Iterator[tuple[Workers, Path | None]]:
+    """The workers, and where those of this machine may write."""
+    if options.scheduler is not None:
+        with scheduled_workers(options.scheduler) as workers:
+            yield workers, None
+        return
+    scratch = Path(tempfile.mkdtemp(prefix="nlosim-experiment-"))
+    try:
+        with local_workers(options.workers, scratch) as workers:
+            yield workers, scratch
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _work(
+    experiment: Experiment, key: RunKey, options: Options, directory: Path, scratch: Path | None
+) -> Work:
+    combination = experiment.combinations[key.combination]
+    name = "-".join([str(key.combination + 1), f"seed-{key.seed}"])
+    return Work(
+        scenario=str(experiment.scenario),
+        overrides=(*combination.overrides, f"seed={key.seed}"),
+        keep=str((directory / KEPT / name).absolute()) if options.keep_runs else None,
+        scratch=None if scratch is None else str(scratch),
+    )
+
+
+def _write(experiment: Experiment, directory: Path, journal: Journal) -> ExperimentOutcome:
+    rows = tables.rows(experiment, journal.results)
+    table = tables.summary(experiment, rows)
+    tables.write_runs(directory, experiment, rows)
+    tables.write_summary(directory, table)
+    return ExperimentOutcome(
+        directory=directory,
+        runs=len(rows),
+        summary=table,
+        failed={k: r.error for k, r in sorted(journal.results.items()) if r.error is not None},
+    )

@@ -1,0 +1,80 @@
+"""What an experiment is made of: combinations of levels, seeds, and the runs of both."""
+
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from orchestrator.scenario.document import Document
+
+
+@dataclass(frozen=True, slots=True)
+class Combination:
+    """One level of every factor.
+
+    Attributes:
+        levels: by factor.
+        overrides: `PATH=VALUE`, as `nlosim run --set` takes them; those of `set` first.
+        resolved: the scenario that they make, the seed left out.
+    """
+
+    levels: Mapping[str, str]
+    overrides: tuple[str, ...]
+    resolved: Mapping[str, Any] = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class RunKey:
+    """Which run of an experiment.
+
+    Attributes:
+        seed: of the run.
+        combination: the index of its combination.
+    """
+
+    seed: int
+    combination: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Experiment:
+    """An experiment file that was read and checked.
+
+    Attributes:
+        path: of the experiment file.
+        scenario: the absolute path of the scenario file.
+        seeds: of every combination.
+        combinations: all of them; the last factor varies fastest.
+        metrics: for each column its path in the metrics of a run.
+        document: where everything was written.
+    """
+
+    path: Path
+    scenario: Path
+    seeds: tuple[int, ...]
+    combinations: tuple[Combination, ...]
+    metrics: Mapping[str, str]
+    document: Document = field(repr=False, compare=False)
+
+    @property
+    def factors(self) -> tuple[str, ...]:
+        """Their names, in the order of the file."""
+        return tuple(self.combinations[0].levels)
+
+    def runs(self) -> list[RunKey]:
+        """All runs, seed by seed: an interrupted experiment has seen all combinations alike."""
+        indices = range(len(self.combinations))
+        return [RunKey(seed, index) for seed in self.seeds for index in indices]
+
+    def command(self, key: RunKey) -> str:
+        """The shell command that repeats a run."""
+        words = ["nlosim", "run", str(self.scenario), "--seed", str(key.seed)]
+        for override in self.combinations[key.combination].overrides:
+            words += ["--set", override]
+        return shlex.join(words)
+
+    def name(self, key: RunKey) -> str:
+        """Seed and levels of a run, for people."""
+        levels = self.combinations[key.combination].levels
+        return ", ".join([f"seed {key.seed}", *(f"{f} {level}" for f, level in levels.items())])

@@ -1,0 +1,168 @@
+"""The results of an experiment: one row per run, one row per combination of levels.
+
+runs.parquet   factors, seed, metrics, fingerprint, wall time and error of every finished run
+summary.csv    for every combination and metric: mean or share, interval of 95 %, number of values
+"""
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from orchestrator.errors import Problem, ScenarioError
+from orchestrator.experiment.plan import Experiment, RunKey
+from orchestrator.experiment.work import Result
+from orchestrator.experiment.workers import require
+from orchestrator.intervals import Estimate, mean, share
+from orchestrator.scenario.diagnosis import show
+from orchestrator.suggestion import suggestion
+
+RUNS: Final = "runs.parquet"
+SUMMARY: Final = "summary.csv"
+
+Row = dict[str, Any]
+
+
+def selected(experiment: Experiment, metrics: Mapping[str, Any]) -> Row:
+    """The columns of the metrics of one run.
+
+    Raises:
+        ScenarioError: the experiment file names metrics that are none.
+    """
+    problems, row = [], {}
+    for name, path in experiment.metrics.items():
+        value, what = _value(metrics, path)
+        if what is not None:
+            where = experiment.document.value(("metrics", name))
+            problems.append(Problem(where, f"metrics.{name}: {what}"))
+        row[name] = value
+    if problems:
+        raise ScenarioError(problems)
+    return row
+
+
+def _value(metrics: Mapping[str, Any], path: str) -> tuple[Any, str | None]:
+    """The metric at `path`, or what is wrong with it."""
+    at: Any = metrics
+    for key in path.split("."):
+        if at is None:
+            return None, None  # there was nothing to measure in this run
+        if not isinstance(at, dict) or key not in at:
+            offers = _paths(metrics)
+            return None, f"the runs have no metric `{path}`; {suggestion(path, offers)}"
+        at = at[key]
+    if isinstance(at, dict | list):
+        offers = [each for each in _paths(metrics) if each.startswith(f"{path}.")]
+        return None, f"`{path}` is {show(at)}, not one value; {suggestion(path, offers)}"
+    return at, None
+
+
+def _paths(metrics: Mapping[str, Any], prefix: str = "") -> list[str]:
+    """The paths of all single values."""
+    found = []
+    for key, value in metrics.items():
+        if isinstance(value, dict):
+            found += _paths(value, f"{prefix}{key}.")
+        elif not isinstance(value, list):
+            found.append(prefix + key)
+    return found
+
+
+def rows(experiment: Experiment, results: Mapping[RunKey, Result]) -> list[Row]:
+    """One row per finished run, by combination and seed."""
+    found = []
+    for key in sorted(results, key=lambda key: (key.combination, key.seed)):
+        result = results[key]
+        empty = dict.fromkeys(experiment.metrics)
+        found.append(
+            {
+                **experiment.combinations[key.combination].levels,
+                "seed": key.seed,
+                **(selected(experiment, result.metrics) if result.error is None else empty),
+                "fingerprint": result.fingerprint,
+                "wall_s": result.wall,
+                "error": result.error,
+            }
+        )
+    return found
+
+
+def write_runs(directory: Path, experiment: Experiment, found: Sequence[Row]) -> None:
+    """Write `runs.parquet` in one piece.
+
+    Raises:
+        MissingExtraError: pyarrow is not installed.
+    """
+    arrow, parquet = require("pyarrow"), require("pyarrow.parquet")
+    texts = (*experiment.factors, "fingerprint", "error")
+    types = dict.fromkeys(texts, arrow.string()) | {"seed": arrow.int64()}
+    types["wall_s"] = arrow.float64()
+    for name in experiment.metrics:
+        types[name] = _type(arrow, [row[name] for row in found])
+    names = [*experiment.factors, "seed", *experiment.metrics, "fingerprint", "wall_s", "error"]
+    columns = {
+        name: arrow.array([_cast(arrow, types[name], row[name]) for row in found], types[name])
+        for name in names
+    }
+    draft = directory / f"{RUNS}.draft"
+    parquet.write_table(arrow.table(columns), draft)
+    draft.replace(directory / RUNS)
+
+
+def _type(arrow: Any, values: Sequence[Any]) -> Any:
+    """The narrowest type that holds all values; text where kinds are mixed."""
+    kinds = {type(value) for value in values} - {type(None)}
+    if kinds == {bool}:
+        return arrow.bool_()
+    if kinds == {int}:
+        return arrow.int64()
+    return arrow.float64() if kinds <= {int, float} else arrow.string()
+
+
+def _cast(arrow: Any, kind: Any, value: Any) -> Any:
+    return str(value) if kind == arrow.string() and value is not None else value
+
+
+def summary(experiment: Experiment, found: Sequence[Row]) -> list[Row]:
+    """One row per combination: levels, number of runs, and an estimate of every metric.
+
+    Booleans are counted (share, interval of Wilson), numbers averaged (interval of Student's t);
+    other metrics and runs in which there was nothing to measure are left out.
+    """
+    table = []
+    for combination in experiment.combinations:
+        levels = combination.levels
+        done = [row for row in found if row["error"] is None and _has(row, levels)]
+        line: Row = {**levels, "n": len(done)}
+        for name in experiment.metrics:
+            values = [row[name] for row in done if row[name] is not None]
+            estimate = _estimate(values)
+            line[name] = None if estimate is None else estimate.value
+            line[f"{name}_low"] = None if estimate is None else estimate.low
+            line[f"{name}_high"] = None if estimate is None else estimate.high
+            line[f"{name}_n"] = len(values)
+        table.append(line)
+    return table
+
+
+def _has(row: Row, levels: Mapping[str, str]) -> bool:
+    return all(row[factor] == level for factor, level in levels.items())
+
+
+def _estimate(values: Sequence[Any]) -> Estimate | None:
+    if not values:
+        return None
+    if all(isinstance(value, bool) for value in values):
+        return share(values)
+    is_numeric = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
+    return mean([float(v) for v in values]) if is_numeric else None
+
+
+def write_summary(directory: Path, table: Sequence[Row]) -> None:
+    """Write `summary.csv` in one piece; an empty cell is a value that there is not."""
+    draft = directory / f"{SUMMARY}.draft"
+    with draft.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(table[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(table)
+    draft.replace(directory / SUMMARY)

@@ -1,0 +1,155 @@
+"""Worker processes, by Dask: those of this machine, or those of a scheduler that is running."""
+
+import contextlib
+import importlib
+import logging
+from collections.abc import Generator, Iterable, Iterator
+from pathlib import Path
+from typing import Any, Protocol
+
+from typing_extensions import override
+
+from orchestrator.errors import CosimError
+from orchestrator.experiment.plan import RunKey
+from orchestrator.experiment.work import Result, Work, perform
+
+
+class MissingExtraError(CosimError):
+    """A package that only experiments need is not installed. Exit code 2."""
+
+
+def require(module: str) -> Any:
+    """Import a module of the extra `experiment`.
+
+    Raises:
+        MissingExtraError: it is not installed.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        package = module.partition(".")[0]
+        what = f"experiments need `{package}`: pip install 'nlosim[experiment]'"
+        raise MissingExtraError(what) from error
+
+
+class Workers(Protocol):
+    """Performs runs, each in a process that performs one at a time."""
+
+    def results(
+        self, work: Iterable[tuple[RunKey, Work]]
+    ) -> Generator[tuple[RunKey, Result], None, None]:
+        """Results as they come; what fails is tried a second time. Closing it cancels the rest."""
+        ...
+
+
+class DaskWorkers(Workers):
+    """The workers of a Dask client.
+
+    Args:
+        client: a `distributed.Client`.
+    """
+
+    def __init__(self, client: Any) -> None:
+        self._client = client
+
+    @override
+    def results(
+        self, work: Iterable[tuple[RunKey, Work]]
+    ) -> Generator[tuple[RunKey, Result], None, None]:
+        # the same call twice is two runs: a retry must not find the result of the first
+        pending = {self._client.submit(perform, each, pure=False): (k, each) for k, each in work}
+        retried: set[RunKey] = set()
+        completed = require("distributed").as_completed(list(pending))
+        try:
+            for future in completed:
+                key, each = pending.pop(future)
+                result = _result(future)
+                if result.error is not None and key not in retried:
+                    retried.add(key)
+                    again = self._client.submit(perform, each, pure=False)
+                    pending[again] = (key, each)
+                    completed.add(again)
+                    continue
+                yield key, result
+        finally:
+            self._client.cancel(list(pending), force=True)
+
+
+def _result(future: Any) -> Result:
+    """What a finished future holds; a worker that died is a failed run."""
+    if future.status == "finished":
+        found: Result = future.result()
+        return found
+    error = future.exception() if future.status == "error" else None
+    reason = "the run was cancelled by the scheduler"
+    if error is not None:
+        is_dead = type(error).__name__ == "KilledWorker"
+        reason = "the worker process died" if is_dead else f"{type(error).__name__}: {error}"
+    return Result(wall=0.0, fingerprint=None, metrics={}, error=reason)
+
+
+@contextlib.contextmanager
+def local_workers(count: int | None, scratch: Path) -> Iterator[Workers]:
+    """Processes of this machine, one thread each.
+
+    Args:
+        count: how many; `None`: one per core.
+        scratch: where Dask keeps its files.
+
+    Raises:
+        MissingExtraError: Dask is not installed.
+    """
+    distributed, dask = require("distributed"), require("dask")
+    _silence()
+    settings = {
+        "temporary-directory": str(scratch),
+        "distributed.scheduler.allowed-failures": 0,  # `results` tries again
+        "distributed.scheduler.worker-saturation": 1.0,  # no queue dies with a worker
+        "distributed.worker.preload": ["orchestrator.experiment.preload"],
+    }
+    with (
+        dask.config.set(settings),
+        distributed.LocalCluster(
+            n_workers=require("dask.system").CPU_COUNT if count is None else count,
+            threads_per_worker=1,
+            processes=True,
+            memory_limit=0,
+            dashboard_address=None,
+            local_directory=str(scratch),
+            silence_logs=logging.CRITICAL,
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        yield DaskWorkers(client)
+
+
+@contextlib.contextmanager
+def scheduled_workers(address: str) -> Iterator[Workers]:
+    """The workers of a scheduler that is running.
+
+    Args:
+        address: `tcp://HOST:PORT`.
+
+    Raises:
+        MissingExtraError: Dask is not installed.
+        CosimError: no scheduler answers there, or it has no workers, or they have more threads.
+    """
+    distributed = require("distributed")
+    _silence()
+    try:
+        client = distributed.Client(address, timeout="10s")
+    except (OSError, ValueError) as error:
+        raise CosimError(f"no Dask scheduler answers at `{address}`: {error}") from error
+    with client:
+        threads = set(client.nthreads().values())
+        if not threads:
+            raise CosimError(f"the Dask scheduler at `{address}` has no workers yet")
+        if threads != {1}:
+            what = f"workers at `{address}` have {max(threads)} threads; SUMO needs a process each"
+            raise CosimError(f"{what}: start them with `dask worker --nthreads 1`")
+        yield DaskWorkers(client)
+
+
+def _silence() -> None:
+    """Dask logs that connections close; what matters reaches us as results."""
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)

@@ -1,0 +1,323 @@
+"""`nlosim experiment`: the same tables however the runs were spread, stopped, or failed."""
+
+import contextlib
+import json
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from orchestrator.cli import main
+from orchestrator.experiment.journal import RUNS as JOURNAL
+from tests.orchestrator.conftest import SAMPLE_UNITS, TWO_UNITS
+
+parquet = pytest.importorskip("pyarrow.parquet", reason="needs the extra `experiment`")
+pytest.importorskip("distributed", reason="needs the extra `experiment`")
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = Path(__file__).parent / "packages"
+
+SCENARIO = TWO_UNITS.replace("components:", "components:\n  fate: {type: mortal, step: 1 s}")
+FILE = """\
+schema: 1
+scenario: two.yaml
+seeds: 3
+set: {report: trace}
+factors:
+  noise:
+    noisy: {components.car.parameters.noisy: true}
+    exact: {components.car.parameters.noisy: false}
+metrics: {distance: distance_m, samples: samples}
+"""
+
+
+class Laboratory:
+    """A folder with an experiment, and an environment in which its components are installed."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.file = folder / "experiment.yaml"
+        self.file.write_text(FILE)
+        (folder / "two.yaml").write_text(SCENARIO)
+        self.environment = {**os.environ, "PYTHONPATH": f"{_installed(folder)}:{PACKAGES}:{ROOT}"}
+        self.environment["TMPDIR"] = str(folder / "tmp")
+        (folder / "tmp").mkdir()
+
+    def arguments(self, out: str, *options: str) -> list[str]:
+        command = [sys.executable, "-m", "orchestrator", "experiment", str(self.file)]
+        return [*command, "--json", "--out", str(self.folder / out), *options]
+
+    def run(self, out: str, *options: str, code: int = 0) -> dict[str, Any]:
+        """The JSON object of the command, which leaves nothing in the temporary directory."""
+        done = subprocess.run(
+            self.arguments(out, *options),
+            env=self.environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == code, done.stderr
+        assert list((self.folder / "tmp").iterdir()) == []
+        content: dict[str, Any] = json.loads(done.stdout)
+        return content
+
+    def start_and_interrupt(self, out: str, *options: str) -> tuple[int, str]:
+        """Send what Ctrl-C in a terminal sends, to all processes, once there are results."""
+        process = subprocess.Popen(
+            self.arguments(out, *options),
+            env=self.environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+        journal = self.folder / out / JOURNAL
+        while not (journal.exists() and journal.read_text().count("\n") >= 2):
+            assert process.poll() is None
+            time.sleep(0.02)
+        os.killpg(process.pid, signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+        assert list((self.folder / "tmp").iterdir()) == []
+        return process.returncode, errors
+
+    def change(self, old: str, new: str) -> None:
+        text = self.file.read_text()
+        assert old in text
+        self.file.write_text(text.replace(old, new))
+
+    def rows(self, out: str) -> list[dict[str, Any]]:
+        """The rows without their wall times."""
+        table = parquet.read_table(self.folder / out / "runs.parquet").drop_columns(["wall_s"])
+        found: list[dict[str, Any]] = table.to_pylist()
+        return found
+
+    def summary(self, out: str) -> bytes:
+        return (self.folder / out / "summary.csv").read_bytes()
+
+
+def _installed(folder: Path) -> Path:
+    """A folder that Python takes for one in which the sample units are installed."""
+    info = folder / "site" / "sample_units-1.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: sample-units\nVersion: 1\n")
+    groups: dict[str, Mapping[str, str]] = {**SAMPLE_UNITS}
+    components = "orchestrator.components"
+    groups[components] = {**groups[components], "mortal": "experiment_units:Mortal"}
+    lines = [
+        line
+        for group, entries in groups.items()
+        for line in (f"[{group}]", *(f"{name} = {value}" for name, value in entries.items()))
+    ]
+    (info / "entry_points.txt").write_text("\n".join(lines))
+    return info.parent
+
+
+@pytest.fixture
+def laboratory(tmp_path: Path) -> Laboratory:
+    return Laboratory(tmp_path)
+
+
+def test_the_tables_do_not_depend_on_the_number_of_workers(laboratory: Laboratory) -> None:
+    one, two = (laboratory.run(f"out-{n}", "--workers", str(n)) for n in (1, 2))
+    assert one["runs"] == two["runs"] == 6
+    assert one["tables"] == two["tables"]
+    assert laboratory.rows("out-1") == laboratory.rows("out-2")
+    assert laboratory.summary("out-1") == laboratory.summary("out-2")
+    rows = laboratory.rows("out-1")
+    assert [(row["noise"], row["seed"]) for row in rows] == [
+        (level, seed) for level in ("noisy", "exact") for seed in (1, 2, 3)
+    ]
+    assert {row["distance"] for row in rows if row["noise"] == "exact"} == {20.0}
+    noisy, exact = one["tables"]["summary"]
+    assert exact == {
+        "noise": "exact",
+        "n": 3,
+        "distance": 20,
+        "distance_low": 20,
+        "distance_high": 20,
+        "distance_n": 3,
+        "samples": 21,
+        "samples_low": 21,
+        "samples_high": 21,
+        "samples_n": 3,
+    }
+    assert noisy["distance_low"] < noisy["distance"] < noisy["distance_high"]
+
+
+def test_an_interrupted_experiment_goes_on_without_loss(laboratory: Laboratory) -> None:
+    laboratory.change("seeds: 3", "seeds: 30")
+    laboratory.change("set: {", "set: {time.stop: 20 s, ")
+    code, errors = laboratory.start_and_interrupt("out", "--workers", "2")
+    assert code == 4
+    assert "Traceback" not in errors
+    assert f"--out {laboratory.folder / 'out'} --resume" in errors
+    before = laboratory.rows("out")
+    assert 2 <= len(before) < 60
+    journal = laboratory.folder / "out" / JOURNAL
+    journal.write_text(journal.read_text() + '{"seed": 30, "combin')  # a sudden end
+    assert laboratory.run("out", "--resume")["runs"] == 60
+    assert all(row in laboratory.rows("out") for row in before)
+    laboratory.run("whole", "--workers", "2")
+    assert laboratory.rows("out") == laboratory.rows("whole")
+    assert laboratory.summary("out") == laboratory.summary("whole")
+
+
+def test_what_may_change_before_going_on(laboratory: Laboratory) -> None:
+    laboratory.run("out", "--workers", "1")
+    journal = laboratory.folder / "out" / JOURNAL
+    before = journal.read_text()
+    laboratory.change("seeds: 3", "seeds: 1..4")
+    laboratory.change("samples: samples", "count: samples")
+    assert laboratory.run("out", "--resume", "--workers", "1")["runs"] == 8
+    assert journal.read_text().startswith(before)
+    assert {row["count"] for row in laboratory.rows("out")} == {21}
+    laboratory.change("seeds: 1..4", "seeds: 2..4")
+    error = laboratory.run("out", "--resume", code=2)["error"]["message"]
+    assert "seeds that the file does not have any more (1); seeds can only be added" in error
+    laboratory.change("seeds: 2..4", "seeds: 4")
+    laboratory.change("noisy: false", "noisy: true")
+    error = laboratory.run("out", "--resume", code=2)["error"]["message"]
+    assert "another experiment: the levels, `set` or the scenario changed since" in error
+    error = laboratory.run("tmp", "--resume", code=2)["error"]["message"]
+    assert "holds no experiment to resume; leave `--resume` out" in error
+    error = laboratory.run("out", code=2)["error"]["message"]
+    assert "is not empty; choose another directory" in error
+
+
+@pytest.mark.parametrize(
+    ("setting", "reason"),
+    [
+        ("components.base.parameters.fails_at: 0.5", "the antenna fell off"),
+        ("components.fate.parameters.dies: true", "the worker process died"),
+    ],
+)
+def test_a_failed_run_is_reported_with_the_command_that_repeats_it(
+    laboratory: Laboratory, setting: str, reason: str
+) -> None:
+    laboratory.change("seeds: 3", "seeds: 1")
+    laboratory.change("noisy: false", f"noisy: false, {setting}")
+    found = laboratory.run("out", "--workers", "1", "--keep-runs", code=3)
+    (failed,) = found["failed"]
+    assert (failed["seed"], failed["noise"]) == (1, "exact")
+    assert reason in failed["message"]
+    assert [row["n"] for row in found["tables"]["summary"]] == [1, 0]
+    kept = {path.name for path in (laboratory.folder / "out" / "runs").iterdir()}
+    assert kept == {"1-seed-1", "2-seed-1", "2-seed-1-2"}  # tried twice
+    noisy, exact = laboratory.rows("out")
+    assert (noisy["error"], exact["fingerprint"], exact["distance"]) == (None, None, None)
+    command = shlex.split(failed["command"])
+    assert command[0] == "nlosim"
+    repeated = subprocess.run(
+        [sys.executable, "-m", "orchestrator", *command[1:]],
+        cwd=laboratory.folder,
+        env=laboratory.environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert repeated.returncode == (3 if "antenna" in reason else 1)
+
+
+def test_a_misspelt_metric_ends_it_at_the_first_run(laboratory: Laboratory) -> None:
+    laboratory.change("distance_m", "distance_n")
+    (problem,) = laboratory.run("out", code=2)["error"]["problems"]
+    assert (problem["line"], problem["column"]) == (9, 21)
+    expected = "the runs have no metric `distance_n`; did you mean `distance_m`?"
+    assert problem["message"] == f"metrics.distance: {expected}"
+    laboratory.change("distance_n", "distance_m")
+    assert laboratory.run("out", "--resume")["runs"] == 6
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--resume"], "--resume needs --out DIR"),
+        (["--workers", "0"], "--workers must be at least 1, got 0"),
+        (["--workers", "2", "--scheduler", "tcp://x:1"], "leave --workers out"),
+    ],
+)
+def test_options_that_make_no_sense(
+    options: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["experiment", "absent.yaml", *options]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_missing_package_names_the_extra(
+    scenario_file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    path = scenario_file.with_name("experiment.yaml")
+    path.write_text(FILE)
+    out = scenario_file.with_name("out")
+    assert main(["experiment", str(path), "--out", str(out)]) == 2
+    assert "pip install 'nlosim[experiment]'" in capsys.readouterr().err
+    assert not out.exists()
+
+
+@contextlib.contextmanager
+def cluster(laboratory: Laboratory, threads: int) -> Iterator[str]:
+    """The address of a scheduler with one worker."""
+    serve = (
+        "from distributed import LocalCluster\n"
+        "if __name__ == '__main__':\n"
+        f"    with LocalCluster(n_workers=1, threads_per_worker={threads},\n"
+        "                      dashboard_address=None) as cluster:\n"
+        "        print(cluster.scheduler_address, flush=True)\n"
+        "        input()\n"
+    )
+    script = laboratory.folder / "serve.py"
+    script.write_text(serve)
+    with subprocess.Popen(
+        [sys.executable, str(script)],
+        env={**laboratory.environment, "TMPDIR": "/tmp"},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        try:
+            yield process.stdout.readline().strip()
+        finally:
+            process.communicate("\n", timeout=60)
+
+
+def test_the_runs_go_to_a_scheduler_that_is_running(laboratory: Laboratory) -> None:
+    with cluster(laboratory, threads=1) as address:
+        found = laboratory.run("out", "--scheduler", address)
+    assert found["runs"] == 6
+    laboratory.run("local", "--workers", "2")
+    assert laboratory.rows("out") == laboratory.rows("local")
+
+
+def test_workers_with_several_threads_are_refused(laboratory: Laboratory) -> None:
+    with cluster(laboratory, threads=2) as address:
+        error = laboratory.run("out", "--scheduler", address, code=2)["error"]["message"]
+    assert "have 2 threads" in error
+    assert "`dask worker --nthreads 1`" in error
+
+
+def test_the_example_runs_for_a_second(tmp_path: Path) -> None:
+    example = ROOT / "experiments" / "red_light_methods.yaml"
+    content = yaml.safe_load(example.read_text())
+    content["scenario"] = str((example.parent / content["scenario"]).resolve())
+    content |= {"seeds": 1, "set": {"time.stop": "1 s"}}
+    path = tmp_path / "short.yaml"
+    path.write_text(yaml.safe_dump(content, sort_keys=False))
+    command = [sys.executable, "-m", "orchestrator", "experiment", str(path), "--json"]
+    options = ["--out", str(tmp_path / "out"), "--workers", "2"]
+    done = subprocess.run([*command, *options], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["runs"] == 4
+    levels = [(row["method"], row["density"]) for row in found["tables"]["summary"]]
+    assert levels == [(m, d) for m in ("mohed", "direct") for d in ("30 m", "60 m")]
+    assert all(row["collision_rate"] == 0 for row in found["tables"]["summary"])

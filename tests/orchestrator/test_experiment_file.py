@@ -1,0 +1,170 @@
+"""Experiment files: what they mean, and every problem at its place."""
+
+from pathlib import Path
+
+import pytest
+
+from orchestrator.errors import ScenarioError
+from orchestrator.experiment.load import load_experiment
+from orchestrator.experiment.plan import RunKey
+from orchestrator.scenario.build import load_scenario
+
+FILE = """\
+schema: 1
+scenario: two.yaml
+seeds: 2
+set: {report: trace, components.car.parameters.label: a b}
+factors:
+  pace:
+    fast: {components.car.parameters.mode: fast}
+    slow: {components.car.parameters.mode: slow}
+  power:
+    low: {components.car.parameters.power: 10 dBm}
+    high: {components.car.parameters.power: 20 dBm, components.base.parameters.gain: 3}
+metrics: {distance: distance_m}
+"""
+
+
+def write(scenario: Path, text: str) -> Path:
+    path = scenario.with_name("experiment.yaml")
+    path.write_text(text)
+    return path
+
+
+def problems(scenario: Path, text: str) -> list[str]:
+    path = write(scenario, text)
+    with pytest.raises(ScenarioError) as error:
+        load_experiment(path)
+    return [str(problem).removeprefix(f"{path.parent}/") for problem in error.value.problems]
+
+
+def test_every_level_meets_every_other_with_the_same_seeds(scenario_file: Path) -> None:
+    experiment = load_experiment(write(scenario_file, FILE))
+    assert [tuple(c.levels.values()) for c in experiment.combinations] == [
+        ("fast", "low"),
+        ("fast", "high"),
+        ("slow", "low"),
+        ("slow", "high"),
+    ]
+    expected = [RunKey(seed, index) for seed in (1, 2) for index in range(4)]
+    assert experiment.runs() == expected
+    last = experiment.combinations[-1].resolved["components"]
+    assert last["car"]["parameters"]["mode"] == "slow"
+    assert last["car"]["parameters"]["label"] == "a b"
+    assert last["base"]["parameters"]["gain"] == pytest.approx(3)
+
+
+def test_overrides_are_those_of_the_command_line(scenario_file: Path) -> None:
+    experiment = load_experiment(write(scenario_file, FILE))
+    for combination in experiment.combinations:
+        scenario = load_scenario(experiment.scenario, combination.overrides)
+        assert {**combination.resolved, "seed": scenario.seed} == scenario.resolved()
+
+
+def test_the_command_of_a_run_quotes_for_the_shell(scenario_file: Path) -> None:
+    command = load_experiment(write(scenario_file, FILE)).command(RunKey(2, 0))
+    assert command.startswith(f"nlosim run {scenario_file} --seed 2 --set 'report=\"trace\"'")
+    assert "--set 'components.car.parameters.label=\"a b\"'" in command
+
+
+@pytest.mark.parametrize(
+    ("seeds", "expected"),
+    [("3", (1, 2, 3)), ("7..9", (7, 8, 9)), ("[5, 0]", (5, 0))],
+)
+def test_seeds(scenario_file: Path, seeds: str, expected: tuple[int, ...]) -> None:
+    text = FILE.replace("seeds: 2", f"seeds: {seeds}")
+    assert load_experiment(write(scenario_file, text)).seeds == expected
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("seeds: 2", "seeds: 0", "3:8: seeds: must be between 1 and 1000000 seeds, got 0"),
+        ("seeds: 2", "seeds: 9..1", '3:8: seeds: "9..1" is not a range of 1 to 1000000 seeds'),
+        ("seeds: 2", "seeds: [1, 1]", "3:8: seeds: the seed 1 is listed twice"),
+        ("seeds: 2", "seeds: []", "3:8: seeds: must not be empty"),
+        (
+            "seeds: 2",
+            "seeds: [1.5]",
+            "3:8: seeds: a seed is a whole number of at least 0, got 1.5",
+        ),
+        (
+            "seeds: 2",
+            "seeds: many",
+            (
+                "3:8: seeds: expected a number of seeds, a range such as `1..50`, "
+                'or a list of seeds, got "many"'
+            ),
+        ),
+        (
+            "seeds: 2",
+            "seeds: 2\nfactor: {}",
+            "4:1: the experiment: `factor` is not a key here; did you mean `factors`?",
+        ),
+        ("seeds: 2\n", "", "1:1: the experiment: `seeds` is missing"),
+        (
+            "{distance: d",
+            "{power: d",
+            "12:11: metrics.power: `power` is a column of the factor `power`; choose another name",
+        ),
+        (
+            "{distance: d",
+            "{n: d",
+            "12:11: metrics.n: `n` is a column of every table of results; choose another name",
+        ),
+        (
+            "report: trace, ",
+            "report: trace, seed: 3, ",
+            "4:22: set.seed: the seeds are those of `seeds`",
+        ),
+        (
+            "gain: 3",
+            "gain: 3, report: trace",
+            "11:89: factors.power.high.report: `set` sets `report`, too",
+        ),
+        (
+            "label: a b",
+            "mode=x: 1",
+            (
+                "4:22: set.components.car.parameters.mode=x: "
+                "`components.car.parameters.mode=x` is not a path; "
+                "write keys with dots, e.g. `time.stop`"
+            ),
+        ),
+        (  # an override is a problem of the experiment file, at its key or its value
+            "mode: slow",
+            "mod: slow",
+            (
+                "8:12: components.car.parameters.mod: there is no parameter `mod`; "
+                "did you mean `mode`?"
+            ),
+        ),
+        (
+            "mode: slow",
+            "mode: slwo",
+            '8:44: components.car.parameters.mode: cannot be "slwo"; did you mean `slow`?',
+        ),
+        (
+            "report: trace, ",
+            "",
+            "2:11: scenario: the scenario names no `report`, thus its runs have no metrics",
+        ),
+    ],
+)
+def test_problems(scenario_file: Path, old: str, new: str, expected: str) -> None:
+    assert problems(scenario_file, FILE.replace(old, new)) == [f"experiment.yaml:{expected}"]
+
+
+def test_a_scenario_that_is_not_there(scenario_file: Path) -> None:
+    (problem,) = problems(scenario_file, FILE.replace("two.yaml", "three.yaml"))
+    absent = scenario_file.with_name("three.yaml")
+    assert problem.endswith(f"there is no file {absent} (the path is relative to this file)")
+
+
+def test_a_problem_of_one_combination_names_it(scenario_file: Path) -> None:
+    """Each level alone is sound; `slow` allows for five vehicles."""
+    text = FILE.replace("gain: 3", "gain: 3, components.car.parameters.count: 6")
+    (problem,) = problems(scenario_file, text)
+    assert problem.startswith("two.yaml:")
+    assert "`slow` allows for 5 vehicles at most" in problem
+    assert problem.endswith("(with pace slow, power high)")
