@@ -36,6 +36,22 @@ void test_free(void *memory) {
 static int failures, messages; /* calls that failed; messages of errors */
 static void note(fmi3Status status) { failures += status > fmi3Warning; }
 
+/* The state of one instance, by way of bytes, to the other. */
+static inline void move_state(fmi3Instance from, fmi3Instance to) {
+    fmi3FMUState saved = NULL, arrived = NULL;
+    size_t size = 0;
+    note(fmi3GetFMUState(from, &saved));
+    if (!saved) return;
+    note(fmi3SerializedFMUStateSize(from, saved, &size));
+    uint8_t *bytes = malloc(size);
+    note(fmi3SerializeFMUState(from, saved, bytes, size));
+    note(fmi3DeserializeFMUState(to, bytes, size, &arrived));
+    free(bytes);
+    if (arrived) note(fmi3SetFMUState(to, arrived));
+    note(fmi3FreeFMUState(from, &saved));
+    note(fmi3FreeFMUState(to, &arrived));
+}
+
 /* Returns 0 if nothing crashes or leaks, every refusal is noticed and told of, and with enough
  * memory everything succeeds. */
 static inline int starve(void (*live_once)(void)) {

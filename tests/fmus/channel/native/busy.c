@@ -152,21 +152,6 @@ static void compare(fmi3Instance one, fmi3Instance two) {
     }
 }
 
-static void move_state(fmi3Instance from, fmi3Instance to) {
-    fmi3FMUState saved = NULL, arrived = NULL;
-    size_t size = 0;
-    note(fmi3GetFMUState(from, &saved));
-    if (!saved) return;
-    note(fmi3SerializedFMUStateSize(from, saved, &size));
-    uint8_t *bytes = malloc(size);
-    note(fmi3SerializeFMUState(from, saved, bytes, size));
-    note(fmi3DeserializeFMUState(to, bytes, size, &arrived));
-    free(bytes);
-    if (arrived) note(fmi3SetFMUState(to, arrived));
-    note(fmi3FreeFMUState(from, &saved));
-    note(fmi3FreeFMUState(to, &arrived));
-}
-
 static void live_once(void) {
     any(0);
     fmi3Instance one = instantiate(), two = instantiate();

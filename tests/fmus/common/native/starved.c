@@ -20,21 +20,6 @@ static void step(fmi3Instance c, double t) {
     note(fmi3DoStep(c, t, 0.1, true, &event, &terminate, &early, &last));
 }
 
-static void move_state(fmi3Instance from, fmi3Instance to) {
-    fmi3FMUState saved = NULL, arrived = NULL;
-    size_t size = 0;
-    note(fmi3GetFMUState(from, &saved));
-    if (!saved) return;
-    note(fmi3SerializedFMUStateSize(from, saved, &size));
-    uint8_t *bytes = malloc(size);
-    note(fmi3SerializeFMUState(from, saved, bytes, size));
-    note(fmi3DeserializeFMUState(to, bytes, size, &arrived));
-    free(bytes);
-    if (arrived) note(fmi3SetFMUState(to, arrived));
-    note(fmi3FreeFMUState(from, &saved));
-    note(fmi3FreeFMUState(to, &arrived));
-}
-
 static void initialise(fmi3Instance c, uint64_t channels) {
     const fmi3ValueReference size = VR_n_channel;
     note(fmi3EnterConfigurationMode(c));
