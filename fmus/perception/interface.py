@@ -153,6 +153,7 @@ BLIND_ZONES: Final = (
 
 MATCHING: Final = (
     parameter("maximum_age", 0.5, 0.0, 1e4, "age up to which received APMs are used", unit="s"),
+    parameter("hold", 0.0, 0.0, 1e4, "a sharer stays one for so long after it last was", unit="s"),
     parameter(
         "maximum_offset",
         200.0,

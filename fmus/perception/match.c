@@ -180,7 +180,7 @@ double match_benefit(const Apm *apm, const Pose *pose, const Demand *demand,
 /* Place of a vehicle among those chosen last time, or their number. */
 static size_t seniority(const Match *match, int64_t vehicle) {
     size_t i = 0;
-    while (i < match->chosen_count && match->chosen[i] != vehicle) i++;
+    while (i < match->chosen_count && match->chosen[i].vehicle != vehicle) i++;
     return i;
 }
 
@@ -221,8 +221,38 @@ static int add_sharer(Match *match, Sharer sharer, Problem *problem) {
     return 0;
 }
 
-int match_rank(Match *match, const MatchSettings *settings, int64_t ego, const Pose *pose,
-               const Demand *demand, size_t capacity, Problem *problem) {
+/* When the benefit of a source last sufficed, now included; -1 if it never did, or too long ago. */
+static int64_t last_passed(const Match *match, const MatchSettings *settings, int64_t now,
+                           int64_t vehicle, double benefit) {
+    size_t place = seniority(match, vehicle);
+    int is_chosen = place < match->chosen_count;
+    double bar = settings->benefit_threshold * (is_chosen ? settings->release_ratio : 1.0);
+    if (benefit > 0.0 && benefit >= bar) return now;
+    if (is_chosen && now - match->chosen[place].passed <= settings->hold)
+        return match->chosen[place].passed;
+    return -1;
+}
+
+static int is_sharer(const Match *match, int64_t vehicle) {
+    size_t i = 0;
+    while (i < match->sharer_count && match->sharers[i].vehicle != vehicle) i++;
+    return i < match->sharer_count;
+}
+
+/* Those chosen last time of which no matrix is left stay sharers while they are held. */
+static int keep_unheard(Match *match, const MatchSettings *settings, int64_t now,
+                        Problem *problem) {
+    for (size_t i = 0; i < match->chosen_count; i++) {
+        Sharer sharer = {match->chosen[i].vehicle, 0.0, 0};
+        if (is_sharer(match, sharer.vehicle)) continue;
+        sharer.passed = last_passed(match, settings, now, sharer.vehicle, sharer.benefit);
+        if (sharer.passed >= 0 && add_sharer(match, sharer, problem)) return 1;
+    }
+    return 0;
+}
+
+int match_rank(Match *match, const MatchSettings *settings, int64_t now, int64_t ego,
+               const Pose *pose, const Demand *demand, size_t capacity, Problem *problem) {
     match->sharer_count = 0;
     for (size_t i = 0; i < match->received_count; i++) {
         const Received *received = &match->received[i];
@@ -231,21 +261,19 @@ int match_rank(Match *match, const MatchSettings *settings, int64_t ego, const P
         if (apm_decode(&apm, &match->space, received->message.data, received->message.size,
                        problem))
             return 1;
-        Sharer sharer = {received->vehicle,
-                         match_benefit(&apm, pose, demand, settings->index_limit)};
-        int is_chosen = seniority(match, sharer.vehicle) < match->chosen_count;
-        double bar = settings->benefit_threshold * (is_chosen ? settings->release_ratio : 1.0);
-        if (!(sharer.benefit > 0.0 && sharer.benefit >= bar)) continue;
-        if (add_sharer(match, sharer, problem)) return 1;
+        double benefit = match_benefit(&apm, pose, demand, settings->index_limit);
+        int64_t passed = last_passed(match, settings, now, received->vehicle, benefit);
+        Sharer sharer = {received->vehicle, benefit, passed};
+        if (passed >= 0 && add_sharer(match, sharer, problem)) return 1;
     }
+    if (keep_unheard(match, settings, now, problem)) return 1;
     overtake(match, settings->switch_margin);
     if (match->sharer_count > capacity) match->sharer_count = capacity;
-    if (reserve(&match->chosen, &match->chosen_capacity, match->sharer_count, sizeof(int64_t),
+    if (reserve(&match->chosen, &match->chosen_capacity, match->sharer_count, sizeof(Sharer),
                 problem))
         return 1;
     match->chosen_count = match->sharer_count;
-    for (size_t i = 0; i < match->sharer_count; i++)
-        match->chosen[i] = match->sharers[i].vehicle;
+    for (size_t i = 0; i < match->sharer_count; i++) match->chosen[i] = match->sharers[i];
     return 0;
 }
 

@@ -9,6 +9,7 @@ typedef enum { ANY_INDEX, POINTS, SEEN_AREA } Index;
 
 typedef struct {
     int64_t maximum_age;      /* of a received matrix [ns] */
+    int64_t hold;             /* how long a sharer stays one that does not pass any more [ns] */
     double maximum_offset;    /* of a matrix from its source [m] */
     double benefit_threshold; /* [m^2] */
     Index index;              /* of the matrices that are used */
@@ -25,14 +26,15 @@ typedef struct {
 typedef struct {
     int64_t vehicle;
     double benefit; /* [m^2] */
+    int64_t passed; /* when its benefit last sufficed [ns] */
 } Sharer;
 
 typedef struct {
     Received *received; /* ascending by vehicle */
     size_t received_count, received_capacity;
-    Sharer *sharers; /* that pass, best first */
+    Sharer *sharers; /* that pass or are held, best first */
     size_t sharer_count, sharer_capacity;
-    int64_t *chosen; /* the sharers that passed last time, in their order */
+    Sharer *chosen; /* the sharers of last time, in their order */
     size_t chosen_count, chosen_capacity;
     Bytes space; /* for the message that is being read */
 } Match;
@@ -45,10 +47,10 @@ Fate match_receive(Match *, const MatchSettings *, int64_t now, const uint8_t *m
                    size_t size, Problem *);
 /* Forget messages older than the maximum age. */
 void match_forget(Match *, const MatchSettings *, int64_t now);
-/* Rank the sources of the messages by what they see of what `ego` demands, whose matrix is seen
- * from `pose`; keep the best `capacity`. */
-int match_rank(Match *, const MatchSettings *, int64_t ego, const Pose *pose, const Demand *,
-               size_t capacity, Problem *);
+/* Rank at `now` [ns] the sources of the messages by what they see of what `ego` demands, whose
+ * matrix is seen from `pose`; keep the best `capacity`. */
+int match_rank(Match *, const MatchSettings *, int64_t now, int64_t ego, const Pose *pose,
+               const Demand *, size_t capacity, Problem *);
 /* Nobody is chosen any more. */
 void match_release(Match *);
 void match_free(Match *);

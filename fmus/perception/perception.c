@@ -151,7 +151,7 @@ static int rank(Instance *instance, Perception *state, const Step *step, Problem
     }
     return demand_make(&state->demand, &step->settings.matrix, &state->zones, state->zones.count,
                        &state->region, step->settings.has_region_benefit, problem)
-           || match_rank(&state->match, &step->settings.match, step->ego, &step->pose,
+           || match_rank(&state->match, &step->settings.match, step->now, step->ego, &step->pose,
                          &state->demand, variable_length(instance, VR_match_sharer), problem);
 }
 

@@ -64,6 +64,7 @@ Settings settings_of(Instance *i) {
                    .near_field = real(i, VR_near_field), .horizon = real(i, VR_horizon)},
         .has_region_benefit = *(const bool *)variable_data(i, VR_region_benefit),
         .match = {.maximum_age = nanoseconds(real(i, VR_maximum_age)),
+                  .hold = nanoseconds(real(i, VR_hold)),
                   .maximum_offset = real(i, VR_maximum_offset),
                   .index_limit = whole(i, VR_index_limit),
                   .benefit_threshold = real(

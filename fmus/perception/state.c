@@ -24,12 +24,12 @@ size_t state_save(const Perception *state, uint8_t *bytes) {
     const Match *match = &state->match;
     Bytes out = {.data = bytes};
     const PoseErrors *errors = &state->pose_errors;
-    StateHeader header = {{'P', 'R', 'C', 'P'}, 2, tracks->next, tracks->count, errors->count,
+    StateHeader header = {{'P', 'R', 'C', 'P'}, 3, tracks->next, tracks->count, errors->count,
                           match->chosen_count, match->received_count};
     put(&out, &header, sizeof header);
     put(&out, tracks->tracks, tracks->count * sizeof(Track));
     put(&out, errors->vehicles, errors->count * sizeof(PoseError));
-    put(&out, match->chosen, match->chosen_count * sizeof(int64_t));
+    put(&out, match->chosen, match->chosen_count * sizeof(Sharer));
     for (size_t i = 0; i < match->received_count; i++) {
         uint64_t size = match->received[i].message.size;
         put(&out, &size, sizeof size);
@@ -108,14 +108,21 @@ static int read_pose_errors(PoseErrors *errors, Reader *reader, uint64_t count,
     return 0;
 }
 
+static int is_sound_sharer(const Sharer *sharer) {
+    return isfinite(sharer->benefit) && sharer->passed >= 0 && sharer->passed <= TIME_LIMIT;
+}
+
 static int read_chosen(Match *match, Reader *reader, uint64_t count, Problem *problem) {
-    const uint8_t *bytes = take(reader, count, sizeof(int64_t));
+    const uint8_t *bytes = take(reader, count, sizeof(Sharer));
     if (!bytes) return fail(problem, "the saved state is cut short in its sharers");
     if (count == 0) return 0;
-    if (reserve(&match->chosen, &match->chosen_capacity, (size_t)count, sizeof(int64_t), problem))
+    if (reserve(&match->chosen, &match->chosen_capacity, (size_t)count, sizeof(Sharer), problem))
         return 1;
-    memcpy(match->chosen, bytes, (size_t)count * sizeof(int64_t));
+    memcpy(match->chosen, bytes, (size_t)count * sizeof(Sharer));
     match->chosen_count = (size_t)count;
+    for (size_t i = 0; i < count; i++)
+        if (!is_sound_sharer(&match->chosen[i]))
+            return fail(problem, "sharer %zu of the saved state makes no sense", i);
     return 0;
 }
 
@@ -140,7 +147,7 @@ static int read_state(Perception *state, Reader *reader, Problem *problem) {
     StateHeader header;
     const uint8_t *bytes = take(reader, 1, sizeof header);
     if (bytes) memcpy(&header, bytes, sizeof header);
-    if (!bytes || memcmp(header.magic, "PRCP", 4) != 0 || header.version != 2)
+    if (!bytes || memcmp(header.magic, "PRCP", 4) != 0 || header.version != 3)
         return fail(problem, "these bytes are no saved state of the perception unit");
     state->tracks.next = header.next_track;
     if (read_tracks(&state->tracks, reader, header.tracks, problem)

@@ -276,6 +276,39 @@ def test_a_chosen_sharer_stays_until_half_the_threshold(unit: Perception) -> Non
     assert not rank(unit, v2=9).trigger  # it has to qualify again
 
 
+def test_a_sharer_is_held_for_so_long_after_it_last_qualified(library: Library) -> None:
+    settings = {**ONE_ZONE, "benefit_threshold": 1000.0, "maximum_age": STEP}
+    with Perception(library, **settings, hold=3 * STEP) as unit:
+        assert rank(unit, v2=10).sharers.tolist() == [2]
+        for index in (4, 0):  # too little, and then nothing to see
+            held = rank(unit, v2=index)
+            assert (held.trigger, held.sharers.tolist()) == (True, [2])
+            assert held.benefits.tolist() == pytest.approx([100.0 * index])
+        assert rank(unit, v2=5).sharers.tolist() == [2]  # half the threshold: it qualifies again
+        for _ in range(3):  # of the first of these steps its matrix is still fresh
+            assert rank(unit).sharers.tolist() == [2]
+        assert not rank(unit).trigger
+        assert not rank(unit, v2=9).trigger
+
+
+def test_a_held_sharer_makes_room_for_a_better_one(library: Library) -> None:
+    settings = {**ONE_ZONE, "benefit_threshold": 1000.0}
+    with Perception(library, **settings, hold=10 * STEP) as unit:
+        assert rank(unit, v2=20).sharers.tolist() == [2]
+        assert rank(unit, v2=4, v3=10).sharers.tolist() == [3, 2]
+
+
+def test_a_restored_instance_holds_on_as_long(library: Library) -> None:
+    settings = {**ONE_ZONE, "benefit_threshold": 1000.0, "maximum_age": STEP}
+    with Perception(library, **settings, hold=3 * STEP) as unit:
+        rank(unit, v2=10)
+        state, time = unit.save(), unit.time
+        first = [rank(unit).sharers.tolist() for _ in range(4)]
+        unit.restore(state)
+        unit.time = time
+        assert [rank(unit).sharers.tolist() for _ in range(4)] == first == [[2], [2], [2], []]
+
+
 def test_a_chosen_sharer_keeps_its_place_within_the_margin(unit: Perception) -> None:
     assert rank(unit, v2=100, v3=90).sharers.tolist() == [2, 3]
     assert rank(unit, v2=100, v3=110).sharers.tolist() == [2, 3]
