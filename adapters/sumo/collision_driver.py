@@ -53,6 +53,7 @@ class CollisionDriver:
         self._conflict = self._path.station(*cast.conflict)
         self._control = control
         self._points: dict[str, Float] = {}
+        self._stations: dict[str, float] = {}
         self._yielding: frozenset[str] = frozenset()
         self._last_crossing = -math.inf
         self._crossings = self._crossings_of(Roster.empty())
@@ -61,9 +62,10 @@ class CollisionDriver:
         """Note a background vehicle that may have to give way."""
         point = spawned.route.path.crossing(self._path)
         if point is not None:
+            station = self._path.station(*point)
             self._points[spawned.vehicle.name] = point
-            passed = self._path.station(*point) + _LONGEST_BODY
-            self._last_crossing = max(self._last_crossing, passed)
+            self._stations[spawned.vehicle.name] = station
+            self._last_crossing = max(self._last_crossing, station + _LONGEST_BODY)
 
     def drive(self, roster: Roster, poses: Poses, ego: EgoDriver, h: float) -> None:
         """Set the speeds of the next step, which lasts `h` [s]."""
@@ -113,13 +115,13 @@ class CollisionDriver:
 
     def _crossings_of(self, roster: Roster) -> _Crossings:
         rows = [row for row, name in enumerate(roster.names) if name in self._points]
-        points = [self._points[roster.names[row]] for row in rows]
+        names = [roster.names[row] for row in rows]
         size = roster.size[rows]
         return _Crossings(
             roster=roster,
             rows=np.array(rows, dtype=np.intp),
-            point=np.array(points).reshape(-1, 2),
-            station=np.array([self._path.station(*point) for point in points]),
+            point=np.array([self._points[name] for name in names]).reshape(-1, 2),
+            station=np.array([self._stations[name] for name in names]),
             reach=0.5 * (size[:, 0] + self._width) + _CLEARANCE,
             collider_reach=0.5 * (self._length + size[:, 1]) + _CLEARANCE,
         )

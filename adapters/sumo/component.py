@@ -1,6 +1,6 @@
 """The component: SUMO traffic around an ego vehicle that the driving policy drives."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -16,6 +16,8 @@ from orchestrator.signal import Connector, Signals
 from orchestrator.timebase import Duration, Time, nanoseconds
 
 _MILLISECOND = nanoseconds("0.001")
+_FARTHEST = 1e5
+"""From the origin [m]: farther is a mistake in writing."""
 
 
 class SumoTraffic(Component):
@@ -94,8 +96,23 @@ def _check(parameters: TrafficParameters) -> None:
         problems.append("`collider_min_speed` is above `collider_max_speed`")
     if parameters.collider_spread >= parameters.collider_speed:
         problems.append("`collider_spread` must be smaller than `collider_speed`")
+    problems += _misplaced(parameters.rsu_positions)
     if problems:
         raise ComponentTypeError("\n".join(problems))
+
+
+def _misplaced(positions: Sequence[Sequence[float]]) -> list[str]:
+    """What is wrong with the positions of roadside units, whatever the scene."""
+    problems = []
+    for k, position in enumerate(positions):
+        place = f"`rsu_positions`: entry {k} is {list(position)}"
+        if len(position) != 2:
+            problems.append(f"{place}; write x and y, for example [14 m, 9 m]")
+        elif not all(abs(x) <= _FARTHEST for x in position):  # false for NaN
+            problems.append(f"{place}; x and y must be finite and within +-{_FARTHEST:g} m")
+        elif position in positions[:k]:
+            problems.append(f"{place}, the same place as another one; leave one out")
+    return problems
 
 
 __all__ = ["SumoTraffic"]

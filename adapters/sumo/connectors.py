@@ -52,7 +52,8 @@ CONNECTORS: Final[Mapping[str, Connector]] = MappingProxyType(
         "vehicle.equipped": _output("has a V2X radio", "vehicle", dtype=np.bool_),
         "vehicle.lidar": _output("carries a lidar", "vehicle", dtype=np.bool_),
         "vehicle.role": _output(
-            "0 background, 1 ego, 2 collision vehicle, 3 sharing node, 4 blocking vehicle",
+            "0 background, 1 ego, 2 collision vehicle, 3 sharing node, 4 blocking vehicle, "
+            "5 roadside unit",
             "vehicle",
             dtype=np.int32,
         ),

@@ -20,6 +20,7 @@ class Part(IntEnum):
     COLLISION = 2
     SHARING = 3
     BLOCKING = 4
+    ROADSIDE = 5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

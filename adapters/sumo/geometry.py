@@ -40,9 +40,14 @@ def box_distance(a: Boxes, b: Boxes) -> Float:
     then the distance is attained at a corner of one of them. In the frame of a box, both are
     comparisons with half its size.
     """
-    apart_a, distance_a = _outside(a, b)
-    apart_b, distance_b = _outside(b, a)
-    return np.where(apart_a | apart_b, np.minimum(distance_a, distance_b), 0.0)
+    boxes = _stacked(a, b)
+    half = 0.5 * boxes.size
+    others = boxes.corners()[::-1]  # of each box, those of the other one, shape (2, ..., 4, 2)
+    local = rotate(others - boxes.center[..., None, :], -boxes.heading[..., None])
+    separates = (local.min(axis=-2) > half) | (local.max(axis=-2) < -half)
+    beyond = np.maximum(np.abs(local) - half[..., None, :], 0.0)
+    square = (beyond * beyond).sum(axis=-1).min(axis=(0, -1))
+    return np.where(separates.any(axis=(0, -1)), np.sqrt(square), 0.0)
 
 
 def direction(heading: Float) -> Float:
@@ -68,11 +73,14 @@ def wrap(angle: Float) -> Float:
     return (angle + np.pi) % (2.0 * np.pi) - np.pi
 
 
-def _outside(a: Boxes, b: Boxes) -> tuple[npt.NDArray[np.bool_], Float]:
-    """Whether an edge of `a` separates the boxes; smallest distance of a corner of `b` to `a`."""
-    local = rotate(b.corners() - a.center[..., None, :], -a.heading[..., None])
-    half = 0.5 * a.size
-    beyond = np.maximum(np.abs(local) - half[..., None, :], 0.0)
-    distance = np.sqrt((beyond * beyond).sum(axis=-1).min(axis=-1))
-    separates = (local.min(axis=-2) > half) | (local.max(axis=-2) < -half)
-    return separates.any(axis=-1), distance
+def _stacked(a: Boxes, b: Boxes) -> Boxes:
+    """Both in arrays of one shape, (2, ...): NumPy's calls cost more than its loops here."""
+    shape = np.broadcast_shapes(
+        np.shape(a.heading), a.center.shape[:-1], a.size.shape[:-1],
+        np.shape(b.heading), b.center.shape[:-1], b.size.shape[:-1],
+    )  # fmt: skip
+    center, size = np.empty((2, *shape, 2)), np.empty((2, *shape, 2))
+    heading = np.empty((2, *shape))
+    for k, box in enumerate((a, b)):
+        center[k], heading[k], size[k] = box.center, box.heading, box.size
+    return Boxes(center=center, heading=heading, size=size)

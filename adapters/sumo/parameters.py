@@ -102,6 +102,14 @@ class TrafficParameters:
         default=False, doc="whether blocking vehicles have a V2X radio and could relay"
     )
 
+    # ---- roadside units
+    rsu_positions: tuple[tuple[float, ...], ...] = parameter(
+        (), unit="m", doc="of roadside units that could relay, [x, y] each: [[14 m, 9 m]] is one"
+    )
+    rsu_antenna_height: float = parameter(
+        5.0, unit="m", minimum=1.0, maximum=100.0, doc="of roadside units; TR 37.885, table 6.1.4-1"
+    )
+
     @property
     def dynamics(self) -> EgoDynamics:
         """Of the ego vehicle."""

@@ -5,9 +5,10 @@ from `open` to `close` and speaks arrays, paths and this package's errors.
 """
 
 import contextlib
+import itertools
 import math
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -234,14 +235,15 @@ class Sumo:
         """Vehicles that left the network in the last step."""
         return frozenset(libsumo.simulation.getArrivedIDList())
 
-    def poses(self, names: Iterable[str]) -> Float:
+    def poses(self, names: Sequence[str]) -> Float:
         """Front bumper x, y [m], SUMO angle [degrees] and speed [m/s], shape (vehicle, 4)."""
-        vehicle = libsumo.vehicle
-        rows = [
-            (*vehicle.getPosition(name), vehicle.getAngle(name), vehicle.getSpeed(name))
-            for name in names
-        ]
-        return np.array(rows, dtype=np.float64).reshape(-1, 4)
+        vehicle, count = libsumo.vehicle, len(names)
+        poses = np.empty((count, 4))
+        places = itertools.chain.from_iterable(map(vehicle.getPosition, names))
+        poses[:, :2] = np.fromiter(places, np.float64, 2 * count).reshape(count, 2)
+        poses[:, 2] = np.fromiter(map(vehicle.getAngle, names), np.float64, count)
+        poses[:, 3] = np.fromiter(map(vehicle.getSpeed, names), np.float64, count)
+        return poses
 
     def ignore_everything(self, name: str) -> None:
         """Let `name` drive at the speed it is told, through red lights and other vehicles."""

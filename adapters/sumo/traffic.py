@@ -15,6 +15,7 @@ from adapters.sumo.geometry import Float
 from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.proximity import NOBODY, Closest, closest_approach
 from adapters.sumo.road import read_road
+from adapters.sumo.roadside import RoadsideUnits, check_places
 from adapters.sumo.scene import frozen, read_buildings, read_types
 from adapters.sumo.simulation import Sumo, SumoError
 from adapters.sumo.spawning import Background, Spawned, background_streams
@@ -41,6 +42,7 @@ class Traffic:
         self._types = read_types(sumo)
         self._buildings = read_buildings(sumo)
         self._road = read_road(sumo)
+        self._roadside = self._roadside_units(parameters)
         spread = parameters.collider_spread * rng.uniform(-1.0, 1.0)
         cast = assemble(sumo, self._types, parameters, parameters.collider_speed + spread)
         self._ego = EgoDriver(cast.ego, parameters.ego_speed, parameters.dynamics)
@@ -59,6 +61,12 @@ class Traffic:
         for _ in range(count):
             closest = closest.or_closer(self._step(pedals))
         self.outputs = self._signals(closest)
+
+    def _roadside_units(self, parameters: TrafficParameters) -> RoadsideUnits:
+        positions, height = parameters.rsu_positions, parameters.rsu_antenna_height
+        tallest = max(kind.size[2] for kind in self._types.values())
+        check_places(positions, height, buildings=self._buildings, road=self._road, tallest=tallest)
+        return RoadsideUnits(positions, height)
 
     def _background_of(
         self, cast: Cast, parameters: TrafficParameters, rng: np.random.Generator
@@ -188,6 +196,7 @@ class Traffic:
             "ego.gap": np.array(closest.gap),
             "ego.nearest": np.array(closest.vehicle),
         }
+        signals = self._roadside.join(signals)
         for signal in signals.values():
             signal.flags.writeable = False
         return signals

@@ -18,6 +18,7 @@ from fmus.evaluation.traces import (
     BLOCKING,
     COLLISION,
     EGO,
+    ROADSIDE,
     SHARING,
     Scene,
     Traces,
@@ -36,6 +37,7 @@ ROLE_NAMES: Final = {
     SHARING: "lidar sharing node",
     BLOCKING: "blocking vehicle",
 }
+ROADSIDE_MARKER: Final[Mapping[str, Any]] = {"marker": "^", "color": "#9467bd", "markersize": 9}
 LINK_COLOURS: Final = ("#2ca02c", "#ff7f0e", "#d62728")  # LOS, NLOSv, NLOSb
 _RECEIVED: Final = OUTCOMES.index("R")
 _VIEW: Final = 60.0  # drawn at least around the ego [m]
@@ -115,13 +117,15 @@ def _draw_scene(axes: Axes, traces: Traces, moment: int, links: Links) -> None:
     axes.set_aspect("equal")
     axes.set_xlabel("x, east [m]")
     axes.set_ylabel("y, north [m]")
-    axes.legend(handles=_legend(), loc="upper left", fontsize="small", framealpha=0.9)
+    axes.legend(handles=_legend(now), loc="upper left", fontsize="small", framealpha=0.9)
 
 
-def _legend() -> list[Patch | Line2D]:
+def _legend(now: Scene) -> list[Patch | Line2D]:
     vehicles: list[Patch | Line2D] = [
         Patch(facecolor=colour, label=ROLE_NAMES[role]) for role, colour in ROLE_COLOURS.items()
     ]
+    if ROADSIDE in now.role:
+        vehicles.append(Line2D([], [], linestyle="", label="roadside unit", **ROADSIDE_MARKER))
     links = [
         Line2D([], [], color=colour, label=f"link {name}")
         for name, colour in zip(LINKS, LINK_COLOURS, strict=True)
@@ -142,6 +146,9 @@ def _draw_buildings(axes: Axes, traces: Traces, moment: int) -> None:
 
 def _draw_vehicles(axes: Axes, now: Scene, linked: set[int]) -> None:
     for corners, role, vehicle in zip(now.corners(), now.role, now.ids, strict=True):
+        if int(role) == ROADSIDE:
+            axes.plot(*corners.mean(axis=0), **ROADSIDE_MARKER)
+            continue
         colour = ROLE_COLOURS.get(int(role), "#c6dbef")
         axes.add_patch(Polygon(corners, facecolor=colour, edgecolor="black", linewidth=0.5))
         if int(role) in {EGO, COLLISION, SHARING} or int(vehicle) in linked:
