@@ -86,14 +86,27 @@ static int by_gap(const void *left, const void *right) {
     return (p->far > q->far) - (p->far < q->far);
 }
 
+/* Leave out links that join nothing: within one surface, or between what is no body. Most are, and
+ * cost more to sort than to look at. */
+static void drop_idle_links(Search *search) {
+    size_t kept = 0;
+    for (size_t i = 0; i < search->link_count; i++) {
+        const Link *link = &search->links[i];
+        if (root_of(search, link->near) != root_of(search, link->far) && is_plausible(search, link))
+            search->links[kept++] = *link;
+    }
+    search->link_count = kept;
+}
+
 /* Join surfaces as long as they fit into one vehicle. */
 static void assemble(Segments *segments) {
     Search *search = &segments->search;
+    drop_idle_links(search);
     if (search->link_count > 1) qsort(search->links, search->link_count, sizeof(Link), by_gap);
     for (size_t i = 0; i < search->link_count; i++) {
         const Link *link = &search->links[i];
         uint32_t a = root_of(search, link->near), b = root_of(search, link->far);
-        if (a == b || !is_plausible(search, link)) continue;
+        if (a == b) continue;
         Shape both = hull(&segments->shapes[segments->shape_of[a]],
                           &segments->shapes[segments->shape_of[b]]);
         if (!is_vehicle(search->settings, &both)) continue;
