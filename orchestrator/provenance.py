@@ -5,7 +5,9 @@ import platform
 import socket
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution, version
+from types import MappingProxyType
 from typing import Any, Final
 
 DISTRIBUTION: Final = "nlosim"
@@ -34,14 +36,15 @@ def provenance() -> Mapping[str, Any]:
     }
 
 
-def _dependencies() -> dict[str, str]:
+@cache
+def _dependencies() -> Mapping[str, str]:
     """The installed versions of what this distribution requires, extras included."""
     try:
         requirements = distribution(DISTRIBUTION).requires or []
     except PackageNotFoundError:
         requirements = ["numpy"]
     names = sorted({_name(text) for text in requirements} - {DISTRIBUTION})
-    return {name: found for name in names if (found := _version(name))}
+    return MappingProxyType({name: found for name in names if (found := _version(name))})
 
 
 def _name(requirement: str) -> str:

@@ -14,13 +14,14 @@ import importlib.resources
 from collections import defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, cast
 
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
+from orchestrator.installed import entry_points
 from orchestrator.parameters import ComponentType, PythonComponentType
 from orchestrator.suggestion import suggestion
 

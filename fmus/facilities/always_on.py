@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from typing_extensions import override
 
-from fmus.facilities.layer import FacilitiesLayer, LayerParameters
+from fmus.facilities.layer import FacilitiesLayer
+from fmus.facilities.load import LoadParameters
 from fmus.facilities.outbox import Message
 from fmus.facilities.received import Received
 from fmus.facilities.sharing import Scans, Sharing
 from fmus.records import SENSOR_DATA
-from orchestrator.parameters import parameter
 from orchestrator.signal import Signals
 from orchestrator.timebase import Duration, Time
 
@@ -23,16 +23,12 @@ class AlwaysOnFacilities(FacilitiesLayer):
     """
 
     @dataclass(frozen=True, slots=True, kw_only=True)
-    class Parameters(LayerParameters):
+    class Parameters(LoadParameters):
         """Message sizes and rates; defaults are the paper's Table I, as on demand."""
-
-        sensor_data_size: int = parameter(
-            200, unit="B", minimum=1, doc="size of the sensor data sent after each scan"
-        )
 
     def __init__(self, parameters: Parameters) -> None:
         super().__init__(parameters)
-        self._size = parameters.sensor_data_size
+        self._size = parameters.scan_size
 
     @override
     def _sharing(self, start: Time, rng: np.random.Generator) -> Sharing:

@@ -4,6 +4,7 @@ Each equipped vehicle sends one message per period at a phase of its own (SAE J2
 BSMs at 10 Hz; the phase is uniform because vehicles do not synchronise).
 """
 
+import operator
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
@@ -12,7 +13,7 @@ import numpy as np
 
 from fmus.facilities.link_power import Powers
 from fmus.records import NO_VEHICLE
-from orchestrator.signal import Array, Signals
+from orchestrator.signal import Array, Signal, Signals
 from orchestrator.timebase import Duration, Time
 
 CONTENT: Final = np.dtype(
@@ -28,6 +29,19 @@ CONTENT: Final = np.dtype(
 )
 """What one message says; fields as the connectors `received.bsm.*`, `time` in [ns]."""
 
+_SOURCES: Final = (
+    "vehicle.equipped",
+    "vehicle.id",
+    "vehicle.position",
+    "vehicle.heading",
+    "vehicle.velocity",
+    "vehicle.size",
+    "vehicle.antenna_height",
+)
+"""The inputs that say what is sent; they hold until traffic goes on."""
+_TOLD: Final = ("id", "position", "heading", "velocity", "size", "antenna_height")
+"""The fields that are connectors as they are."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bsm:
@@ -42,6 +56,24 @@ class Bsm:
     heard: Powers
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bsms:
+    """The messages that go on the air in one step.
+
+    Attributes:
+        states: of the senders, `CONTENT` records.
+        heard: what each sender announces; `power` is of shape (message, link).
+    """
+
+    states: Array
+    heard: Powers
+
+    def message(self, k: int) -> Bsm:
+        """Message `k`."""
+        heard = Powers(transmitter=self.heard.transmitter, power=self.heard.power[k])
+        return Bsm(state=self.states[k], heard=heard)
+
+
 class BsmSender:
     """Decides at which times each vehicle sends, and writes the contents."""
 
@@ -49,9 +81,9 @@ class BsmSender:
         self._period = period
         self._rng = rng
         self._phases: dict[int, Duration] = {}
-        self._known: tuple[object, object] = (None, None)
-        self._rows: Array = np.empty(0, np.intp)
-        self._row_phases: Array = np.empty(0, np.int64)
+        self._known: list[Signal] = []
+        self._states: Array = np.empty(0, CONTENT)
+        self._state_phases: Array = np.empty(0, np.int64)
 
     def due(self, vehicles: Signals, begin: Time, end: Time) -> tuple[Array, Array]:
         """The messages sent in [`begin`, `end`).
@@ -66,29 +98,28 @@ class BsmSender:
             records of the same shape, with the state at the communication point.
         """
         self._meet(vehicles)
-        times = begin + (self._row_phases - begin) % self._period
+        times = begin + (self._state_phases - begin) % self._period
         sending = times < end
-        rows = self._rows[sending]
-        contents = np.empty(len(rows), CONTENT)
-        contents["id"] = np.asarray(vehicles["vehicle.id"])[rows]
+        contents = self._states.compress(sending)
         contents["time"] = times[sending]
-        contents["position"] = np.asarray(vehicles["vehicle.position"])[rows, :2]
-        for field in ("heading", "velocity", "size", "antenna_height"):
-            contents[field] = np.asarray(vehicles[f"vehicle.{field}"])[rows]
         return times[sending], contents
 
     def _meet(self, vehicles: Signals) -> None:
-        """Look up the phases of the equipped vehicles, unless they are the same as before."""
-        known = (vehicles["vehicle.id"], vehicles["vehicle.equipped"])
-        if self._known[0] is known[0] and self._known[1] is known[1]:
+        """Look up states and phases of the equipped vehicles, unless all is as before."""
+        known = [vehicles[name] for name in _SOURCES]
+        if len(self._known) == len(known) and all(map(operator.is_, known, self._known)):
             return
         self._known = known
-        self._rows = np.flatnonzero(known[1])
-        ids = np.asarray(known[0])[self._rows].tolist()
+        equipped = np.flatnonzero(vehicles["vehicle.equipped"])
+        self._states = np.zeros(len(equipped), CONTENT)
+        self._states["position"] = np.asarray(vehicles["vehicle.position"])[equipped, :2]
+        for field in ("id", "heading", "velocity", "size", "antenna_height"):
+            self._states[field] = np.asarray(vehicles[f"vehicle.{field}"])[equipped]
+        ids = self._states["id"].tolist()
         for vehicle in ids:
             if vehicle not in self._phases:
                 self._phases[vehicle] = int(self._rng.integers(self._period))
-        self._row_phases = np.array([self._phases[vehicle] for vehicle in ids], np.int64)
+        self._state_phases = np.array([self._phases[vehicle] for vehicle in ids], np.int64)
 
 
 class Neighbourhood:
@@ -96,17 +127,18 @@ class Neighbourhood:
 
     def __init__(self, maximum_age: Duration) -> None:
         self._maximum_age = maximum_age
-        self._last: dict[int, np.void] = {}
+        self._table: Array = np.empty(0, CONTENT)  # by ascending id
+        self._row: dict[int, int] = {}
         self._changed = True
-        self._times: Array = np.empty(0, np.int64)
         self._values: Mapping[str, Array] = {}
 
     def receive(self, content: np.void) -> None:
         """Take in one `CONTENT` record; an older one than known changes nothing."""
-        vehicle = int(content["id"])
-        known = self._last.get(vehicle)
-        if known is None or known["time"] < content["time"]:
-            self._last[vehicle] = content
+        row = self._row.get(int(content["id"]))
+        if row is None:
+            self._set(np.array(sorted([*self._table, content], key=lambda c: c["id"]), CONTENT))
+        elif self._table[row]["time"] < content["time"]:
+            self._table[row] = content
             self._changed = True
 
     def outputs(self, now: Time, ego: int = NO_VEHICLE) -> Mapping[str, Array]:
@@ -114,23 +146,15 @@ class Neighbourhood:
 
         What did not change is the same object as before.
         """
-        oldest = now - self._maximum_age
-        if self._changed or (self._times < oldest).any() or ego in self._last:
-            self._rebuild(oldest, ego)
-        return {**self._values, "received.bsm.age": (now - self._times) / 1e9}
+        keep = (self._table["time"] >= now - self._maximum_age) & (self._table["id"] != ego)
+        if not keep.all():
+            self._set(self._table.compress(keep))
+        if self._changed:
+            self._values = {f"received.bsm.{field}": self._table[field].copy() for field in _TOLD}
+            self._changed = False
+        return {**self._values, "received.bsm.age": (now - self._table["time"]) / 1e9}
 
-    def _rebuild(self, oldest: Time, ego: int) -> None:
-        self._last = {
-            vehicle: content
-            for vehicle, content in self._last.items()
-            if content["time"] >= oldest and vehicle != ego
-        }
-        table = np.empty(len(self._last), CONTENT)
-        for row, vehicle in enumerate(sorted(self._last)):
-            table[row] = self._last[vehicle]
-        self._changed = False
-        self._times = table["time"].copy()
-        self._values = {
-            f"received.bsm.{field}": np.ascontiguousarray(table[field])
-            for field in ("id", "position", "heading", "velocity", "size", "antenna_height")
-        }
+    def _set(self, table: Array) -> None:
+        self._table = table
+        self._row = {vehicle: row for row, vehicle in enumerate(table["id"].tolist())}
+        self._changed = True

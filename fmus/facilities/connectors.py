@@ -51,6 +51,12 @@ CONNECTORS: Final[Mapping[str, Connector]] = {
         feedthrough=_RECEPTIONS,
         description="objects in the last sensor data that reached the ego, per sharer",
     ),
+    "received.sensor_data.count": Connector(
+        causality=_OUT,
+        dtype=np.int64,
+        feedthrough=_RECEPTIONS,
+        description="packets of sensor data for the ego that have reached it so far",
+    ),
     "received.bsm.id": Connector(
         causality=_OUT, dtype=np.int64, shape=("neighbour",), feedthrough=_RECEPTIONS
     ),

@@ -8,7 +8,8 @@ from typing_extensions import override
 
 from fmus.apm import read_header, split
 from fmus.facilities.answers import Answers, DemandedAnswers, WholeAnswers
-from fmus.facilities.layer import FacilitiesLayer, LayerParameters
+from fmus.facilities.layer import FacilitiesLayer
+from fmus.facilities.load import LoadParameters
 from fmus.facilities.outbox import Message
 from fmus.facilities.received import Received
 from fmus.facilities.sharing import Changes, Sharing
@@ -32,12 +33,9 @@ class Facilities(FacilitiesLayer):
     """
 
     @dataclass(frozen=True, slots=True, kw_only=True)
-    class Parameters(LayerParameters):
+    class Parameters(LoadParameters):
         """Message sizes and rates; defaults are the paper's Table I."""
 
-        sensor_data_size: int = parameter(
-            200, unit="B", minimum=1, doc="size of the sensor data sent after each scan"
-        )
         answer: Literal["all", "demanded"] = parameter(
             "all", doc="what a sharer sends of a scan: all, or what is demanded: the blind zones"
         )
@@ -54,10 +52,11 @@ class Facilities(FacilitiesLayer):
     def __init__(self, parameters: Parameters) -> None:
         super().__init__(parameters)
         self._parameters = parameters
+        self._answers = _answers(parameters)
 
     @override
     def _sharing(self, start: Time, rng: np.random.Generator) -> Sharing:
-        return DemandDriven(self._parameters, start)
+        return DemandDriven(self._parameters, self._answers, start)
 
 
 @dataclass(slots=True)
@@ -73,11 +72,12 @@ class _Session:
 class DemandDriven(Sharing):
     """APMs to all, sensor data to who asked for them."""
 
-    def __init__(self, parameters: Facilities.Parameters, start: Time) -> None:
+    def __init__(self, parameters: Facilities.Parameters, answers: Answers, start: Time) -> None:
         self._parameters = parameters
         self._request_period = nanoseconds(parameters.request_period)
+        self._session = nanoseconds(parameters.session)
         self._next_request = start
-        self._answers = _answers(parameters)
+        self._answers = answers
         self._sessions: dict[int, _Session] = {}
         self._scanned: dict[int, bytes] = {}
         self._changes = Changes()
@@ -141,7 +141,7 @@ class DemandDriven(Sharing):
         self._next_request = now + self._request_period
         sharer, relay = int(sharers[0]), int(np.asarray(inputs["relay"]))
         route = () if relay in {NO_VEHICLE, sharer, ego} else (relay,)
-        end = now + nanoseconds(self._parameters.session)
+        end = now + self._session
         own = self._scanned.get(ego)
         heading = None if own is None else float(read_header(own)["heading"])
         zones = self._answers.asked(inputs, heading)
@@ -187,5 +187,5 @@ class DemandDriven(Sharing):
 
 def _answers(parameters: Facilities.Parameters) -> Answers:
     if parameters.answer == "demanded":
-        return DemandedAnswers(parameters.sensor_data_size)
-    return WholeAnswers(parameters.sensor_data_size)
+        return DemandedAnswers(parameters.scan_size)
+    return WholeAnswers(parameters.scan_size)

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from typing_extensions import override
 
-from fmus.facilities.bsm import Bsm, BsmSender, Neighbourhood
+from fmus.facilities.bsm import Bsm, Bsms, BsmSender, Neighbourhood
 from fmus.facilities.connectors import CONNECTORS
 from fmus.facilities.link_power import Announcements, Measurements
-from fmus.facilities.outbox import Message, Outbox
+from fmus.facilities.outbox import Broadcasts, Message, Outbox
 from fmus.facilities.received import Received
 from fmus.facilities.sharing import Changes, Sharing
-from fmus.records import BSM, NO_VEHICLE, OUTCOMES, RECEPTION, REQUEST, unframe
+from fmus.records import BSM, NO_VEHICLE, OUTCOMES, RECEPTION, REQUEST, SENSOR_DATA, unframe
 from orchestrator.component import Component
 from orchestrator.parameters import parameter
 from orchestrator.signal import Connector, Signals
@@ -75,6 +75,7 @@ class FacilitiesLayer(Component):
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         given = self._common
         maximum_age = nanoseconds(given.maximum_age)
+        self._processing_time = nanoseconds(given.processing_time)
         self._rng = rng
         self._bsm = BsmSender(nanoseconds(given.bsm_period), rng)
         self._neighbourhood = Neighbourhood(maximum_age)
@@ -82,6 +83,7 @@ class FacilitiesLayer(Component):
         self._announcements = Announcements(maximum_age)
         self._outbox = Outbox(given.fragment_size, 2 * maximum_age)
         self._received = Received(maximum_age)
+        self._sensor_data = np.array(0, np.int64)
         self._changes = Changes()
         self._ways = self._sharing(start, rng)
         self._outputs: Signals = {
@@ -97,13 +99,15 @@ class FacilitiesLayer(Component):
         self._receive(inputs, ego)
         self._measurements.forget(now)
         shared = self._ways.messages(inputs, now, h)
-        messages = [*self._safety_messages(inputs, now, h), *map(self._processed, shared)]
+        safety = self._safety_messages(inputs, now, h)
+        messages = list(map(self._processed, shared))
         self._outbox.forget(now)
         sharers = np.asarray(inputs["match.sharer"])
         links = self._announcements.links(now, sharers[sharers != NO_VEHICLE])
         self._outputs = {
-            "packets": self._outbox.send(messages),
+            "packets": self._outbox.send(messages, [safety]),
             **self._received.outputs(now),
+            "received.sensor_data.count": self._sensor_data,
             **self._neighbourhood.outputs(now, ego),
             **links.outputs(ego, self._measurements.by(ego)),
         }
@@ -117,10 +121,14 @@ class FacilitiesLayer(Component):
         if not self._changes.is_new("receptions", inputs):
             return
         rows = unframe("RCPT", bytes(inputs["receptions"]), RECEPTION)
-        good = (rows["outcome"] == _RECEIVED) & (rows["addressed"] == 1)
-        self._measurements.measure(rows[good & (rows["kind"] == BSM)])
-        wanted = (rows["receiver"] == ego) | (rows["kind"] == REQUEST)
-        for message, receiver in self._outbox.arrivals(rows[good & wanted]):
+        rows = rows.compress((rows["outcome"] == _RECEIVED) & (rows["addressed"] == 1))
+        self._measurements.measure(rows.compress(rows["kind"] == BSM))
+        rows = rows.compress((rows["receiver"] == ego) | (rows["kind"] == REQUEST))
+        # sensor data addressed to the ego are for it: nobody else asks for any
+        sensor_data = (rows["kind"] == SENSOR_DATA) & (rows["receiver"] == ego)
+        if sensor_data.any():
+            self._sensor_data = np.array(self._sensor_data + np.count_nonzero(sensor_data))
+        for message, receiver in self._outbox.arrivals(rows):
             if message.destination not in {receiver, NO_VEHICLE}:
                 continue  # a relay has it; the ego may be one
             match message.content:
@@ -130,23 +138,19 @@ class FacilitiesLayer(Component):
                 case _:
                     self._ways.receive(message, receiver, self._received)
 
-    def _safety_messages(self, inputs: Signals, now: Time, h: Duration) -> list[Message]:
-        times, contents = self._bsm.due(inputs, now, now + h)
-        return [
-            self._safety_message(int(time), state)
-            for time, state in zip(times, contents, strict=True)
-        ]
-
-    def _safety_message(self, time: Time, state: np.void) -> Message:
-        source = int(state["id"])
-        heard = self._measurements.by(source).announced()
-        extra = self._common.announced_power_size * len(heard.power)
-        return Message(
+    def _safety_messages(self, inputs: Signals, now: Time, h: Duration) -> Broadcasts:
+        times, states = self._bsm.due(inputs, now, now + h)
+        heard = self._measurements.table(states["id"]).announced()
+        size = np.full(len(times), self._common.bsm_size)
+        if self._common.announced_power_size:
+            entries = np.count_nonzero(~np.isnan(heard.power), axis=1)
+            size += self._common.announced_power_size * entries
+        return Broadcasts(
             kind=BSM,
-            time=time,
-            source=source,
-            size=self._common.bsm_size + extra,
-            content=Bsm(state=state, heard=heard),
+            time=times,
+            source=states["id"],
+            size=size,
+            content=Bsms(states=states, heard=heard).message,
         )
 
     def _processed(self, message: Message) -> Message:
@@ -155,5 +159,5 @@ class FacilitiesLayer(Component):
         All sensors scan at the same instant here. Computers that also answered at the same
         instant would let the radios collide every time, which they do not on the road.
         """
-        longest = nanoseconds(self._common.processing_time)
-        return replace(message, time=message.time + int(self._rng.integers(longest + 1)))
+        taken = int(self._rng.integers(self._processing_time + 1))
+        return replace(message, time=message.time + taken)

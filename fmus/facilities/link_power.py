@@ -18,8 +18,10 @@ STRONGEST: Final = -31.0
 """Largest power that an announcement can say [dBm]: the reporting range of SS-RSRP, TS 38.133."""
 WEAKEST: Final = -156.0
 """Smallest power that an announcement can say [dBm]: the same range."""
-_ID_BITS: Final = 32
-"""Vehicle numbers are below 2^31, so that a pair of them is one int64."""
+_NEVER: Final = np.iinfo(np.int64).min
+"""When a link was heard that never was."""
+_NOBODY: Final = np.iinfo(np.int64).max
+"""Behind all radios in a table, so that a search for any vehicle ends within it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,7 +30,8 @@ class Powers:
 
     Attributes:
         transmitter: ascending, int64 (link,).
-        power: filtered [dBm], (link,).
+        power: filtered [dBm], NaN where nothing was heard, (link,); of several radios
+            (receiver, link).
     """
 
     transmitter: Array = field(default_factory=lambda: np.empty(0, np.int64))
@@ -71,13 +74,18 @@ class Links:
         }
 
 
+_NO_LINKS: Final = Links(
+    transmitter=np.empty(0, np.int64), receiver=np.empty(0, np.int64), power=np.empty(0)
+)
+
+
 class Measurements:
     r"""The filtered power of every link that was heard lately.
 
     $$ F_n = (1 - a) F_{n-1} + a M_n, \quad a = 2^{-k/4} $$
 
     (3GPP TS 38.331, clause 5.5.3.2), in dBm, one sample per received message; the first is
-    taken as it is.
+    taken as it is. The radios that were heard of lately make up a table of all pairs.
 
     Args:
         filter_coefficient: k.
@@ -88,48 +96,77 @@ class Measurements:
         # correctly rounded roots: the same bits on every platform, which a power need not be
         self._weight = math.sqrt(math.sqrt(math.ldexp(1.0, -filter_coefficient)))
         self._lifetime = lifetime
-        self._link: Array = np.empty(0, np.int64)
-        self._time: Array = np.empty(0, np.int64)
-        self._power: Array = np.empty(0)
+        self._oldest: Time = _NEVER + 1
+        self._radios: Array = np.array([_NOBODY])
+        self._time: Array = np.full((1, 1), _NEVER)  # (receiver, transmitter)
+        self._power: Array = np.full((1, 1), np.nan)
 
     def measure(self, received: Array) -> None:
         """Take in `RECEPTION` records, by time; those without a power measure nothing."""
         known = ~np.isnan(received["power_dbm"])
-        link = _link(received["receiver"], received["transmitter"])[known]
-        order = link.argsort(kind="stable")
-        link, time = link[order], received["time"][known][order]
-        power = received["power_dbm"][known][order]
-        while len(link):  # once, unless a radio sent two messages
-            first = np.append([True], link[1:] != link[:-1])
+        if not known.all():
+            received = received.compress(known)
+        link = self._links(np.array([received["receiver"], received["transmitter"]]))
+        time, power = received["time"], received["power_dbm"]
+        while not (first := self._first_of_each(link)).all():  # a radio sent two messages
             self._update(link[first], time[first], power[first])
             link, time, power = link[~first], time[~first], power[~first]
+        self._update(link, time, power)
 
     def forget(self, now: Time) -> None:
         """Drop links that were not heard lately."""
-        fresh = self._time >= now - self._lifetime
-        if not fresh.all():
-            self._link, self._time = self._link[fresh], self._time[fresh]
-            self._power = self._power[fresh]
+        self._oldest = now - self._lifetime
 
     def by(self, receiver: int) -> Powers:
         """What one radio measures of all that it hears."""
-        begin = self._link.searchsorted(receiver << _ID_BITS)
-        end = self._link.searchsorted((receiver + 1) << _ID_BITS)
-        transmitter = self._link[begin:end] & ((1 << _ID_BITS) - 1)
-        return Powers(transmitter=transmitter, power=self._power[begin:end].copy())
+        row = self._radios.searchsorted(receiver)
+        if self._radios[row] != receiver:
+            return Powers()
+        heard = self._time[row] >= self._oldest
+        return Powers(transmitter=self._radios[heard], power=self._power[row][heard])
+
+    def table(self, receivers: Array) -> Powers:
+        """What each of `receivers` measures: `power` is of shape (receiver, link)."""
+        row = self._radios.searchsorted(receivers)
+        heard = self._time[row] >= self._oldest
+        heard &= (self._radios[row] == receivers)[:, None]
+        power = np.where(heard, self._power[row], np.nan)
+        return Powers(transmitter=self._radios, power=power)
+
+    def _links(self, ends: Array) -> Array:
+        """The places in the table, row by row, of links (receiver and transmitter, link)."""
+        row, column = place = self._radios.searchsorted(ends)
+        if (self._radios[place] != ends).any():
+            self._meet(ends)
+            row, column = self._radios.searchsorted(ends)
+        return np.asarray(row * len(self._radios) + column)
+
+    def _meet(self, others: Array) -> None:
+        """Make room for the radios `others`, and forget those not heard of lately."""
+        fresh = self._time >= self._oldest
+        (kept,) = np.nonzero(fresh.any(axis=0) | fresh.any(axis=1))
+        known = self._radios[kept]
+        self._radios = np.union1d(np.append(known, _NOBODY), others)
+        to, of = np.ix_(*[self._radios.searchsorted(known)] * 2), np.ix_(kept, kept)
+        time = np.full([len(self._radios)] * 2, _NEVER)
+        power = np.full([len(self._radios)] * 2, np.nan)
+        time[to], power[to] = self._time[of], self._power[of]
+        self._time, self._power = time, power
+
+    def _first_of_each(self, link: Array) -> Array:
+        """Whether each sample is the first of its link, bool (sample,)."""
+        number = np.arange(len(link))
+        first = np.empty(self._time.size, np.intp)
+        first[link[::-1]] = number[::-1]  # where places repeat, the last one written stays
+        return np.asarray(first[link] == number)
 
     def _update(self, link: Array, time: Array, power: Array) -> None:
-        """One sample per link; `link` ascending."""
-        row = self._link.searchsorted(link)
-        known = np.append(self._link, -1)[row] == link
-        old = row[known]
-        self._time[old] = time[known]
-        self._power[old] += self._weight * (power[known] - self._power[old])
-        if not known.all():
-            new = row[~known]
-            self._link = np.insert(self._link, new, link[~known])
-            self._time = np.insert(self._time, new, time[~known])
-            self._power = np.insert(self._power, new, power[~known])
+        """One sample per link."""
+        times, powers = self._time.reshape(-1), self._power.reshape(-1)  # views
+        old = powers[link]
+        filtered = old + self._weight * (power - old)
+        powers[link] = np.where(times[link] >= self._oldest, filtered, power)
+        times[link] = time
 
 
 class Announcements:
@@ -168,6 +205,8 @@ class Announcements:
         return self._links
 
     def _told(self) -> Links:
+        if len(self._transmitters) == 0:
+            return _NO_LINKS
         for vehicle, (_, powers) in self._last.items():
             if vehicle not in self._rows:
                 self._rows[vehicle] = powers.of(self._transmitters)
@@ -180,8 +219,3 @@ class Announcements:
             receiver=np.array(receivers, np.int64)[receiver],
             power=table[link, receiver],
         )
-
-
-def _link(receiver: Array, transmitter: Array) -> Array:
-    """A number for each pair, by receiver and then transmitter."""
-    return (receiver.astype(np.int64) << _ID_BITS) | transmitter

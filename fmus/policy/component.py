@@ -95,8 +95,10 @@ class _Driver:
 
     def _hazard(self, ego: Ego, seen: Array, received: Array, now: Time) -> _Hazard | None:
         """The object whose conflict comes first; received ones may be the ego itself."""
-        others = received[~overlapping(ego, self._moved(received, now))]
-        return self._worst(ego, np.concatenate([seen, others]), now)
+        if len(received):
+            others = received.compress(~overlapping(ego, self._moved(received, now)))
+            seen = np.concatenate([seen, others])
+        return self._worst(ego, seen, now)
 
     def _moved(self, objects: Array, now: Time) -> Bodies:
         """Where the objects are at `now`."""
@@ -190,7 +192,7 @@ def _ego(inputs: Signals) -> Ego:
 def _seen(inputs: Signals) -> Array:
     """The objects of the ego's own sensor."""
     objects = unframe("OBJS", bytes(inputs["objects"]), OBJECT)
-    return np.asarray(objects[objects["sensor"] == int(np.asarray(inputs["ego.id"]))])
+    return np.asarray(objects.compress(objects["sensor"] == int(np.asarray(inputs["ego.id"]))))
 
 
 def _outputs(accelerate: float, brake: float, hazard: _Hazard | None) -> Signals:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fmus.policy.route import ROUNDING, Box, Segments
 from orchestrator.signal import Array
 
 
@@ -37,6 +38,12 @@ class Bodies:
     maximum: Array
     velocity: Array
 
+    def only(self, rows: Array) -> "Bodies":
+        """The bodies in `rows`."""
+        return Bodies(
+            minimum=self.minimum[rows], maximum=self.maximum[rows], velocity=self.velocity[rows]
+        )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conflicts:
@@ -49,6 +56,11 @@ class Conflicts:
 
     time: Array
     distance: Array
+
+    @classmethod
+    def none(cls, bodies: int) -> "Conflicts":
+        """No meeting with any of so many bodies."""
+        return cls(time=np.full(bodies, np.inf), distance=np.zeros(bodies))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,19 +92,28 @@ class Prediction:
         follows is the one to keep the distance.
         """
         times = np.arange(0.0, self.horizon + self.step / 2, self.step)
-        rear, front, clearance = _extents(ego.route, bodies, times)
-        ahead = front[:, :1] >= -ego.length / 2
-        beside = ahead & (clearance <= ego.width / 2 + self.lateral_margin)
+        motions = (ego.speed * times, self._taking_up_speed(ego.speed, times))
         reach = ego.length / 2 + self.longitudinal_margin
-        time = np.full(len(bodies.minimum), np.inf)
-        distance = np.zeros(len(bodies.minimum))
-        for travelled in (ego.speed * times, self._taking_up_speed(ego.speed, times)):
+        side = ego.width / 2 + self.lateral_margin
+        behind, beyond = np.min(motions) - reach, np.max(motions) + reach
+        line = Segments.of(ego.route)
+        size = _largest(bodies)  # a body reaches along the route beyond its point beside it
+        near = _near(line.box(behind - size, beyond + size, side), bodies, times)
+        (rows,) = np.nonzero(near.any(axis=1))
+        rear, front, clearance = _extents(line, bodies.only(rows), times, near[rows])
+        ahead = front[:, :1] >= -ego.length / 2
+        beside = ahead & (clearance <= side)
+        time = np.full(len(rows), np.inf)
+        distance = np.zeros(len(rows))
+        for travelled in motions:
             met = beside & (rear <= travelled + reach) & (front >= travelled - reach)
             first = np.where(met.any(axis=1), times[np.argmax(met, axis=1)], np.inf)
             nearest = np.where(met, rear, np.inf).min(axis=1) - ego.length / 2
             distance = np.where(first < time, np.maximum(nearest, 0.0), distance)
             time = np.minimum(time, first)
-        return Conflicts(time=time, distance=distance)
+        conflicts = Conflicts.none(len(near))
+        conflicts.time[rows], conflicts.distance[rows] = time, distance
+        return conflicts
 
     def _taking_up_speed(self, speed: float, times: Array) -> Array:
         until = max(self.cruise - speed, 0.0) / self.acceleration
@@ -110,12 +131,19 @@ def overlapping(ego: Ego, bodies: Bodies) -> Array:
     that only touch it, within the accuracy of a lidar, do not overlap.
     """
     accuracy = 0.2  # m
-    everything = np.ones(len(bodies.minimum), bool)
-    along, across = project(ego.route, _corners(bodies, everything, np.zeros(1))[:, 0])
     length, width = ego.length / 2 - accuracy, ego.width / 2 - accuracy
+    now = np.zeros(1)
+    # most are far from the ego's centre, where the route starts
+    around = length + width + _largest(bodies) + ROUNDING
+    place = Box(lower=ego.route[0] - around, upper=ego.route[0] + around)
+    near = _near(place, bodies, now)[:, 0]
+    if not near.any():
+        return np.asarray(near)
+    along, across = project(ego.route, _corners(bodies, np.flatnonzero(near), now))
     beside = (along.min(axis=1) > length) | (along.max(axis=1) < -length)
     beside |= (across.min(axis=1) > width) | (across.max(axis=1) < -width)
-    return np.asarray(~beside)
+    near[near] = ~beside
+    return np.asarray(near)
 
 
 def project(route: Array, points: Array) -> tuple[Array, Array]:
@@ -131,50 +159,50 @@ def project(route: Array, points: Array) -> tuple[Array, Array]:
     Returns:
         Along and across [m], each of the shape of `points` without its last axis.
     """
-    start, edge = route[:-1], np.diff(route, axis=0)
-    length = np.linalg.norm(edge, axis=1)
-    start, edge, length = start[length > 0], edge[length > 0], length[length > 0]
-    begin = np.concatenate([[0.0], np.cumsum(length)[:-1]])
-    direction = edge / length[:, None]
-    offset = points[..., None, :] - start
-    along = (offset * direction).sum(axis=-1)
-    lower = np.where(np.arange(len(length)) == 0, -np.inf, 0.0)
-    upper = np.where(np.arange(len(length)) == len(length) - 1, np.inf, length)
-    clipped = np.clip(along, lower, upper)
-    foot = start + clipped[..., None] * direction
-    distance = np.linalg.norm(points[..., None, :] - foot, axis=-1)
-    nearest = np.argmin(distance, axis=-1)[..., None]
-    side = direction[:, 0] * offset[..., 1] - direction[:, 1] * offset[..., 0]
-    signed = np.copysign(distance, side)
-    return (
-        np.take_along_axis(begin + clipped, nearest, axis=-1)[..., 0],
-        np.take_along_axis(signed, nearest, axis=-1)[..., 0],
-    )
+    return Segments.of(route).project(points)
 
 
-def _extents(route: Array, bodies: Bodies, times: Array) -> Array:
+def _near(place: Box, bodies: Bodies, times: Array) -> Array:
+    """Whether each body touches a box at each time, bool (body, time)."""
+    moved = times[:, None] * bodies.velocity[:, None]  # (body, time, 2)
+    reached = bodies.minimum[:, None] + moved <= place.upper
+    reached &= bodies.maximum[:, None] + moved >= place.lower
+    return np.asarray(reached.all(axis=-1))
+
+
+def _largest(bodies: Bodies) -> float:
+    """The longest diagonal [m]."""
+    return float(np.hypot(*(bodies.maximum - bodies.minimum).T).max(initial=0.0))
+
+
+def _extents(route: Segments, bodies: Bodies, times: Array, near: Array) -> Array:
     """Where each body begins and ends along `route`, and its distance to the centre line.
 
-    Bodies that stand are projected once.
+    They are projected at the times when they are near and at the first; at the others they have
+    no extent. Bodies that stand are projected once.
 
     Returns:
         Rear, front, clearance [m], shape (3, body, time).
     """
-    extents = np.empty((3, len(bodies.minimum), len(times)))
-    moving: Array = np.any(bodies.velocity, axis=1)
-    for rows, at in ((moving, times), (~moving, times[:1])):
-        along, across = project(route, _corners(bodies, rows, at))
-        extents[0, rows] = along.min(axis=-1)
-        extents[1, rows] = along.max(axis=-1)
-        beside = np.maximum(across.min(axis=-1), -across.max(axis=-1))
-        extents[2, rows] = np.maximum(beside, 0.0)
+    standing = ~np.any(bodies.velocity, axis=1)
+    wanted = near & ~standing[:, None]
+    wanted[:, 0] = True
+    extents = np.empty((3, *near.shape))
+    extents[0], extents[1], extents[2] = np.inf, -np.inf, np.inf
+    rows, columns = np.nonzero(wanted)
+    along, across = route.project(_corners(bodies, rows, times[columns]))
+    extents[0, rows, columns] = along.min(axis=-1)
+    extents[1, rows, columns] = along.max(axis=-1)
+    beside = np.maximum(across.min(axis=-1), -across.max(axis=-1))
+    extents[2, rows, columns] = np.maximum(beside, 0.0)
+    extents[:, standing] = extents[:, standing, :1]
     return extents
 
 
 def _corners(bodies: Bodies, rows: Array, times: Array) -> Array:
-    """The corners of the bodies in `rows` at each time, shape (body, time, 4, 2)."""
+    """The corners of the bodies in `rows`, each at its own time, shape (row, 4, 2)."""
     choice = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    box = np.stack([bodies.minimum[rows], bodies.maximum[rows]], axis=1)  # (body, 2, 2)
-    corners = box[:, choice, np.arange(2)]  # (body, 4, 2)
-    moved = times[:, None, None] * bodies.velocity[rows, None, None, :]
-    return np.asarray(corners[:, None] + moved)
+    box = np.stack([bodies.minimum[rows], bodies.maximum[rows]], axis=1)  # (row, 2, 2)
+    corners = box[:, choice, np.arange(2)]  # (row, 4, 2)
+    moved = times[:, None] * bodies.velocity[rows]
+    return np.asarray(corners + moved[:, None])

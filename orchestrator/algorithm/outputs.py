@@ -91,8 +91,8 @@ class OutputCheck:
     def _lengths(self, outputs: Signals) -> list[str]:
         problems = []
         for axis, places in self._axes:
-            lengths = {name: np.shape(outputs[name])[index] for name, index in places}
-            if len(set(lengths.values())) > 1:
+            if len({np.shape(outputs[name])[index] for name, index in places}) > 1:
+                lengths = {name: np.shape(outputs[name])[index] for name, index in places}
                 found = ", ".join(f"{length} in `{name}`" for name, length in lengths.items())
                 problems.append(f"the outputs differ in length along axis `{axis}`: {found}")
         return problems
@@ -142,7 +142,8 @@ def _array(dtype: "np.dtype[Any]", shape: tuple[int | str, ...]) -> Accepts:
             if value.shape[axis] != length:
                 return False
         _set_flags(value, False)  # noqa: FBT003
-        return not has_nan or bool(np.isfinite(value).all())
+        # `count_nonzero` takes a third of the time of `all`
+        return not has_nan or np.count_nonzero(np.isfinite(value)) == value.size
 
     return accepts
 

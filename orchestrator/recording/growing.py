@@ -22,8 +22,8 @@ class GrowingArray:
         digest: SHA-256 of the rows written so far.
     """
 
-    __slots__ = ("_buffer", "_buffered", "_descr", "_path", "_row_bytes", "_row_shape", "_written",
-                 "digest")  # fmt: skip
+    __slots__ = ("_buffered", "_chunk_bytes", "_chunks", "_descr", "_path", "_row_bytes",
+                 "_row_shape", "_written", "digest")  # fmt: skip
 
     def __init__(self, path: Path, dtype: "np.dtype[Any]", row_shape: tuple[int, ...] = ()) -> None:
         self.digest = hashlib.sha256()
@@ -31,16 +31,18 @@ class GrowingArray:
         self._descr = np.lib.format.dtype_to_descr(dtype)
         self._row_shape = row_shape
         self._row_bytes = dtype.itemsize * int(np.prod(row_shape, dtype=np.int64))
-        self._buffer = bytearray()
+        self._chunks: list[bytes] = []
+        self._chunk_bytes = 0
         self._buffered = 0
         self._written = 0
         path.write_bytes(self._header(0))
 
     def append(self, rows: bytes, count: int = 1) -> None:
         """Append `count` rows, given in C order."""
-        self._buffer += rows
+        self._chunks.append(rows)
         self._buffered += count
-        if len(self._buffer) > BUFFER_LIMIT:
+        self._chunk_bytes += len(rows)
+        if self._chunk_bytes > BUFFER_LIMIT:
             self.flush()
 
     def flush(self) -> None:
@@ -48,17 +50,18 @@ class GrowingArray:
         if not self._buffered:
             return
         header = self._header(self._written + self._buffered)
+        rows = b"".join(self._chunks)
         with self._path.open("r+b") as file:
             # not the end of the file: an earlier attempt may have failed halfway
             file.seek(len(header) + self._written * self._row_bytes)
-            file.write(self._buffer)
+            file.write(rows)
             file.flush()
             file.seek(0)
             file.write(header)
-        self.digest.update(self._buffer)
+        self.digest.update(rows)
         self._written += self._buffered
-        self._buffered = 0
-        self._buffer.clear()
+        self._buffered = self._chunk_bytes = 0
+        self._chunks.clear()
 
     def _header(self, count: int) -> bytes:
         file = io.BytesIO()

@@ -199,3 +199,26 @@ def test_fragments_sum_up_to_the_message_and_have_ascending_ids(
 
 def test_contract() -> None:
     check_component(Facilities(Facilities.Parameters()), steps=30, h=H, seed=1)
+
+
+def test_packets_of_sensor_data_are_counted_where_they_reach_the_ego() -> None:
+    """Fragments count one by one, and none that was lost, overheard, or stays with a relay."""
+    run = facilities(sensor_data_size=3000, fragment_size=1400)
+    asked = run.step(match__trigger=np.array(True))
+    request = asked[asked["kind"] == REQUEST]
+    sent = run.step(receptions=delivered(request, SHARER), objects=objects_of(SHARER))
+    data = sent[sent["kind"] == SENSOR_DATA]
+    assert len(data) == 3
+    count = "received.sensor_data.count"
+    for packets, receiver, outcome, addressed in (
+        (data, RELAY, "R", 1),
+        (data, EGO, "N", 1),
+        (data, EGO, "R", 0),
+    ):
+        run.step(receptions=delivered(packets, receiver, outcome, addressed))
+        assert run.output(count) == 0
+    run.step(receptions=delivered(data[:2], EGO))
+    assert run.output(count) == 2
+    run.step(receptions=delivered(data[2:], EGO))
+    run.step()
+    assert (run.output(count), run.output(count).dtype) == (3, np.int64)
