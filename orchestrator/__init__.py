@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from orchestrator.component import (
         Component as Component,
         ConcurrentComponent as ConcurrentComponent,
+        DecidingComponent as DecidingComponent,
+        Decision as Decision,
         RestorableComponent as RestorableComponent,
     )
     from orchestrator.errors import (
@@ -50,7 +52,13 @@ _HOMES: Final = {
     "orchestrator.algorithm.base": ("CosimulationAlgorithm",),
     "orchestrator.algorithm.gauss_seidel": ("GaussSeidel",),
     "orchestrator.algorithm.jacobi": ("Jacobi",),
-    "orchestrator.component": ("Component", "ConcurrentComponent", "RestorableComponent"),
+    "orchestrator.component": (
+        "Component",
+        "ConcurrentComponent",
+        "DecidingComponent",
+        "Decision",
+        "RestorableComponent",
+    ),
     "orchestrator.errors": (
         "ComponentError",
         "ComponentTypeError",

@@ -6,7 +6,9 @@ for once, when a system is assembled.
 """
 
 import abc
+import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -104,3 +106,61 @@ class ConcurrentComponent(Component):
     @abc.abstractmethod
     def finish_step(self) -> None:
         """Wait until the step that was begun is done; raise what it raised."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Decision:
+    """A choice that a component leaves to its outcome.
+
+    Attributes:
+        alternatives: a few words for each, for messages; at least one. Of several equally
+            good ones the first is taken, so their order matters.
+        horizon: when the outcome of each is read [ns].
+    """
+
+    alternatives: tuple[str, ...]
+    horizon: Time
+
+
+class DecidingComponent(Component):
+    """A component whose choices are made by trying: each alternative in a copy of the system.
+
+    `step` may open a decision. The simulation then copies the whole system once for each
+    alternative, lets each branch run to the horizon, reads its score, and calls `decide` with
+    the best before it asks for `outputs`; see `orchestrator.branching`. Within a branch the
+    component sees the same calls, and of a decision that it opens there the first alternative
+    is taken at once.
+
+    A branch is a copy of this process: what any component of the system has in memory is copied,
+    and nothing it does can be seen outside, except files that it opens by name during the branch;
+    a component that does that cannot be branched.
+    """
+
+    @property
+    @abc.abstractmethod
+    def decision(self) -> Decision | None:
+        """The decision that the last step left open; `None` if there is none."""
+
+    @abc.abstractmethod
+    def decide(self, alternative: int) -> None:
+        """Take an alternative, by its index, and close the decision."""
+
+    @abc.abstractmethod
+    def score(self) -> float:
+        """How good things went, as known at the last step; the larger, the better.
+
+        Asked for at the horizon, or at the end of the simulation if that comes first; scores are
+        compared between the branches of one decision only. Not NaN.
+        """
+
+    def score_bound(self, horizon: Time) -> float:
+        """What `score` cannot exceed at `horizon`, whatever happens until then.
+
+        Asked for while a decision is open, and in its branches until the next one is opened
+        there. A branch that can no longer beat the best one before it is left early; that
+        changes no choice as long as this is true.
+
+        Args:
+            horizon: that of the decision, or the end of the simulation if that comes first [ns].
+        """
+        return math.inf

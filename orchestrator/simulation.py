@@ -6,6 +6,7 @@ from time import perf_counter_ns
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.exchange import Exchange, Schedule
+from orchestrator.branching import Branching
 from orchestrator.feedthrough import feedthrough_order
 from orchestrator.observer import Observer, SimulationResult, WallTime
 from orchestrator.signal import Signals
@@ -25,7 +26,8 @@ def simulate(
     """Simulate `system` from `start` to `stop`.
 
     Whatever happens, every component is closed, then every observer that began is ended. An
-    error raised meanwhile does not hide an earlier one; it becomes a note on it.
+    error raised meanwhile does not hide an earlier one; it becomes a note on it. Observers see
+    nothing of the branches in which a `DecidingComponent` tries its alternatives.
 
     Args:
         system: the components and their connections.
@@ -36,21 +38,25 @@ def simulate(
         observers: called at every communication point, in this order.
 
     Raises:
-        SystemStructureError: step sizes do not fit the interval, or the algorithm the system.
+        SystemStructureError: step sizes do not fit the interval, or the algorithm the system, or
+            decisions are to be tried and the system cannot be copied.
         ComponentError: a component failed or broke its contract; it says which, and when.
     """
-    exchange = Exchange(system)
+    branching = Branching(system, stop)
+    exchange = Exchange(system, branching)
     schedule = Schedule(exchange, algorithm.turns(system), start, stop)
     run = _Run(exchange, start)
     audience = _Audience(observers)
-    with run.guarded("simulating"):
+    with run.guarded("simulating"), branching.confined():
         audience.begin(system, start, stop)
         exchange.start(feedthrough_order(system), start, seed)
         for t, due in schedule:
             if t != start:
                 algorithm.arrive(t, due)
             run.time = t
-            audience.observe(t, due.names, exchange.values)
+            branching.arrive(t)
+            if branching.is_trunk:
+                audience.observe(t, due.names, exchange.values)
             if t != stop:
                 algorithm.depart(t, due)
     for name, participant in exchange.participants.items():

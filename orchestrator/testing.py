@@ -8,7 +8,12 @@ import numpy as np
 from typing_extensions import override
 
 from orchestrator.algorithm.outputs import OutputCheck, same
-from orchestrator.component import Component, ConcurrentComponent, RestorableComponent
+from orchestrator.component import (
+    Component,
+    ConcurrentComponent,
+    DecidingComponent,
+    RestorableComponent,
+)
 from orchestrator.errors import ComponentError
 from orchestrator.randomness import stream
 from orchestrator.signal import Causality, Connector, Signal, Signals
@@ -92,7 +97,7 @@ def check_component(
     arrays it handed out; repeats itself exactly when set up again with the same seed; `outputs`
     has no effect; `close` may be called before `setup` and twice. A `RestorableComponent` returns
     to a saved state any number of times; a `ConcurrentComponent` gives the same in one call or
-    two.
+    two; of the decisions of a `DecidingComponent` the first alternative is taken.
 
     Args:
         component: the component, as created.
@@ -132,6 +137,11 @@ def _step_again(component: Any, inputs: Signals, t: Time, h: Duration) -> None:
         component.outputs()
         component.restore(state)
     component.step(inputs, t, h)
+
+
+def _take_first(component: Component) -> None:
+    if isinstance(component, DecidingComponent) and component.decision is not None:
+        component.decide(0)
 
 
 def _begin_and_finish(component: Any, inputs: Signals, t: Time, h: Duration) -> None:
@@ -185,6 +195,7 @@ class _Check:
             hand_out(self.grid.start)
             for t in self.grid:
                 step(component, take_in(t), t, h)
+                _take_first(component)
                 hand_out(t + h)
             self._raise_changes(crossed)
         finally:

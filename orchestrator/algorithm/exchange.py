@@ -6,6 +6,7 @@ from functools import cache
 from types import MappingProxyType
 
 from orchestrator.algorithm.participant import Participant, participant
+from orchestrator.branching import Branching
 from orchestrator.errors import SystemStructureError
 from orchestrator.randomness import stream
 from orchestrator.signal import Signals
@@ -32,6 +33,10 @@ class Due:
 class Exchange:
     """All participants of one run, connected to each other.
 
+    Args:
+        system: the components and their connections.
+        branching: takes the decisions of `DecidingComponent`s.
+
     Attributes:
         participants: by name, in the order of the system.
         values: the published outputs of each component: a view of the present, which the next
@@ -40,9 +45,14 @@ class Exchange:
 
     __slots__ = ("participants", "values")
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: System, branching: Branching) -> None:
         self.participants: Mapping[str, Participant] = {
-            name: participant(name, component, system.connectors[name], system.step_sizes[name])
+            name: participant(
+                name,
+                branching.around(name, component),
+                system.connectors[name],
+                system.step_sizes[name],
+            )
             for name, component in system.components.items()
         }
         published = {name: each.published for name, each in self.participants.items()}

@@ -1,14 +1,32 @@
-"""One run of an experiment, as a worker performs it: plain values in, plain values out."""
+"""One run of an experiment, as a worker performs it: plain values in, plain values out.
 
+A worker's process has threads of its own. A run that branches copies its process, which does not
+go well with them; such a run gets a fresh process: this module is its program.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
 import tempfile
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from typing_extensions import override
+
+from orchestrator.observer import Observer, SimulationResult
+from orchestrator.remote.process import child_environment
 from orchestrator.run import RunInterrupted, new_directory, run_scenario
 from orchestrator.scenario.build import load_scenario
+from orchestrator.scenario.model import Scenario
+from orchestrator.signal import Signals
+from orchestrator.system import System
+from orchestrator.timebase import Time
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,21 +67,91 @@ def perform(work: Work) -> Result:
     """Run; errors become results, because not every exception survives the way back."""
     begin = time.perf_counter()
     try:
-        fingerprint, metrics = _run(work)
+        scenario = load_scenario(Path(work.scenario), work.overrides)
+        branches = any(use.type.decides for use in scenario.components.values())
+        if branches and sys.platform != "win32":
+            result = _alone(work)
+        else:
+            result = _run(work, scenario)
     except (Exception, RunInterrupted) as error:
-        reason = str(error) or type(error).__name__
-        wall = time.perf_counter() - begin
-        return Result(wall=wall, fingerprint=None, metrics={}, error=reason)
-    wall = time.perf_counter() - begin
-    return Result(wall=wall, fingerprint=fingerprint, metrics=metrics, error=None)
+        result = _failed(str(error) or type(error).__name__)
+    return replace(result, wall=time.perf_counter() - begin)
 
 
-def _run(work: Work) -> tuple[str, Mapping[str, Any]]:
-    scenario = load_scenario(Path(work.scenario), work.overrides)
+def _failed(reason: str) -> Result:
+    return Result(wall=0.0, fingerprint=None, metrics={}, error=reason)
+
+
+def _run(work: Work, scenario: Scenario, observers: Sequence[Observer] = ()) -> Result:
     if work.keep is not None:
         keep = Path(work.keep)
-        outcome = run_scenario(scenario, new_directory(keep.parent, keep.name), figure=False)
-        return outcome.fingerprint, outcome.metrics
-    with tempfile.TemporaryDirectory(dir=work.scratch, prefix="nlosim-run-") as directory:
-        outcome = run_scenario(scenario, Path(directory), figure=False)
-    return outcome.fingerprint, outcome.metrics
+        directory = new_directory(keep.parent, keep.name)
+        outcome = run_scenario(scenario, directory, figure=False, observers=observers)
+    else:
+        with tempfile.TemporaryDirectory(dir=work.scratch, prefix="nlosim-run-") as scratch:
+            outcome = run_scenario(scenario, Path(scratch), figure=False, observers=observers)
+    return Result(wall=0.0, fingerprint=outcome.fingerprint, metrics=outcome.metrics, error=None)
+
+
+def _alone(work: Work) -> Result:
+    """Run in a fresh process, which ends with this one."""
+    reading, writing = os.pipe()
+    with (
+        os.fdopen(reading, "rb") as answers,
+        subprocess.Popen(
+            [sys.executable, "-P", "-m", "orchestrator.experiment.work", str(writing)],
+            stdin=subprocess.PIPE,
+            pass_fds=(writing,),
+            env=child_environment(),
+            text=True,
+        ) as process,
+    ):
+        os.close(writing)
+        with suppress(BrokenPipeError):  # it has died; what it did not answer says so
+            if process.stdin is not None:
+                process.stdin.write(json.dumps(asdict(work)))
+                process.stdin.close()
+        answer = answers.read()
+    if not answer:
+        code = process.returncode
+        how = f"was killed by signal {-code}" if code < 0 else f"exited with code {code}"
+        return _failed(f"the process of the run {how}")
+    return Result(**json.loads(answer))
+
+
+class _EndWithWorker(Observer):
+    """Stops a run that nobody waits for any more, because the worker is gone."""
+
+    def __init__(self) -> None:
+        self._worker = os.getppid()
+
+    @override
+    def begin(self, system: System, start: Time, stop: Time) -> None:
+        pass
+
+    @override
+    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
+        if os.getppid() != self._worker:
+            raise KeyboardInterrupt
+
+    @override
+    def end(self, result: SimulationResult) -> None:
+        pass
+
+
+def _main(answers: int) -> None:
+    """Read the work from standard input, run, and write the result to the open file `answers`."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # from a terminal; the conductor acts on it
+    observer = _EndWithWorker()
+    work = Work(**json.load(sys.stdin))
+    try:
+        scenario = load_scenario(Path(work.scenario), work.overrides)
+        result = _run(work, scenario, (observer,))
+    except (Exception, RunInterrupted) as error:
+        result = _failed(str(error) or type(error).__name__)
+    with os.fdopen(answers, "w") as file:
+        json.dump(asdict(result), file)
+
+
+if __name__ == "__main__":
+    _main(int(sys.argv[1]))

@@ -68,7 +68,7 @@ class HostProcess:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            env=_environment(),
+            env=child_environment(),
             # Ctrl-C in a terminal goes to all processes of its session; ours are ended in order
             start_new_session=True,
         )
@@ -155,7 +155,8 @@ class HostProcess:
         self._on_exit()
 
 
-def _environment() -> dict[str, str]:
+def child_environment() -> dict[str, str]:
+    """The environment in which a Python process finds the same modules, and takes one thread."""
     path = os.pathsep.join(entry or str(Path.cwd()) for entry in sys.path)
     defaults = dict.fromkeys(_THREAD_VARIABLES, "1")
     return {**defaults, **os.environ, "PYTHONPATH": path, "PYTHONUNBUFFERED": "1"}

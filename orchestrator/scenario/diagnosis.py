@@ -1,6 +1,7 @@
 """What pydantic found, in sentences for the author of the file."""
 
 from collections.abc import Sequence
+from types import NoneType
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -114,6 +115,8 @@ def _keys(model: type[BaseModel], address: Sequence[str | int]) -> list[str]:
         if isinstance(at, type) and issubclass(at, BaseModel):
             fields = {f.alias or name: f for name, f in at.model_fields.items()}
             at = fields[str(step)].annotation
+            present = [kind for kind in get_args(at) if kind is not NoneType]
+            at = present[0] if NoneType in get_args(at) else at
         else:
             at = get_args(at)[-1]  # the values of dict[...], the items of list[...]
     return [field.alias or name for name, field in at.model_fields.items()]

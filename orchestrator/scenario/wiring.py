@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.branching import branching_problems
 from orchestrator.component import Component
 from orchestrator.errors import (
     ComponentError,
@@ -72,6 +73,13 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
             system = System(components, step_sizes, tuple(origins))
         except SystemStructureError as error:
             raise ScenarioError([where.locate(what) for what in error.problems]) from error
+        problems = [
+            Problem(scenario.document.key(("components", name)), what)
+            for name, use in scenario.components.items()
+            for what in branching_problems(system, [name] if use.type.decides else [])
+        ]
+        if problems:
+            raise ScenarioError(problems)
         try:
             turns = scenario.algorithm.turns(system)
         except SystemStructureError as error:

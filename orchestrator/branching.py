@@ -1,0 +1,276 @@
+"""Branches: copies of a running simulation in which alternatives are tried.
+
+A branch is a copy of the process (`fork`), and so of everything: simulators, the memory of FMUs,
+Python objects, random states. No component has to be restorable. A branch goes on where it was
+copied, in the middle of the step that opened the decision, and simulates to the horizon. It has
+no observers, writes its score into a pipe and ends. The trunk, which is the run itself, waits for
+one branch after the other and then takes the best alternative. It is the same run as if it had
+known that alternative from the start.
+"""
+
+import json
+import logging
+import math
+import os
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+import numpy as np
+from typing_extensions import override
+
+from orchestrator.component import Component, ConcurrentComponent, DecidingComponent, Decision
+from orchestrator.errors import ComponentError, SystemStructureError
+from orchestrator.fork import Fork
+from orchestrator.signal import Signals
+from orchestrator.system import Connectors, System
+from orchestrator.timebase import Duration, Time, seconds
+
+_log = logging.getLogger(__name__)
+
+
+def branching_problems(system: System, deciding: Iterable[str]) -> list[str]:
+    """Why the decisions of the components `deciding` cannot be tried; empty if they can.
+
+    Args:
+        system: the components.
+        deciding: names of components that are, here or in another process, `DecidingComponent`s.
+    """
+    elsewhere = [
+        name
+        for name, component in system.components.items()
+        if isinstance(component, ConcurrentComponent)
+    ]
+    problems = []
+    for name in deciding:
+        what = f"component `{name}` tries its alternatives in copies of this process"
+        if sys.platform == "win32":
+            problems.append(f"{what}, which Windows cannot make; run it on Linux")
+        if elsewhere:
+            others = ", ".join(f"`{other}`" for other in elsewhere)
+            verb = "steps" if len(elsewhere) == 1 else "step"
+            problems.append(
+                f"{what}, but {others} {verb} outside of it and would not be copied; run all "
+                "components in one process: `--transport in-process`"
+            )
+    return problems
+
+
+@dataclass(slots=True, kw_only=True)
+class _Branch:
+    """What a copy knows about itself.
+
+    Attributes:
+        name: of the component that decides.
+        component: the same.
+        horizon: where the branch ends [ns].
+        best: the score it has to beat; `None` for the first.
+        trunk: the process that waits for it.
+        pipe: takes the outcome.
+        is_bounded: whether the component still speaks of this decision when it gives a bound.
+    """
+
+    name: str
+    component: DecidingComponent
+    horizon: Time
+    best: float | None
+    trunk: int
+    pipe: int
+    is_bounded: bool = True
+
+    def check(self, t: Time) -> None:
+        """End if nothing more is to be learnt, or if nobody waits any more."""
+        if os.getppid() != self.trunk:
+            os._exit(1)
+        if t >= self.horizon:
+            self.end(score=_score_of(self.name, self.component, t))
+        if self.is_bounded and _is_beaten(self.component, self.horizon, self.best):
+            self.end(score=None)
+
+    def fail(self, t: Time, error: BaseException) -> NoReturn:
+        """Tell the trunk what went wrong."""
+        if isinstance(error, ComponentError):
+            self.end(component=error.component, time=error.time, error=error.message)
+        self.end(component=self.name, time=t, error=f"{type(error).__name__}: {error}")
+
+    def end(self, **outcome: Any) -> NoReturn:
+        """Leave, without any of what Python does at the end of a process."""
+        try:
+            os.write(self.pipe, json.dumps(outcome).encode())
+        finally:
+            os._exit(0)
+
+
+class Branching:
+    """The decisions of one run.
+
+    Args:
+        system: its components.
+        stop: the last communication point [ns].
+
+    Raises:
+        SystemStructureError: there is a `DecidingComponent`, and the system cannot be copied.
+    """
+
+    def __init__(self, system: System, stop: Time) -> None:
+        deciding = [n for n, c in system.components.items() if isinstance(c, DecidingComponent)]
+        problems = branching_problems(system, deciding)
+        if problems:
+            raise SystemStructureError(problems)
+        self._stop = stop
+        self._time: Time = 0
+        self._branch: _Branch | None = None
+
+    @property
+    def is_trunk(self) -> bool:
+        """Whether this is the run itself and not a branch of it."""
+        return self._branch is None
+
+    def around(self, name: str, component: Component) -> Component:
+        """`component` as the exchange is to see it: with every decision taken."""
+        if isinstance(component, DecidingComponent):
+            return _Decided(name, component, self)
+        return component
+
+    def arrive(self, t: Time) -> None:
+        """The communication point `t` is reached; a branch ends here if it is its horizon."""
+        self._time = t
+        if self._branch is not None:
+            self._branch.check(t)
+
+    @contextmanager
+    def confined(self) -> Iterator[None]:
+        """Let no error of a branch get any further than to the trunk."""
+        try:
+            yield
+        except BaseException as error:
+            if self._branch is not None:
+                self._branch.fail(self._time, error)
+            raise
+
+    def best(self, name: str, component: DecidingComponent, decision: Decision, now: Time) -> int:
+        """The alternative to take: the best in the trunk, and in a branch its own.
+
+        Args:
+            name: of the component.
+            component: undecided.
+            decision: what is open.
+            now: the time the component has reached [ns].
+
+        Raises:
+            ComponentError: a branch failed, or could not be made.
+        """
+        if not decision.alternatives:
+            raise ComponentError(name, now, "opened a decision without alternatives")
+        if self._branch is not None:
+            self._branch.is_bounded &= component is not self._branch.component
+            return 0
+        if len(decision.alternatives) == 1:
+            return 0
+        horizon = min(decision.horizon, self._stop)
+        scores: list[float | None] = []
+        best: float | None = None
+        for index, label in enumerate(decision.alternatives):
+            if _is_beaten(component, horizon, best):
+                scores.append(None)
+                continue
+            trunk, fork = os.getpid(), _fork(name, now)
+            if fork.is_copy:
+                self._branch = _Branch(
+                    name=name,
+                    component=component,
+                    horizon=horizon,
+                    best=best,
+                    trunk=trunk,
+                    pipe=fork.answer,
+                )
+                fork.enter()  # from here on, errors are the branch's
+                return index
+            scores.append(_outcome(fork, f"`{label}`, tried by `{name}` at {_at(now)}", name, now))
+            best = max((score for score in scores if score is not None), default=None)
+        _log.info("%s", _account(name, decision, scores, now))
+        return scores.index(best)
+
+
+def _is_beaten(component: DecidingComponent, horizon: Time, best: float | None) -> bool:
+    return best is not None and component.score_bound(horizon) <= best
+
+
+def _fork(name: str, now: Time) -> Fork:
+    try:
+        return Fork()
+    except OSError as error:
+        what = f"this process cannot be copied to try an alternative: {error.strerror}"
+        raise ComponentError(name, now, what) from error
+
+
+def _outcome(fork: Fork, what: str, name: str, now: Time) -> float | None:
+    """The score of a branch; `None` if it could not beat the best before it."""
+    answer = fork.wait()
+    if not answer:
+        raise ComponentError(name, now, f"the branch of {what}, {fork.ending}")
+    outcome = json.loads(answer)
+    if "error" in outcome:
+        message = f"{outcome['error']} (in the branch of {what})"
+        raise ComponentError(outcome["component"], outcome["time"], message)
+    score: float | None = outcome["score"]
+    return score
+
+
+def _at(t: Time) -> str:
+    return f"t = {seconds(t):.9g} s"
+
+
+def _account(name: str, decision: Decision, scores: list[float | None], now: Time) -> str:
+    outcomes = (
+        f"{label} {'pruned' if score is None else f'{score:g}'}"
+        for label, score in zip(decision.alternatives, scores, strict=True)
+    )
+    return f"`{name}` decided at {_at(now)}: {', '.join(outcomes)}"
+
+
+def _score_of(name: str, component: DecidingComponent, t: Time) -> float:
+    score = float(component.score())
+    if math.isnan(score):
+        raise ComponentError(name, t, "its score is NaN; it cannot be compared")
+    return score
+
+
+class _Decided(Component):
+    """A deciding component whose decisions are taken before anybody sees its outputs."""
+
+    def __init__(self, name: str, component: DecidingComponent, branching: Branching) -> None:
+        self._name = name
+        self._component = component
+        self._branching = branching
+
+    @property
+    @override
+    def connectors(self) -> Connectors:
+        return self._component.connectors
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._component.setup(start, rng)
+
+    @override
+    def initialise(self, inputs: Signals) -> None:
+        self._component.initialise(inputs)
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._component.step(inputs, t, h)
+        decision = self._component.decision
+        if decision is not None:
+            best = self._branching.best(self._name, self._component, decision, t + h)
+            self._component.decide(best)
+
+    @override
+    def outputs(self) -> Signals:
+        return self._component.outputs()
+
+    @override
+    def close(self) -> None:
+        self._component.close()

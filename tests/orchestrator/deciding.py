@@ -1,0 +1,206 @@
+"""Components for tests of branching: a noisy point, and who pushes it towards a target."""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from typing_extensions import override
+
+from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.component import Component, DecidingComponent, Decision
+from orchestrator.observer import Observer, SimulationResult
+from orchestrator.signal import Causality, Connector, Signals
+from orchestrator.simulation import simulate
+from orchestrator.system import Connection, Endpoint, System
+from orchestrator.timebase import Duration, Time
+
+H = 100_000_000
+PUSHES = (-0.8, -0.3, 0.0, 0.3, 0.8)
+PERIOD = 5
+"""Steps between decisions."""
+HORIZON = 8
+"""Steps from a decision to its horizon."""
+X = Connector(causality=Causality.INPUT)
+PUSH = Connector(causality=Causality.OUTPUT, feedthrough=frozenset({"x"}))
+
+
+class Point(Component):
+    """Goes where it is pushed, and astray; `fault(push, time)` is called in every step."""
+
+    def __init__(self, fault: Callable[[float, Time], Any] = lambda push, time: None) -> None:
+        self._fault = fault
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return {"push": X, "x": Connector(causality=Causality.OUTPUT)}
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._rng = rng
+        self._x = np.array(0.0)
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        push = float(np.asarray(inputs["push"]))
+        self._fault(push, t)
+        self._x = np.array(self._x + push + self._rng.normal())
+
+    @override
+    def outputs(self) -> Signals:
+        return {"x": self._x}
+
+
+class _Pusher:
+    """What both pushers have in common: when it is time to choose, and what was achieved."""
+
+    def __init__(self) -> None:
+        self.steps = 0
+        self.hits = 0
+        self.pushed = 0.0
+
+    def look(self, inputs: Signals) -> bool:
+        """Whether to choose now."""
+        self.steps += 1
+        self.hits += abs(float(np.asarray(inputs["x"]))) < 1.0
+        return self.steps % PERIOD == 1
+
+    def outputs(self) -> Signals:
+        return {"push": np.array(self.pushed), "hits": np.array(self.hits, np.int64)}
+
+
+CONNECTORS = {"x": X, "push": PUSH, "hits": Connector(causality=Causality.OUTPUT, dtype=np.int64)}
+
+
+class Chooser(DecidingComponent):
+    """Chooses the push after which `x` is near zero most often."""
+
+    def __init__(
+        self,
+        *,
+        pushes: tuple[float, ...] = PUSHES,
+        prunes: bool = True,
+        value: Callable[[int], float] = float,
+    ) -> None:
+        self._pushes = pushes
+        self._prunes = prunes
+        self._value = value
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return CONNECTORS
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._state = _Pusher()
+        self._decision: Decision | None = None
+        self._opened: Time = 0
+        self.choices: list[int] = []
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._now = t + h
+        if self._state.look(inputs):
+            names = tuple(f"push {push:g}" for push in self._pushes)
+            self._decision = Decision(alternatives=names, horizon=t + h + HORIZON * H)
+            self._opened = t + h
+
+    @override
+    def outputs(self) -> Signals:
+        return self._state.outputs()
+
+    @property
+    @override
+    def decision(self) -> Decision | None:
+        return self._decision
+
+    @override
+    def decide(self, alternative: int) -> None:
+        self._decision = None
+        self.choices.append(alternative)
+        self._state.pushed = self._pushes[alternative]
+
+    @override
+    def score(self) -> float:
+        return self._value(self._state.hits)
+
+    @override
+    def score_bound(self, horizon: Time) -> float:
+        if not self._prunes:
+            return math.inf
+        assert self._opened <= horizon <= self._opened + HORIZON * H
+        return self._state.hits + (horizon - self._now) // H
+
+
+class Planned(Component):
+    """Does what it was told, and the first alternative afterwards."""
+
+    def __init__(self, choices: list[int], pushes: tuple[float, ...] = PUSHES) -> None:
+        self._choices = choices
+        self._pushes = pushes
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return CONNECTORS
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._state = _Pusher()
+        self._next = iter(self._choices)
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        if self._state.look(inputs):
+            self._state.pushed = self._pushes[next(self._next, 0)]
+
+    @override
+    def outputs(self) -> Signals:
+        return self._state.outputs()
+
+
+class Trace(Observer):
+    """Everything that was published, and when."""
+
+    def __init__(self) -> None:
+        self.seen: list[tuple[Time, dict[str, bytes]]] = []
+
+    @override
+    def begin(self, system: System, start: Time, stop: Time) -> None:
+        pass
+
+    @override
+    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
+        signals = {
+            f"{c}.{n}": np.asarray(s).tobytes() for c in values for n, s in values[c].items()
+        }
+        self.seen.append((t, signals))
+
+    @override
+    def end(self, result: SimulationResult) -> None:
+        pass
+
+
+def run(
+    pusher: Component,
+    algorithm: CosimulationAlgorithm,
+    *,
+    steps: int = 23,
+    seed: int = 1,
+    point: Component | None = None,
+) -> tuple[SimulationResult, Trace]:
+    """Simulate the pusher, the point, and what the point's readers see in between."""
+    components = {"point": Point() if point is None else point, "pusher": pusher}
+    system = System(
+        components,
+        dict.fromkeys(components, H),
+        (
+            Connection(Endpoint("point", "x"), Endpoint("pusher", "x")),
+            Connection(Endpoint("pusher", "push"), Endpoint("point", "push")),
+        ),
+    )
+    trace = Trace()
+    result = simulate(system, algorithm, start=0, stop=steps * H, seed=seed, observers=(trace,))
+    return result, trace
