@@ -1,6 +1,9 @@
 """The relay unit: which vehicle, if any, forwards the sharer's data to the ego."""
 
 from fmus.relay.direct import Direct as Direct
+from fmus.relay.expected_prr import ExpectedPrr as ExpectedPrr
+from fmus.relay.forced import Forced as Forced
 from fmus.relay.mohed import Mohed as Mohed
+from fmus.relay.oracle import Oracle as Oracle
 from fmus.relay.signal_strength import SignalStrength as SignalStrength
 from fmus.relay.uniform import Random as Random

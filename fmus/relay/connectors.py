@@ -17,6 +17,12 @@ INPUTS: Final[Mapping[str, Connector]] = {
     "ego.heading": Connector(causality=_IN, unit="rad"),
     "ego.speed": Connector(causality=_IN, unit="m/s"),
     "ego.size": Connector(causality=_IN, shape=(3,), unit="m"),
+    "ego.route": Connector(
+        causality=_IN,
+        shape=("route_vertex", 2),
+        unit="m",
+        description="centre line of its route, from the vehicle on; empty: straight on",
+    ),
     "building.vertex": Connector(causality=_IN, shape=("building_vertex", 2), unit="m"),
     "building.index": Connector(causality=_IN, dtype=np.int32, shape=("building_vertex",)),
     "objects": Connector(causality=_IN, dtype=None, mime_type=OBJECTS_MIME),
@@ -31,6 +37,7 @@ INPUTS: Final[Mapping[str, Connector]] = {
     "received.link.transmitter": Connector(causality=_IN, dtype=np.int64, shape=("measured_link",)),
     "received.link.receiver": Connector(causality=_IN, dtype=np.int64, shape=("measured_link",)),
     "received.link.power": Connector(causality=_IN, shape=("measured_link",), unit="dBm"),
+    "received.sensor_data.count": Connector(causality=_IN, dtype=np.int64),
     "match.sharer": Connector(causality=_IN, dtype=np.int64, shape=("sharer",)),
     "match.trigger": Connector(causality=_IN, dtype=np.bool_),
 }

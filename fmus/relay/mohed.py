@@ -1,20 +1,20 @@
 """MoHeD, the relay policy of the paper: least NLOS risk by mobility and height."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from typing_extensions import override
 
-from fmus.apm import decode, split
-from fmus.records import NO_VEHICLE, OBJECT, unframe
+from fmus.records import NO_VEHICLE
 from fmus.relay.nodes import Node
-from fmus.relay.obstacles import Obstacles, from_bsms, from_layer, from_objects, merge
 from fmus.relay.policy import Choice, Policy, Situation
 from fmus.relay.risk import SPEED_OF_LIGHT, RiskModel
 from fmus.relay.selection import RelaySelection, SelectionParameters
+from fmus.relay.surroundings import Surroundings
 from orchestrator.parameters import parameter
-from orchestrator.signal import Array, Signals
-from orchestrator.timebase import Duration, Time, nanoseconds
+from orchestrator.signal import Signals
+from orchestrator.timebase import Time, nanoseconds
 
 
 class Mohed(RelaySelection):
@@ -27,7 +27,7 @@ class Mohed(RelaySelection):
 
     @dataclass(frozen=True, slots=True, kw_only=True)
     class Parameters(SelectionParameters):
-        """Parameters of the paper's section "Relay Selection"."""
+        """Parameters of the paper's section "Relay Selection", and its open readings."""
 
         minimum_speed_difference: float = parameter(
             0.5, unit="m/s", minimum=1e-6, doc="lower bound of |dv| in Eq. (3)"
@@ -36,6 +36,17 @@ class Mohed(RelaySelection):
         wall_loss: float = parameter(9.6, unit="dB", minimum=0.0, doc="per building wall")
         knife_edge_itu: bool = parameter(
             default=True, doc="factor 2 under the root of Eq. (1), as in ITU-R P.526"
+        )
+        first_hop: Literal["ends", "ego"] = parameter(
+            "ends",
+            doc="the velocities in Eq. (3) on the hop from the sharer to a candidate: those of "
+            "its two ends, or of the candidate and the ego",
+        )
+        direct_link: bool = parameter(default=True, doc="whether the direct link can be chosen")
+        keep_ties: bool = parameter(
+            default=True,
+            doc="whether the current choice wins among equal risks, before the direct link and "
+            "then the relay with the shorter longest hop",
         )
         same_body: float = parameter(
             1.0, unit="m", minimum=0.0, doc="distance at which two sources mean one obstacle"
@@ -54,7 +65,13 @@ class Mohed(RelaySelection):
             wall_loss=given.wall_loss,
             itu=given.knife_edge_itu,
         )
-        return LeastRisk(model, given.same_body, nanoseconds(given.lost_after))
+        return LeastRisk(
+            model,
+            Surroundings(given.same_body, nanoseconds(given.lost_after)),
+            ego_on_first_hop=given.first_hop == "ego",
+            direct_link=given.direct_link,
+            keep_ties=given.keep_ties,
+        )
 
 
 class LeastRisk(Policy):
@@ -62,75 +79,56 @@ class LeastRisk(Policy):
 
     Args:
         model: the risk of a hop.
-        same_body: distance at which two sources mean one obstacle [m].
-        layer_lifetime: how long the layer of an APM counts after its scan [ns].
+        surroundings: what stands between the nodes.
+        ego_on_first_hop: whether the ego's velocity stands beside the candidate's on the hop
+            from the sharer, not the sharer's.
+        direct_link: whether the direct link can be chosen while there are candidates.
+        keep_ties: whether the current choice wins among equal risks.
     """
 
-    def __init__(self, model: RiskModel, same_body: float, layer_lifetime: Duration) -> None:
+    def __init__(
+        self,
+        model: RiskModel,
+        surroundings: Surroundings,
+        *,
+        ego_on_first_hop: bool,
+        direct_link: bool,
+        keep_ties: bool,
+    ) -> None:
         self._model = model
-        self._same_body = same_body
-        self._layer_lifetime = layer_lifetime
-        self._layers: dict[int, tuple[Time, Obstacles, float]] = {}
-        self._walls: Array = np.empty((0, 2, 2))
-        self._map: object = None
+        self._surroundings = surroundings
+        self._ego_on_first_hop = ego_on_first_hop
+        self._direct_link = direct_link
+        self._keep_ties = keep_ties
 
     @override
     def remember(self, inputs: Signals, now: Time) -> None:
-        ego = int(np.asarray(inputs["ego.id"]))
-        for apm in map(decode, split(bytes(inputs["received.apms"]))):
-            if apm.vehicle != ego:
-                self._layers[apm.vehicle] = (apm.time, from_layer(apm), apm.cell)
-        oldest = now - self._layer_lifetime
-        self._layers = {v: kept for v, kept in self._layers.items() if kept[0] >= oldest}
+        self._surroundings.remember(inputs, now)
 
     @override
     def choose(self, situation: Situation, inputs: Signals) -> Choice:
         risks = self._risks(situation, inputs)
-        best = min(risks, key=lambda relay: (risks[relay], *situation.tie_break(relay)))
+        if not self._keep_ties:
+            situation = replace(situation, current=None)
+        offered = risks.keys() - ({NO_VEHICLE} if not self._direct_link else set())
+        best = min(
+            offered or {NO_VEHICLE},
+            key=lambda relay: (risks[relay], *situation.tie_break(relay)),
+        )
         return Choice(relay=best, risk_direct=risks[NO_VEHICLE], risk_chosen=risks[best])
 
     def _risks(self, situation: Situation, inputs: Signals) -> dict[int, float]:
         """The risk of the direct link, and of every candidate over both hops (step 4)."""
-        ego, source = situation.ego, situation.sharer
-        obstacles = self._obstacles(inputs, ego)
-        walls = self._wall_segments(inputs)
-        risks = {NO_VEHICLE: self._model.of_link(source, ego, ego, obstacles, walls)}
-        for vehicle, node in situation.candidates.items():
-            first_hop = self._model.of_link(source, node, node, obstacles, walls)
-            risks[vehicle] = first_hop + self._model.of_link(node, ego, ego, obstacles, walls)
-        return risks
-
-    def _obstacles(self, inputs: Signals, ego: Node) -> Obstacles:
-        """Steps 1 to 3 of the paper: locate, merge, keep what is an obstacle."""
-        objects = unframe("OBJS", bytes(inputs["objects"]), OBJECT)
-        own = from_objects(objects[objects["sensor"] == ego.vehicle])
-        margin = self._same_body
-        layers = [(layer, cell / 2.0) for _, layer, cell in self._layers.values()]
-        return merge(
-            [(_own_body(inputs, ego), margin), (from_bsms(inputs), margin), (own, margin), *layers]
-        )
-
-    def _wall_segments(self, inputs: Signals) -> Array:
-        """Both ends of every building wall, (wall, 2, 2); built once per map."""
-        vertex, index = np.asarray(inputs["building.vertex"]), np.asarray(inputs["building.index"])
-        if self._map is not inputs["building.vertex"]:
-            following = np.arange(1, len(index) + 1)
-            starts = np.searchsorted(index, index)
-            last = np.append(index[1:] != index[:-1], [True])[: len(index)]
-            following[last] = starts[last]
-            self._walls = np.stack([vertex, vertex[following]], axis=1) if len(index) else vertex
-            self._map = inputs["building.vertex"]
-        return self._walls
-
-
-def _own_body(inputs: Signals, ego: Node) -> Obstacles:
-    """The ego's body: it explains what others see of it, and can stand between others."""
-    size = np.asarray(inputs["ego.size"])
-    return Obstacles(
-        owner=np.array([ego.vehicle]),
-        center=ego.position[None],
-        heading=np.asarray(inputs["ego.heading"])[None],
-        half=size[None, :2] / 2.0,
-        height=size[2:],
-        velocity=ego.velocity[None],
-    )
+        ego, sharer = situation.ego, situation.sharer
+        nodes = list(situation.candidates.values())
+        pairs = [(sharer, ego), *((node, sharer) for node in nodes), *((n, ego) for n in nodes)]
+        beside: list[Node] = [ego if self._ego_on_first_hop else sharer] * len(nodes)
+        risk = self._model.of_hops(
+            pairs,
+            [ego, *beside, *([ego] * len(nodes))],
+            self._surroundings.obstacles(situation, inputs),
+            self._surroundings.walls(inputs),
+        ).tolist()
+        first, second = risk[1 : len(nodes) + 1], risk[len(nodes) + 1 :]
+        both = (one + other for one, other in zip(first, second, strict=True))
+        return {NO_VEHICLE: risk[0], **dict(zip(situation.candidates, both, strict=True))}

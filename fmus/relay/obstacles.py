@@ -13,6 +13,7 @@ import numpy as np
 
 from fmus.apm import Apm, layer_height, layer_velocity
 from fmus.records import NO_VEHICLE
+from fmus.relay.nodes import Node
 from orchestrator.signal import Array, Signals
 
 HEIGHT_TOLERANCE: Final = 0.3
@@ -47,7 +48,7 @@ class Obstacles:
         Returns:
             bool, shape (other,).
         """
-        local = np.abs(_to_boxes(others.center[:, None, :], self.center, self.heading))
+        local = np.abs(to_boxes(others.center[:, None, :], self.center, self.heading))
         inside: Array = np.all(local <= self.half + margin, axis=-1)
         high_enough = self.height + HEIGHT_TOLERANCE >= others.height[:, None]
         return np.asarray((inside & high_enough).any(axis=1))
@@ -74,31 +75,6 @@ class Obstacles:
             velocity=self.velocity[keep],
         )
 
-    def crossing(self, start: Array, end: Array) -> tuple[Array, Array]:
-        """Where the segment from `start` to `end` runs over each box.
-
-        Args:
-            start: [m], shape (2,).
-            end: [m], shape (2,).
-
-        Returns:
-            Whether it crosses, bool (obstacle,), and the fraction of the segment at the
-            middle of the crossing, (obstacle,); 0 where it does not cross.
-        """
-        first = _to_boxes(start, self.center, self.heading)
-        along = _to_boxes(end, self.center, self.heading) - first
-        with np.errstate(divide="ignore", invalid="ignore"):
-            bounds = np.stack([(-self.half - first) / along, (self.half - first) / along])
-        parallel = along == 0.0
-        inside = np.abs(first) <= self.half
-        enter = np.where(parallel, np.where(inside, -np.inf, np.inf), bounds.min(axis=0))
-        leave = np.where(parallel, np.where(inside, np.inf, -np.inf), bounds.max(axis=0))
-        begin = np.maximum(enter.max(axis=1, initial=-np.inf), 0.0)
-        finish = np.minimum(leave.min(axis=1, initial=np.inf), 1.0)
-        crosses = begin < finish
-        middle = (np.where(crosses, begin, 0.0) + np.where(crosses, finish, 0.0)) / 2.0
-        return crosses, middle
-
 
 def from_bsms(received: Signals) -> Obstacles:
     """The senders of received BSMs, moved on by the age of the message.
@@ -116,6 +92,18 @@ def from_bsms(received: Signals) -> Obstacles:
         half=size[:, :2] / 2.0,
         height=size[:, 2],
         velocity=velocity,
+    )
+
+
+def from_node(node: Node) -> Obstacles:
+    """The body of a radio, where the ego knows it to be."""
+    return Obstacles(
+        owner=np.array([node.vehicle]),
+        center=np.asarray(node.position)[None],
+        heading=np.array([node.heading]),
+        half=node.size[None, :2] / 2.0,
+        height=node.size[2:],
+        velocity=np.asarray(node.velocity)[None],
     )
 
 
@@ -172,8 +160,14 @@ def merge(sources: Iterable[tuple[Obstacles, float]]) -> Obstacles:
     return merged
 
 
-def _to_boxes(points: Array, center: Array, heading: Array) -> Array:
-    """`points` in the frame of each box; shape (..., obstacle, 2)."""
+def to_boxes(points: Array, center: Array, heading: Array) -> Array:
+    """`points` in the frame of each box; shape (..., obstacle, 2).
+
+    Args:
+        points: [m], (..., 2), of a shape that broadcasts against the boxes.
+        center: of the boxes [m], (..., obstacle, 2).
+        heading: of the boxes [rad], (..., obstacle).
+    """
     offset = points - center
     cos, sin = np.cos(heading), np.sin(heading)
     along = cos * offset[..., 0] + sin * offset[..., 1]

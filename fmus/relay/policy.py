@@ -17,8 +17,8 @@ class Situation:
     Attributes:
         ego: the receiver.
         sharer: the sender, where it was last known.
-        candidates: neighbours that the ego hears and whose two hops are within the range,
-            by ascending id; without the sharer and the ego.
+        candidates: neighbours that the ego heard within `lost_after` and whose two hops are
+            within the range, by ascending id; without the sharer and the ego.
         current: the choice until now, `NO_VEHICLE` for the direct link; None at the first
             choice for this sharer.
     """

@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from fmus.records import NO_VEHICLE
 from fmus.relay.connectors import CONNECTORS, OUTPUTS
-from fmus.relay.nodes import Whereabouts, ego_node, neighbours
+from fmus.relay.nodes import Node, Whereabouts, ego_node, neighbours
 from fmus.relay.policy import Choice, Policy, Situation
 from orchestrator.component import Component
 from orchestrator.parameters import parameter
@@ -26,8 +26,44 @@ class SelectionParameters:
         300.0, unit="m", minimum=1.0, doc="candidates with a longer hop are not considered"
     )
     lost_after: float = parameter(
-        0.5, unit="s", minimum=0.001, doc="a relay not heard for so long is given up"
+        0.5, unit="s", minimum=0.001, doc="who was not heard for longer is no candidate or relay"
     )
+
+
+class Course:
+    """The choice in force, whom it is for, and how often it changed while fusion was triggered.
+
+    Attributes:
+        relay: `NO_VEHICLE` for the direct link.
+        sharer: `NO_VEHICLE` while fusion is not triggered.
+        outputs: of a relay component.
+    """
+
+    def __init__(self) -> None:
+        self.relay = NO_VEHICLE
+        self.sharer = NO_VEHICLE
+        self.outputs: Signals = {name: output.start_value() for name, output in OUTPUTS.items()}
+        self._switches = 0
+
+    def is_new(self, sharer: int) -> bool:
+        """Whether a choice for `sharer` is the first after a trigger."""
+        return sharer != self.sharer
+
+    def pause(self) -> None:
+        """Fusion is not triggered; the choice stays, but counts no more as one to keep."""
+        self.sharer = NO_VEHICLE
+
+    def take(self, choice: Choice, sharer: int) -> None:
+        """Make `choice`; one that differs from the last for the same sharer is a switch."""
+        if sharer == self.sharer != NO_VEHICLE and choice.relay != self.relay:
+            self._switches += 1
+        self.relay, self.sharer = choice.relay, sharer
+        self.outputs = {
+            "relay": np.array(choice.relay, np.int64),
+            "switches": np.array(self._switches, np.int64),
+            "risk.direct": np.array(choice.risk_direct),
+            "risk.chosen": np.array(choice.risk_chosen),
+        }
 
 
 class RelaySelection(Component):
@@ -51,69 +87,69 @@ class RelaySelection(Component):
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._outputs = {name: output.start_value() for name, output in OUTPUTS.items()}
+        self._course = Course()
         self._rule = self._policy(rng)
         self._whereabouts = Whereabouts()
-        self._relay = NO_VEHICLE
-        self._sharer = NO_VEHICLE
         self._next_choice = start
-        self._switches = 0
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
         now = t + h
-        self._whereabouts.update(inputs)
+        self._whereabouts.update(inputs, now)
         self._rule.remember(inputs, now)
-        sharer = _wanted_sharer(inputs)
+        sharer = wanted_sharer(inputs)
         if sharer == NO_VEHICLE:
-            self._sharer = NO_VEHICLE
+            self._course.pause()
             return
-        first_choice = sharer != self._sharer
-        if first_choice or now >= self._next_choice or self._relay_is_lost(inputs):
-            self._select(inputs, sharer, now, first_choice=first_choice)
+        is_due = self._course.is_new(sharer) or now >= self._next_choice
+        if is_due or self._relay_is_lost(inputs):
+            self._course.take(self._choose(inputs, sharer, now), sharer)
+            self._next_choice = now + nanoseconds(self._common.window)
 
     @override
     def outputs(self) -> Signals:
-        return self._outputs
+        return self._course.outputs
 
-    def _select(self, inputs: Signals, sharer: int, now: Time, *, first_choice: bool) -> None:
-        current = None if first_choice else self._relay
-        choice = self._choose(inputs, sharer, current)
-        if current is not None and choice.relay != current:
-            self._switches += 1
-        self._relay, self._sharer = choice.relay, sharer
-        self._next_choice = now + nanoseconds(self._common.window)
-        self._outputs = {
-            "relay": np.array(choice.relay, np.int64),
-            "switches": np.array(self._switches, np.int64),
-            "risk.direct": np.array(choice.risk_direct),
-            "risk.chosen": np.array(choice.risk_chosen),
-        }
-
-    def _choose(self, inputs: Signals, sharer: int, current: int | None) -> Choice:
-        source = self._whereabouts.of(sharer)
-        if source is None:  # the sharer has never been heard: nothing to compare
-            return Choice()
-        ego = ego_node(inputs)
-        far = self._common.maximum_range
-        within_range = {
-            vehicle: node
-            for vehicle, node in sorted(neighbours(inputs).items())
-            if vehicle not in {sharer, ego.vehicle}
-            and max(source.distance(node), node.distance(ego)) <= far
-        }
-        situation = Situation(ego=ego, sharer=source, candidates=within_range, current=current)
-        return self._rule.choose(situation, inputs)
+    def _choose(self, inputs: Signals, sharer: int, now: Time) -> Choice:
+        current = None if self._course.is_new(sharer) else self._course.relay
+        found = situation(inputs, self._whereabouts.of(sharer, now), current, self._common)
+        return Choice() if found is None else self._rule.choose(found, inputs)
 
     def _relay_is_lost(self, inputs: Signals) -> bool:
-        if self._relay == NO_VEHICLE:
+        if self._course.relay == NO_VEHICLE:
             return False
-        heard = np.asarray(inputs["received.bsm.id"]) == self._relay
+        heard = np.asarray(inputs["received.bsm.id"]) == self._course.relay
         ages = np.asarray(inputs["received.bsm.age"])[heard]
         return len(ages) == 0 or bool(ages[0] > self._common.lost_after)
 
 
-def _wanted_sharer(inputs: Signals) -> int:
+def wanted_sharer(inputs: Signals) -> int:
     """The best sharer while fusion is triggered, else `NO_VEHICLE`."""
     sharers = np.asarray(inputs["match.sharer"])
     return int(sharers[0]) if inputs["match.trigger"] and len(sharers) else NO_VEHICLE
+
+
+def situation(
+    inputs: Signals, sharer: Node | None, current: int | None, given: SelectionParameters
+) -> Situation | None:
+    """Who is to be connected, and the candidates for it; the same for every policy.
+
+    Args:
+        inputs: of the relay component.
+        sharer: where it was last known.
+        current: as in `Situation`.
+        given: which limits candidates have to keep.
+
+    Returns:
+        None if the sharer has never been heard: there is nothing to compare.
+    """
+    if sharer is None:
+        return None
+    ego, far = ego_node(inputs), given.maximum_range
+    candidates = {
+        vehicle: node
+        for vehicle, node in neighbours(inputs, given.lost_after).items()
+        if vehicle not in {sharer.vehicle, ego.vehicle}
+        and max(sharer.distance(node), node.distance(ego)) <= far
+    }
+    return Situation(ego=ego, sharer=sharer, candidates=candidates, current=current)

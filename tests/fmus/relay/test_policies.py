@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from fmus.records import NO_VEHICLE
-from fmus.relay import Direct, Mohed, Random, SignalStrength
+from fmus.records import NO_VEHICLE, frame
+from fmus.relay import Direct, ExpectedPrr, Mohed, Random, SignalStrength
 from fmus.relay.connectors import CONNECTORS
 from fmus.relay.selection import SelectionParameters
 from orchestrator.component import Component
@@ -27,11 +27,19 @@ from tests.fmus.relay.world import (
     with_powers,
 )
 
-NAMES = ("relay-mohed", "relay-direct", "relay-random", "relay-signal-strength")
+RSU = 1_000
+NAMES = (
+    "relay-mohed",
+    "relay-direct",
+    "relay-random",
+    "relay-signal-strength",
+    "relay-expected-prr",
+)
 RELAYING: dict[str, Callable[[], Component]] = {
     "mohed": lambda: Mohed(Mohed.Parameters()),
     "random": lambda: Random(Random.Parameters()),
     "sum": lambda: SignalStrength(SignalStrength.Parameters()),
+    "expected-prr": lambda: ExpectedPrr(ExpectedPrr.Parameters()),
     "min": lambda: SignalStrength(SignalStrength.Parameters(rule="min")),
 }
 ALL = {**RELAYING, "direct": Direct}
@@ -122,3 +130,34 @@ def test_candidates_with_a_hop_out_of_range_are_not_considered(kind: str) -> Non
 def test_an_empty_list_of_sharers_is_no_trigger(kind: str) -> None:
     values = only(LEFT) | {"match.sharer": np.empty(0, np.int64)}
     assert chosen(started(RELAYING[kind]()), values) == NO_VEHICLE
+
+
+@pytest.mark.parametrize("kind", RELAYING)
+@pytest.mark.parametrize(("age", "is_candidate"), [(0.49, True), (0.51, False)])
+def test_who_would_count_as_lost_is_no_candidate(
+    kind: str,
+    age: float,
+    is_candidate: bool,  # noqa: FBT001
+) -> None:
+    """A choice that `lost_after` (0.5 s) takes back after the next 100 ms is none."""
+    values = only(LEFT)
+    ids = np.asarray(values["received.bsm.id"])
+    values["received.bsm.age"] = np.where(ids == LEFT, age, 0.0)
+    assert chosen(started(RELAYING[kind]()), values) == (LEFT if is_candidate else NO_VEHICLE)
+
+
+@pytest.mark.parametrize("kind", RELAYING)
+def test_a_roadside_unit_relays_as_any_neighbour_does(kind: str) -> None:
+    """A body of 0.3 m at rest with its antenna 6 m high; the ego's lidar sees its pole."""
+    values = with_powers(inputs({SHARER: NEIGHBOURS[SHARER], RSU: (-20.0, 30.0, 6.0)}), {})
+    at = np.asarray(values["received.bsm.id"]) == RSU
+    size = np.asarray(values["received.bsm.size"]).copy()
+    size[at] = (0.3, 0.3, 6.0)
+    pole = truck(-20.0, 30.0, height=5.9)
+    pole["minimum"], pole["maximum"] = (-20.1, 29.9), (-19.9, 30.1)
+    blocked = np.concatenate([truck(0, 30), pole])
+    values |= with_powers(values, {RSU: (-60.0, -60.0)})
+    values |= {"received.bsm.size": size, "objects": frame("OBJS", blocked)}
+    component = started(RELAYING[kind]())
+    assert chosen(component, values) == RSU
+    assert float(np.asarray(component.outputs()["risk.chosen"])) == 0.0

@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given, strategies as st
 
 from fmus.apm import Apm, encode, join
-from fmus.records import APM_LAYER_CELL, NO_VEHICLE
+from fmus.records import APM_LAYER_CELL, NO_VEHICLE, OBJECT, frame, unframe
 from fmus.relay import Direct, Mohed
+from fmus.relay.crossings import Walls
 from fmus.relay.nodes import Node
-from fmus.relay.obstacles import Obstacles, from_layer, merge
+from fmus.relay.obstacles import Obstacles
 from fmus.relay.risk import RiskModel
 from orchestrator.testing import check_component
 from tests.fmus.relay.world import (
@@ -24,6 +25,8 @@ from tests.fmus.relay.world import (
     started,
     truck,
 )
+
+NO_WALLS = Walls(np.empty((0, 2)), np.empty(0, np.int32))
 
 
 def neighbours(**changes: tuple[float, float, float]) -> dict[int, tuple[float, float, float]]:
@@ -89,40 +92,53 @@ def test_a_received_layer_reveals_an_obstacle_that_the_ego_does_not_see() -> Non
     assert chosen(started(Mohed(Mohed.Parameters())), values) != NO_VEHICLE
 
 
-def layer_cell(x: float, y: float, height: float) -> Obstacles:
-    """The obstacle that an APM of 5 m cells reports for whatever stands at (x, y)."""
-    layer = np.zeros((20, 20), APM_LAYER_CELL)
-    apm = Apm(
-        vehicle=SHARER,
-        time=0,
-        position=np.zeros(2),
-        heading=0.0,
-        center=np.zeros(2),
-        cell=5.0,
-        cells=np.zeros((20, 20), np.uint32),
-        layer=layer,
-    )
-    row, column = apm.locate(np.array([x, y]))
-    layer["height"][row, column] = round(height / 0.05)
-    return from_layer(apm)
+def risky(first_hop: str) -> int:
+    """The choice where the sharer stands beside LEFT's obstacle, and all other things move."""
+    values = inputs(neighbours(), np.concatenate([truck(0, 30), truck(-10, 45), truck(12, 15)]))
+    objects = unframe("OBJS", bytes(values["objects"]), OBJECT).copy()
+    objects["velocity"][1:] = [(0.0, 7.5), (0.0, 4.0)]
+    values["objects"] = frame("OBJS", objects)
+    return chosen(started(Mohed(Mohed.Parameters(first_hop=first_hop))), values)  # type: ignore[arg-type]
 
 
-@given(st.floats(-40, 40), st.floats(-40, 40))
-def test_a_known_body_explains_the_cell_it_stands_in_but_not_a_higher_one(
-    x: float, y: float
+def test_the_velocity_beside_the_candidates_on_the_first_hop_is_a_choice() -> None:
+    """A truck that moves as the ego does weighs most in S if the ego stands in it.
+
+    LEFT's hop from the sharer is crossed at 7.5 m/s (ego: 8, sharer: 0), RIGHT's to the ego
+    at 4 m/s.
+    """
+    assert risky("ends") == LEFT
+    assert risky("ego") == RIGHT
+
+
+def test_the_direct_link_can_be_left_out() -> None:
+    free = inputs(neighbours())
+    only_relays = Mohed.Parameters(direct_link=False)
+    assert chosen(started(Mohed(only_relays)), free) == LEFT
+    assert chosen(started(Mohed(only_relays)), inputs({SHARER: (0.0, 60.0, 1.8)})) == NO_VEHICLE
+
+
+@pytest.mark.parametrize(("keep", "then"), [(True, RIGHT), (False, LEFT)])
+def test_the_current_choice_wins_a_tie_if_it_shall(
+    keep: bool,  # noqa: FBT001
+    then: int,
 ) -> None:
-    """Wherever in the cell it stands; a phantom beside it would obstruct free links."""
-    known = Obstacles(
-        owner=np.array([9]),
-        center=np.array([[x, y]]),
-        heading=np.zeros(1),
-        half=np.array([[2.25, 0.9]]),
-        height=np.array([1.5]),
-        velocity=np.zeros((1, 2)),
-    )
-    seen, truck_beside = layer_cell(x, y, 1.5), layer_cell(x, y, 4.0)
-    assert len(merge([(known, 1.0), (seen, 2.5)]).owner) == 1
-    assert len(merge([(known, 1.0), (truck_beside, 2.5)]).owner) == 2
+    mohed = started(Mohed(Mohed.Parameters(keep_ties=keep)))
+    trucks = np.concatenate([truck(0, 30), truck(-10, 15)])
+    assert chosen(mohed, inputs(neighbours(), trucks)) == RIGHT
+    assert chosen(mohed, inputs(neighbours(), truck(0, 30)), t=20 * STEP) == then
+
+
+def test_the_body_of_a_silent_sharer_does_not_obstruct_its_own_links() -> None:
+    """The ego's lidar still sees it; its last BSM said what it is."""
+    mohed = started(Mohed(Mohed.Parameters()))
+    assert chosen(mohed, inputs(neighbours())) == NO_VEHICLE
+    silent = {v: p for v, p in neighbours().items() if v != SHARER}
+    itself = truck(0, 59.5, height=1.8)
+    itself["minimum"], itself["maximum"] = (-0.9, 57.8), (0.9, 62.2)
+    assert chosen(mohed, inputs(silent, itself), t=20 * STEP) == NO_VEHICLE
+    risk = float(np.asarray(mohed.outputs()["risk.direct"]))
+    assert risk == 0.0
 
 
 def test_the_choice_holds_for_the_window_and_then_follows_the_scene() -> None:
@@ -177,7 +193,7 @@ def test_risk_of_a_single_obstacle_is_the_papers_equation() -> None:
     )
     nu = 2.5 * np.sqrt(1 / wavelength * (1 / 30 + 1 / 30))
     loss = 6.9 + 20 * np.log10(np.sqrt((nu - 0.1) ** 2 + 1) + nu - 0.1)
-    risk = model.of_link(node, other, other, obstacle, np.empty((0, 2, 2)))
+    (risk,) = model.of_hops([(node, other)], [other], obstacle, NO_WALLS)
     assert risk == pytest.approx(loss * (1 / 8 + 1 / 4), rel=1e-12)
 
 
@@ -185,8 +201,9 @@ def test_equal_velocities_are_bounded() -> None:
     model = RiskModel(wavelength=0.05, minimum_speed_difference=0.5, wall_loss=9.6, itu=True)
     still = Node(vehicle=1, position=np.zeros(2), velocity=np.zeros(2), antenna_height=1.5)
     far = Node(vehicle=2, position=np.array([9.0, 0]), velocity=np.zeros(2), antenna_height=1.5)
-    walls = np.array([[[4.0, -1.0], [4.0, 1.0]]])
-    assert model.of_link(still, far, far, Obstacles(), walls) == pytest.approx(9.6 * 4.0)
+    walls = Walls(np.array([[4.0, -1.0], [4.0, 1.0], [-3.0, 5.0]]), np.zeros(3, np.int32))
+    (risk,) = model.of_hops([(still, far)], [far], Obstacles(), walls)
+    assert risk == pytest.approx(2 * 9.6 * 4.0)
 
 
 @given(
@@ -214,39 +231,13 @@ def test_risk_does_not_depend_on_the_frame(
             height=np.array([height]),
             velocity=(frame_turn @ np.array([1.0, 0.0]))[None],
         )
-        walls = np.array([[[35.0, -2.0], [35.0, 2.0]]]) @ frame_turn.T + offset
+        corners = np.array([[35.0, -2.0], [36.0, -2.0], [36.0, 2.0], [35.0, 2.0]])
+        walls = Walls(corners @ frame_turn.T + offset, np.zeros(4, np.int32))
         first, second = node(2, 0.0, 0.0), node(1, 50.0, 1.0)
-        return model.of_link(first, second, second, obstacle, walls)
+        return float(model.of_hops([(first, second)], [second], obstacle, walls)[0])
 
     plain = risk(np.eye(2), np.zeros(2), 0.0)
     assert risk(turn, np.array(shift), angle) == pytest.approx(plain, rel=1e-6)
-
-
-def test_one_body_known_from_two_sources_counts_once() -> None:
-    box = Obstacles(
-        owner=np.array([9]),
-        center=np.array([[5.0, 5.0]]),
-        heading=np.zeros(1),
-        half=np.array([[2.0, 1.0]]),
-        height=np.array([1.5]),
-        velocity=np.zeros((1, 2)),
-    )
-    assert len(merge([(box, 1.0), (box, 1.0)]).owner) == 1
-    assert len(from_layer_without_layer().owner) == 0
-
-
-def from_layer_without_layer() -> Obstacles:
-    return from_layer(
-        Apm(
-            vehicle=1,
-            time=0,
-            position=np.zeros(2),
-            heading=0.0,
-            center=np.zeros(2),
-            cell=5.0,
-            cells=np.zeros((4, 4), np.uint32),
-        )
-    )
 
 
 def test_contract() -> None:

@@ -1,0 +1,57 @@
+"""Where radios and bodies will be over the window: on along their velocities."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmus.relay.crossings import antennas
+from fmus.relay.nodes import Node
+from orchestrator.signal import Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Horizon:
+    """Instants from now on.
+
+    Attributes:
+        time: of each instant [s], ascending, (instant,).
+    """
+
+    time: Array
+
+    @classmethod
+    def over(cls, window: float, step: float) -> "Horizon":
+        """Now, and then the middles of equal parts of `window`, at most `step` long [s]."""
+        count = max(1, int(np.ceil(window / step - 1e-9)))
+        middles = (np.arange(count) + 0.5) * (window / count)
+        return cls(time=np.concatenate([[0.0], middles]))
+
+    def straight(self, position: Array, velocity: Array) -> Array:
+        """Positions [m], (instant, n, 2 or 3), of what moves on at its velocity."""
+        return np.asarray(position + self.time[:, None, None] * velocity)
+
+    def antennas(self, nodes: Sequence[Node]) -> Array:
+        """Antennas at each instant [m], (instant, node, 3)."""
+        velocity = np.array([(*node.velocity, 0.0) for node in nodes]).reshape(-1, 3)
+        return self.straight(antennas(nodes), velocity)
+
+    def along(self, node: Node, route: Array) -> Array:
+        """Positions [m], (instant, 2), of who keeps its speed along `route`.
+
+        Args:
+            node: where it is.
+            route: centre line from there on [m], (corner, 2); fewer than two corners: straight
+                on. Beyond the last corner it goes straight on.
+        """
+        step = np.diff(route, axis=0)
+        length = np.hypot(step[:, 0], step[:, 1])
+        step, length = step[length > 0.0], length[length > 0.0]
+        if len(length) == 0:
+            return self.straight(node.position[None], node.velocity[None])[:, 0]
+        station = np.concatenate([[0.0], np.cumsum(length)])
+        travelled = float(np.hypot(*node.velocity)) * self.time
+        edge = np.clip(np.searchsorted(station, travelled, side="right") - 1, 0, len(length) - 1)
+        corner = node.position + np.concatenate([np.zeros((1, 2)), np.cumsum(step, axis=0)])
+        rest = (travelled - station[edge]) / length[edge]
+        return np.asarray(corner[edge] + rest[:, None] * step[edge])

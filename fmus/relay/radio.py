@@ -1,0 +1,158 @@
+"""What a radio receives, as the ego believes: the channel's budget and error model in NumPy.
+
+Formulas and defaults are those of docs/physics-channel.md; they are tables here, computed once.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from orchestrator.signal import Array
+
+SPEED_OF_LIGHT: Final = 299_792_458.0
+_RATE_1_2: Final = (36, 211, 1404, 11633, 77433, 502690, 3322763, 21292910, 134365911)
+"""Weight spectrum of the convolutional code (133, 171), from D^10 on in steps of D^2."""
+_SIGNAL_BITS: Final = 24
+_SERVICE_AND_TAIL: Final = 22
+_GRID: Final = np.arange(-40.0, 80.0, 0.1)
+"""SNR of the table of success [dB]."""
+_KERNEL: Final = np.arange(-40.0, 40.05, 0.1)
+"""Deviations from the mean power over which success is averaged [dB]."""
+_LEAST: Final = 1e-12
+
+
+@dataclass(frozen=True, kw_only=True)
+class Radio:
+    """The radios of all vehicles, at 6 Mbit/s.
+
+    Attributes:
+        transmit_power: [dBm].
+        noise_floor: [dBm].
+        sensitivity: frames below are not noticed [dBm].
+        cca_threshold: powers on air from here on keep a radio from sending [dBm].
+        missed: probability that a radio misses the start of a frame, because it is locked on
+            another one.
+        capture_margin: a frame stronger than the others by this captures a receiver [dB].
+        wavelength: [m].
+        frame_size: of the packets with MAC and LLC [byte].
+        fading_m: shape of Nakagami fading; 0: none.
+        uncertainty: standard deviation of predicted powers [dB].
+    """
+
+    transmit_power: float
+    noise_floor: float
+    sensitivity: float
+    cca_threshold: float
+    missed: float
+    capture_margin: float
+    wavelength: float
+    frame_size: int
+    fading_m: float
+    uncertainty: float
+
+    def free_space(self, distance: Array) -> Array:
+        """Received power without obstacles [dBm] (ITU-R P.525-4, equation (3))."""
+        turns = 4.0 * np.pi / self.wavelength * np.maximum(distance, 1e-3)
+        return np.asarray(self.transmit_power - np.maximum(20.0 * np.log10(turns), 0.0))
+
+    def success(self, snr_db: Array) -> Array:
+        """Probability that noise spares a frame of mean SNR `snr_db` [dB]."""
+        return np.interp(snr_db, _GRID, self._success)
+
+    def notices(self, power: Array) -> Array:
+        """Probability that a frame of mean `power` [dBm] is not below the sensitivity."""
+        return np.interp(power - self.sensitivity, _KERNEL, self._above)
+
+    def unheard(self, power: Array) -> Array:
+        """Probability that a radio sends in spite of another's frame of mean `power` [dBm].
+
+        A frame that is not below the sensitivity keeps it from sending, unless it missed the
+        start; then only a power of `cca_threshold` does (docs/physics-packets.md, "Carrier
+        sense").
+        """
+        strong = np.interp(power - self.cca_threshold, _KERNEL, self._above)
+        noticed = self.notices(power)
+        return np.asarray(1.0 - noticed + noticed * self.missed * (1.0 - strong))
+
+    def with_noise(self, power: Array) -> Array:
+        """Power [dBm] of interference of `power` [dBm] and the noise together."""
+        return np.asarray(
+            10.0 * np.log10(10.0 ** (power / 10.0) + 10.0 ** (self.noise_floor / 10.0))
+        )
+
+    def overlapped(self, signal: Array, other: Array, other_first: float) -> Array:
+        """Probability that a frame is lost because another overlaps with it.
+
+        If the other comes first and is noticed, the receiver is locked on it, unless this
+        one is stronger by `capture_margin`; else it interferes.
+
+        Args:
+            signal: power of the frame [dBm].
+            other: power of the other, of a shape that broadcasts [dBm].
+            other_first: probability that the other comes first.
+        """
+        ratio = signal - self.with_noise(other)
+        captured = np.interp(ratio - self.capture_margin, _KERNEL, self._above)
+        alone = np.maximum(self.success(signal - self.noise_floor), _LEAST)
+        spoiled = 1.0 - np.minimum(self.success(ratio) / alone, 1.0)
+        locked = np.maximum(self.notices(other) * (1.0 - captured), spoiled)
+        return np.asarray(other_first * locked + (1.0 - other_first) * spoiled)
+
+    @cached_property
+    def _success(self) -> Array:
+        """Of each SNR of the grid, averaged over fading and uncertainty."""
+        wide = np.arange(_GRID[0] + _KERNEL[0], _GRID[-1] - _KERNEL[0] + 0.15, 0.1)
+        plain = np.array([frame_success(float(snr), self.frame_size) for snr in wide])
+        return np.convolve(plain, self._deviation[::-1], mode="valid")[: len(_GRID)]
+
+    @cached_property
+    def _above(self) -> Array:
+        """Probability that a deviation makes up for a lack of -`_KERNEL` dB."""
+        weights = self._deviation[::-1]
+        return np.clip(np.cumsum(weights) - weights / 2.0, 0.0, 1.0)
+
+    @cached_property
+    def _deviation(self) -> Array:
+        """Probability of each deviation of `_KERNEL`."""
+        weights = _normal(self.uncertainty)
+        if self.fading_m > 0.0:
+            weights = np.convolve(weights, _gamma(self.fading_m), mode="same")
+        return np.asarray(weights / weights.sum())
+
+
+def frame_success(snr_db: float, frame_size: int) -> float:
+    """Probability that white noise spares a frame at 6 Mbit/s (the NIST model, as in the channel).
+
+    Args:
+        snr_db: [dB].
+        frame_size: [byte].
+    """
+    snr = 10.0 ** (snr_db / 10.0)
+    header = _bits_success(0.5 * math.erfc(math.sqrt(snr)), _SIGNAL_BITS)
+    bits = _SERVICE_AND_TAIL + 8 * frame_size
+    return header * _bits_success(0.5 * math.erfc(math.sqrt(snr / 2.0)), bits)
+
+
+def _bits_success(error: float, bits: int) -> float:
+    """Of bits that were coded with rate 1/2 and have this error rate before decoding."""
+    square = 4.0 * error * (1.0 - error)
+    union = 0.5 * sum(a * square ** (5 + k) for k, a in enumerate(_RATE_1_2))
+    return math.exp(bits * math.log1p(-union)) if union < 1.0 else 0.0
+
+
+def _normal(deviation: float) -> Array:
+    """Weights of `_KERNEL`, normally distributed; all on 0 for no deviation."""
+    if deviation == 0.0:
+        return np.asarray(np.abs(_KERNEL) < 0.05, np.float64)
+    weights = np.exp(-0.5 * (_KERNEL / deviation) ** 2)
+    return np.asarray(weights / weights.sum())
+
+
+def _gamma(shape: float) -> Array:
+    """Weights of `_KERNEL` where the power factor has a Gamma distribution of mean 1."""
+    factor = 10.0 ** (_KERNEL / 10.0)
+    weights = np.exp(shape * (np.log(factor) - factor))
+    return np.asarray(weights / weights.sum())

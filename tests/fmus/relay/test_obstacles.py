@@ -1,0 +1,92 @@
+"""What the ego knows to stand in the way: merged from three sources, searched hop by hop."""
+
+import numpy as np
+from hypothesis import given, strategies as st
+
+from fmus.apm import Apm
+from fmus.records import APM_LAYER_CELL, NO_VEHICLE
+from fmus.relay.crossings import Hops, crossings
+from fmus.relay.obstacles import Obstacles, from_layer, merge
+from tests.fmus.relay.world import SHARER
+
+
+def test_the_sub_matrix_of_two_nodes_holds_every_cell_that_can_obstruct_them() -> None:
+    """Step 3 searches the box that the two nodes span; what lies outside is never crossed."""
+    rng = np.random.default_rng(1)
+    count = 400
+    cells = Obstacles(
+        owner=np.full(count, NO_VEHICLE),
+        center=rng.uniform(-50, 50, (count, 2)),
+        heading=np.zeros(count),
+        half=np.full((count, 2), 1.25),
+        height=np.full(count, 4.0),
+        velocity=np.zeros((count, 2)),
+    )
+    for start, end in rng.uniform(-40, 40, (50, 2, 3)):
+        hop = Hops(vehicle=np.array([[1, 2]]), start=start[None], end=end[None])
+        low, high = np.minimum(start, end)[:2] - 1.25, np.maximum(start, end)[:2] + 1.25
+        spanned = np.flatnonzero(((cells.center > low) & (cells.center < high)).all(axis=1))
+        assert set(crossings(hop, cells).obstacle) <= set(spanned)
+
+
+def layer_cell(x: float, y: float, height: float) -> Obstacles:
+    """The obstacle that an APM of 5 m cells reports for whatever stands at (x, y)."""
+    layer = np.zeros((20, 20), APM_LAYER_CELL)
+    apm = Apm(
+        vehicle=SHARER,
+        time=0,
+        position=np.zeros(2),
+        heading=0.0,
+        center=np.zeros(2),
+        cell=5.0,
+        cells=np.zeros((20, 20), np.uint32),
+        layer=layer,
+    )
+    row, column = apm.locate(np.array([x, y]))
+    layer["height"][row, column] = round(height / 0.05)
+    return from_layer(apm)
+
+
+@given(st.floats(-40, 40), st.floats(-40, 40))
+def test_a_known_body_explains_the_cell_it_stands_in_but_not_a_higher_one(
+    x: float, y: float
+) -> None:
+    """Wherever in the cell it stands; a phantom beside it would obstruct free links."""
+    known = Obstacles(
+        owner=np.array([9]),
+        center=np.array([[x, y]]),
+        heading=np.zeros(1),
+        half=np.array([[2.25, 0.9]]),
+        height=np.array([1.5]),
+        velocity=np.zeros((1, 2)),
+    )
+    seen, truck_beside = layer_cell(x, y, 1.5), layer_cell(x, y, 4.0)
+    assert len(merge([(known, 1.0), (seen, 2.5)]).owner) == 1
+    assert len(merge([(known, 1.0), (truck_beside, 2.5)]).owner) == 2
+
+
+def test_one_body_known_from_two_sources_counts_once() -> None:
+    box = Obstacles(
+        owner=np.array([9]),
+        center=np.array([[5.0, 5.0]]),
+        heading=np.zeros(1),
+        half=np.array([[2.0, 1.0]]),
+        height=np.array([1.5]),
+        velocity=np.zeros((1, 2)),
+    )
+    assert len(merge([(box, 1.0), (box, 1.0)]).owner) == 1
+    assert len(from_layer_without_layer().owner) == 0
+
+
+def from_layer_without_layer() -> Obstacles:
+    return from_layer(
+        Apm(
+            vehicle=1,
+            time=0,
+            position=np.zeros(2),
+            heading=0.0,
+            center=np.zeros(2),
+            cell=5.0,
+            cells=np.zeros((4, 4), np.uint32),
+        )
+    )
