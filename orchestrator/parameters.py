@@ -28,7 +28,7 @@ from typing import Any, Final
 
 from typing_extensions import override
 
-from orchestrator.component import Component
+from orchestrator.component import Component, DecidingComponent
 
 REQUIRED: Final = dataclasses.MISSING
 """The default of a parameter that a scenario must set."""
@@ -76,6 +76,11 @@ class ComponentType(abc.ABC):
     @abc.abstractmethod
     def parameters(self) -> Mapping[str, Parameter]:
         """The parameters on offer, by name."""
+
+    @property
+    def decides(self) -> bool:
+        """Whether instances are `DecidingComponent`s."""
+        return False
 
     @abc.abstractmethod
     def create(self, name: str, values: Mapping[str, Any]) -> Component:
@@ -130,6 +135,11 @@ class PythonComponentType(ComponentType):
                 for field in dataclasses.fields(self._record)
             }
         )
+
+    @property
+    @override
+    def decides(self) -> bool:
+        return issubclass(self._component, DecidingComponent)
 
     @override
     def create(self, name: str, values: Mapping[str, Any]) -> Component:

@@ -1,27 +1,16 @@
 """What happened in a run of the red-light study, as numbers."""
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
+from fmus.evaluation.delivery import packet_reception, session
 from fmus.evaluation.identity import vehicles_of
+from fmus.evaluation.roles import Roles
 from fmus.evaluation.traces import COLLISION, EGO, SHARING, Array, Traces
-from fmus.records import LINKS, NO_VEHICLE, OBJECT, OUTCOMES, SENSOR_DATA, unframe
+from fmus.records import LINKS, NO_VEHICLE, OBJECT, OUTCOMES, unframe
 
 _RECEIVED: Final = OUTCOMES.index("R")
-
-IN_FLIGHT: Final = 50_000_000
-"""A packet that was handed over so shortly before the end may still be on its way [ns]."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Roles:
-    """The vehicles of the encounter, `NO_VEHICLE` for one that never entered."""
-
-    ego: int
-    hidden: int
-    sharing: int
 
 
 def compute(traces: Traces) -> dict[str, Any]:
@@ -47,6 +36,7 @@ def compute(traces: Traces) -> dict[str, Any]:
         "min_gap_time": float(gaps[np.argmin(gaps[:, 1]), 0]) if len(gaps) else None,
         "min_speed": float(traces.scalars("traffic.ego.speed")[1].min()),
         "prr": packet_reception(sent, heard, roles, traces.end),
+        "session": session(traces, roles),
         "links": links(heard, roles),
         "relay_switches": int(traces.scalars("relay.switches")[1][-1]),
         "relays": _distinct(traces.scalars("relay.relay")[1]),
@@ -54,27 +44,6 @@ def compute(traces: Traces) -> dict[str, Any]:
         "bytes_sent": int(sent["size"].sum()),
         "hidden_vehicle": _hidden(traces, roles),
         "braking": _braking(traces),
-    }
-
-
-def packet_reception(sent: Array, heard: Array, roles: Roles, end: int) -> dict[str, float | None]:
-    """PRR of the sensor data: over the chosen route and, overheard, on the direct link.
-
-    Packets handed to the radio less than `IN_FLIGHT` before the end [ns] are left out.
-    """
-    broadcast = (sent["destination"] == NO_VEHICLE) & (sent["source"] == roles.sharing)
-    for_ego = (sent["destination"] == roles.ego) | broadcast
-    in_time = sent["time"] <= end - IN_FLIGHT
-    wanted = sent[(sent["kind"] == SENSOR_DATA) & for_ego & in_time]
-    if len(wanted) == 0 or roles.ego == NO_VEHICLE:
-        return {"end_to_end": None, "direct": None, "sent": 0}
-    mine = heard[(heard["receiver"] == roles.ego) & (heard["outcome"] == _RECEIVED)]
-    whole = np.isin(wanted["id"], mine["packet"][mine["addressed"] == 1])
-    direct = np.isin(wanted["id"], mine["packet"][mine["hop"] == 0])
-    return {
-        "end_to_end": float(whole.mean()),
-        "direct": float(direct.mean()),
-        "sent": len(wanted),
     }
 
 

@@ -76,7 +76,8 @@ def _radio(metrics: Mapping[str, Any]) -> list[str]:
     lines = [
         (
             f"PRR            end to end {_percent(prr['end_to_end'])}, direct link "
-            f"{_percent(prr['direct'])} ({prr['sent']} packets of sensor data)"
+            f"{_percent(prr['direct'])} ({prr['sent']} packets of sensor data; whole messages "
+            f"{_percent(prr['messages'])})"
         ),
         (
             f"relays         {metrics['relay_switches']} switches; used: "

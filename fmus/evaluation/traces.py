@@ -1,6 +1,6 @@
 """The recording of a red-light run, read into tables."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final, Protocol
@@ -18,6 +18,7 @@ EGO: Final = 1
 COLLISION: Final = 2
 SHARING: Final = 3
 BLOCKING: Final = 4
+ROADSIDE: Final = 5
 """Values of `vehicle.role`."""
 
 
@@ -62,15 +63,27 @@ class Scene:
         rows = np.flatnonzero(self.role == role)
         return int(rows[0]) if len(rows) else None
 
-    def corners(self) -> Array:
-        """Footprints, counter-clockwise [m], shape (vehicle, 4, 2)."""
-        half = self.size[:, None, :2] / 2.0 * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
-        cos, sin = np.cos(self.heading)[:, None], np.sin(self.heading)[:, None]
+    def corners(self, rows: Sequence[int] | slice = slice(None)) -> Array:
+        """Footprints of the vehicles in `rows`, counter-clockwise [m], shape (vehicle, 4, 2)."""
+        half = self.size[rows, None, :2] / 2.0 * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+        heading = self.heading[rows]
+        cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
         turned = np.stack(
             [cos * half[..., 0] - sin * half[..., 1], sin * half[..., 0] + cos * half[..., 1]],
             axis=-1,
         )
-        return np.asarray(self.position[:, None, :2] + turned)
+        return np.asarray(self.position[rows, None, :2] + turned)
+
+
+_SCENE: Final = {
+    "ids": "traffic.vehicle.id",
+    "position": "traffic.vehicle.position",
+    "heading": "traffic.vehicle.heading",
+    "velocity": "traffic.vehicle.velocity",
+    "size": "traffic.vehicle.size",
+    "role": "traffic.vehicle.role",
+}
+"""The signal of each array of a `Scene`."""
 
 
 class Traces:
@@ -97,16 +110,14 @@ class Traces:
 
     def scene(self, time: int) -> Scene:
         """The scene at the last communication point of traffic at or before `time` [ns]."""
-        fields = {
-            name: np.asarray(self.at(f"traffic.vehicle.{name}", time))
-            for name in ("position", "heading", "velocity", "size", "role")
-        }
-        return Scene(time=time, ids=np.asarray(self.at("traffic.vehicle.id", time)), **fields)
+        fields = {field: np.asarray(self.at(name, time)) for field, name in _SCENE.items()}
+        return Scene(time=time, **fields)
 
     def scenes(self) -> Iterator[Scene]:
         """Every scene, in order of time."""
-        for time in self.series("traffic.vehicle.id").times:
-            yield self.scene(int(time))
+        for k, time in enumerate(self.series("traffic.vehicle.id").times.tolist()):
+            fields = {field: np.asarray(self.series(name)[k]) for field, name in _SCENE.items()}
+            yield Scene(time=time, **fields)
 
     def vehicle_with(self, role: int) -> int | None:
         """The id of the first vehicle that has `role` in the run."""
@@ -124,9 +135,7 @@ class Traces:
         for scene in self.scenes():
             ego, hidden = scene.row(EGO), scene.row(COLLISION)
             if ego is not None and hidden is not None:
-                corners = scene.corners()
-                gap = polygon_distance(corners[ego], corners[hidden])
-                rows.append((scene.time / 1e9, gap))
+                rows.append((scene.time / 1e9, polygon_distance(*scene.corners([ego, hidden]))))
         return np.array(rows).reshape(-1, 2)
 
     @cached_property
@@ -155,5 +164,6 @@ class Traces:
         series = self.series(name)
         tables = [unframe(magic, bytes(series[k]), dtype) for k in range(len(series))]
         if kind is not None:
-            tables = [table[table["kind"] == kind] for table in tables]
-        return np.concatenate(tables) if tables else np.empty(0, dtype)
+            tables = [table.compress(table["kind"] == kind) for table in tables]
+        # in bytes, because NumPy compares the fields of all tables before it joins them
+        return np.frombuffer(bytearray().join(table.tobytes() for table in tables), dtype)

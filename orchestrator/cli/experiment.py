@@ -1,12 +1,15 @@
 """`nlosim experiment`."""
 
+import shlex
 import signal
 import sys
 from argparse import Namespace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from orchestrator.cli.columns import columns
+from orchestrator.cli.failures import bug
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.errors import CosimError
 from orchestrator.experiment.conduct import (
@@ -17,19 +20,25 @@ from orchestrator.experiment.conduct import (
 )
 from orchestrator.experiment.load import load_experiment
 from orchestrator.experiment.plan import Experiment
+from orchestrator.experiment.schema import seeds
 
 
 def execute(arguments: Namespace) -> Outcome:
     """Load, check every combination, run, tabulate."""
     options = _options(arguments)
+    given = None if arguments.seeds is None else _seeds(arguments.seeds)
     experiment = load_experiment(Path(arguments.experiment))
+    if given is not None:
+        experiment = replace(experiment, seeds=given)
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         outcome = conduct(experiment, options)
     except ExperimentInterrupted as error:
-        return _interrupted(experiment, error.outcome)
+        return _interrupted(experiment, arguments, error.outcome)
     finally:
         signal.signal(signal.SIGTERM, before)
+    if outcome.report_error is not None and not outcome.failed:
+        return _report_failed(experiment, outcome, outcome.report_error)
     return _done(experiment, outcome)
 
 
@@ -47,7 +56,23 @@ def _options(arguments: Namespace) -> Options:
         resume=arguments.resume,
         keep_runs=arguments.keep_runs,
         progress=not arguments.quiet and sys.stderr.isatty(),
+        command=_command(arguments, arguments.out),
     )
+
+
+def _seeds(text: str) -> tuple[int, ...]:
+    try:
+        return seeds(int(text) if text.isdecimal() else text)
+    except ValueError as error:
+        raise CosimError(f"--seeds: {error}") from error
+
+
+def _command(arguments: Namespace, out: str | None) -> str:
+    """What decides on the results; not how they are computed."""
+    words = ["nlosim", "experiment", arguments.experiment]
+    words += ["--seeds", arguments.seeds] if arguments.seeds is not None else []
+    words += ["--out", out] if out is not None else []
+    return shlex.join(words)
 
 
 def _data(experiment: Experiment, outcome: ExperimentOutcome) -> dict[str, Any]:
@@ -64,16 +89,32 @@ def _data(experiment: Experiment, outcome: ExperimentOutcome) -> dict[str, Any]:
         "out": str(outcome.directory),
         "runs": outcome.runs,
         "failed": failed,
-        "tables": {"summary": outcome.summary},
+        "tables": {**outcome.report.tables, "summary": outcome.summary},
     }
 
 
-def _interrupted(experiment: Experiment, outcome: ExperimentOutcome) -> Outcome:
+def _why_no_report(error: Exception) -> str:
+    reason = str(error) if isinstance(error, CosimError | ValueError) else repr(error)
+    return f"the report cannot be made: {reason}"
+
+
+def _report_failed(experiment: Experiment, outcome: ExperimentOutcome, error: Exception) -> Outcome:
+    """A report that says why it cannot be made is in its right; anything else is a bug."""
+    message = f"{_why_no_report(error)}; the results are in {outcome.directory}"
+    if isinstance(error, CosimError | ValueError):
+        data = _data(experiment, outcome)
+        return failure("report", Exit.WRONG_INPUT, message, **data)
+    return bug(message, error, None)
+
+
+def _interrupted(
+    experiment: Experiment, arguments: Namespace, outcome: ExperimentOutcome
+) -> Outcome:
     out, total = outcome.directory, len(experiment.runs())
-    text = (
-        f"interrupted after {outcome.runs} of {total} runs; they are in {out}\n"
-        f"go on with: nlosim experiment {experiment.path} --out {out} --resume"
-    )
+    text = f"interrupted after {outcome.runs} of {total} runs; they are in {out}\n"
+    if outcome.report_error is not None:
+        text += f"{_why_no_report(outcome.report_error)}\n"
+    text += f"go on with: {_command(arguments, str(out))} --resume"
     return failure(
         "interrupted", Exit.INTERRUPTED, "interrupted", text=text, **_data(experiment, outcome)
     )
@@ -81,9 +122,13 @@ def _interrupted(experiment: Experiment, outcome: ExperimentOutcome) -> Outcome:
 
 def _done(experiment: Experiment, outcome: ExperimentOutcome) -> Outcome:
     lines = [*_table(experiment, outcome), ""]
+    if outcome.report.text:
+        lines += [outcome.report.text.rstrip(), ""]
     for key, message in outcome.failed.items():
         lines += [f"failed twice: {experiment.name(key)}: {message}"]
         lines += [f"  repeat it with: {experiment.command(key)}"]
+    if outcome.report_error is not None:
+        lines += [_why_no_report(outcome.report_error)]
     lines += [f"{outcome.runs} runs, {len(outcome.failed)} failed; in {outcome.directory}"]
     return Outcome(
         text="\n".join(lines),

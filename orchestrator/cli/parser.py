@@ -201,10 +201,12 @@ def _add_report(commands: _Commands) -> None:
     report = _command(
         commands,
         "report",
-        "compute metrics and figure of a finished run again",
-        "Writes metrics.json and figure.png into the run directory.",
+        "make tables and figures of a finished run or experiment again",
+        """\
+Of a run: writes metrics.json and figure.png into its directory. Of an experiment, which may have
+been interrupted: runs.parquet, summary.csv, and the folder `report` of the experiment's report.""",
     )
-    report.add_argument("directory", metavar="DIR", help="a run directory")
+    report.add_argument("directory", metavar="DIR", help="of a run or an experiment")
 
 
 def _add_experiment(commands: _Commands) -> None:
@@ -213,9 +215,10 @@ def _add_experiment(commands: _Commands) -> None:
         "experiment",
         "run a scenario with many seeds and settings",
         """\
-The directory holds runs.parquet (one row per run) and summary.csv (mean and 95 % interval per
-combination of levels). What is finished when Ctrl-C comes is kept; --resume goes on. A run that
-fails is tried again, then reported with a command that repeats it. See docs/experiments.md.
+The directory holds runs.parquet (one row per run), summary.csv (mean and 95 % interval per
+combination of levels) and report/ (what the report that the file names makes of them). What is
+finished when Ctrl-C comes is kept; --resume goes on. A run that fails is tried again, then reported
+with a command that repeats it. See docs/experiments.md.
 
 examples:
   nlosim experiment experiments/red_light_methods.yaml
@@ -227,6 +230,11 @@ examples:
         "--out",
         metavar="DIR",
         help="the directory of the results (default: runs/EXPERIMENT, numbered if it exists)",
+    )
+    experiment.add_argument(
+        "--seeds",
+        metavar="SEEDS",
+        help="instead of the file's: how many, or a range such as 1..5",
     )
     experiment.add_argument(
         "--workers", type=int, metavar="N", help="processes (default: one per core)"

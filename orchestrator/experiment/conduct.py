@@ -11,9 +11,10 @@ from typing import Any, Final
 
 from tqdm import tqdm
 
-from orchestrator.experiment import tables
+from orchestrator.experiment import findings, tables
 from orchestrator.experiment.journal import Journal
 from orchestrator.experiment.plan import Experiment, RunKey
+from orchestrator.experiment.report import ExperimentFindings
 from orchestrator.experiment.work import Work
 from orchestrator.experiment.workers import Workers, local_workers, require, scheduled_workers
 from orchestrator.run import claim_directory, new_directory
@@ -33,6 +34,7 @@ class Options:
         resume: whether to go on in `out`.
         keep_runs: whether run directories are kept.
         progress: whether to draw a bar.
+        command: how the user began this, for the record.
     """
 
     out: Path | None
@@ -41,6 +43,7 @@ class Options:
     resume: bool
     keep_runs: bool
     progress: bool
+    command: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,12 +55,16 @@ class ExperimentOutcome:
         runs: how many there are results of.
         summary: one row per combination.
         failed: runs that failed twice, and why.
+        report: what the report says; of one that failed, nothing.
+        report_error: why the report could not be made.
     """
 
     directory: Path
     runs: int
     summary: list[dict[str, Any]]
     failed: dict[RunKey, str]
+    report: ExperimentFindings
+    report_error: Exception | None
 
 
 class ExperimentInterrupted(KeyboardInterrupt):
@@ -73,7 +80,7 @@ class ExperimentInterrupted(KeyboardInterrupt):
 
 
 def conduct(experiment: Experiment, options: Options) -> ExperimentOutcome:
-    """Run what is not done yet, and write journal, `runs.parquet` and `summary.csv`.
+    """Run what is not done yet, and write journal, tables and report.
 
     Raises:
         MissingExtraError: Dask or pyarrow is not installed.
@@ -90,18 +97,18 @@ def conduct(experiment: Experiment, options: Options) -> ExperimentOutcome:
         try:
             _run(experiment, options, directory, journal)
         except KeyboardInterrupt:
-            raise ExperimentInterrupted(_write(experiment, directory, journal)) from None
-        return _write(experiment, directory, journal)
+            raise ExperimentInterrupted(_write(directory, journal)) from None
+        return _write(directory, journal)
 
 
 def _journal(experiment: Experiment, options: Options) -> tuple[Path, Journal]:
     if options.resume and options.out is not None:
-        return options.out, Journal.resume(options.out, experiment)
+        return options.out, Journal.resume(options.out, experiment, options.command)
     if options.out is None:
         directory = new_directory(Path("runs"), experiment.path.stem)
     else:
         directory = claim_directory(options.out)
-    return directory, Journal.begin(directory, experiment)
+    return directory, Journal.begin(directory, experiment, options.command)
 
 
 def _run(experiment: Experiment, options: Options, directory: Path, journal: Journal) -> None:
@@ -115,6 +122,7 @@ def _run(experiment: Experiment, options: Options, directory: Path, journal: Jou
             initial=len(journal.results),
             file=sys.stderr,
             unit=" runs",
+            smoothing=0.0,  # runs take turns and cost differently: the mean says what is left
             disable=not options.progress,
         )
         with bar, contextlib.closing(workers.results(work)) as results:
@@ -153,14 +161,18 @@ def _work(
     )
 
 
-def _write(experiment: Experiment, directory: Path, journal: Journal) -> ExperimentOutcome:
-    rows = tables.rows(experiment, journal.results)
-    table = tables.summary(experiment, rows)
-    tables.write_runs(directory, experiment, rows)
-    tables.write_summary(directory, table)
+def _write(directory: Path, journal: Journal) -> ExperimentOutcome:
+    summary = findings.write_tables(directory)
+    report, report_error = ExperimentFindings(tables={}, text=""), None
+    try:
+        report = findings.make_report(directory)
+    except Exception as error:  # the results are there, whatever a report does
+        report_error = error
     return ExperimentOutcome(
         directory=directory,
-        runs=len(rows),
-        summary=table,
+        runs=len(journal.results),
+        summary=summary,
         failed={k: r.error for k, r in sorted(journal.results.items()) if r.error is not None},
+        report=report,
+        report_error=report_error,
     )

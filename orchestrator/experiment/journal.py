@@ -5,8 +5,9 @@ runs.jsonl        one line of JSON per finished run, with all its metrics, in th
 """
 
 import json
+import logging
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, TextIO
@@ -14,8 +15,11 @@ from typing import Any, Final, TextIO
 from orchestrator.errors import CosimError
 from orchestrator.experiment.plan import Experiment, RunKey
 from orchestrator.experiment.work import Result
+from orchestrator.machine import commit, cpu, memory_gib
 from orchestrator.provenance import nlosim_version, provenance
 from orchestrator.recording.layout import write_json
+
+logger = logging.getLogger(__name__)
 
 IDENTITY: Final = "experiment.json"
 RUNS: Final = "runs.jsonl"
@@ -40,28 +44,41 @@ class Journal:
         self._file: TextIO = (directory / RUNS).open("a", encoding="utf-8")
 
     @classmethod
-    def begin(cls, directory: Path, experiment: Experiment) -> "Journal":
-        """The journal of a new experiment, in an empty directory."""
-        content = {**_identity(experiment), "seeds": list(experiment.seeds), **provenance()}
-        write_json(directory / IDENTITY, content)
+    def begin(cls, directory: Path, experiment: Experiment, command: str) -> "Journal":
+        """The journal of a new experiment, in an empty directory.
+
+        Args:
+            directory: of the results.
+            experiment: that begins.
+            command: that began it, for the record.
+        """
+        content = {**_identity(experiment), **_additions(experiment)}
+        write_json(directory / IDENTITY, {**content, "sessions": [_session(command)]})
         return cls(directory, {})
 
     @classmethod
-    def resume(cls, directory: Path, experiment: Experiment) -> "Journal":
+    def resume(cls, directory: Path, experiment: Experiment, command: str) -> "Journal":
         """The journal of an experiment that ended early; its failed runs count as not done.
+
+        Args:
+            directory: of the results.
+            experiment: that goes on.
+            command: that goes on with it, for the record.
 
         Raises:
             ResumeError: there is no experiment, or another one.
         """
         try:
             known = json.loads((directory / IDENTITY).read_text(encoding="utf-8"))
-            lines = (directory / RUNS).read_text(encoding="utf-8").splitlines()
+            results = entries(directory / RUNS)
         except (OSError, ValueError) as error:
             what = f"`{directory}` holds no experiment to resume; leave `--resume` out"
             raise ResumeError(what) from error
         _check(directory, known, experiment)
-        write_json(directory / IDENTITY, {**known, "seeds": list(experiment.seeds)})
-        results = dict(entry for line in lines if (entry := _entry(line)) is not None)
+        sessions = [*known.get("sessions", []), _session(command)]
+        _warn(directory, sessions)
+        content = {**known, **_additions(experiment), "sessions": sessions}
+        write_json(directory / IDENTITY, content)
         return cls(directory, {k: r for k, r in results.items() if r.error is None})
 
     def add(self, key: RunKey, result: Result) -> None:
@@ -74,6 +91,16 @@ class Journal:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
+
+
+def entries(path: Path) -> dict[RunKey, Result]:
+    """The finished runs in a file `runs.jsonl`, of each the last attempt.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return dict(entry for line in lines if (entry := _entry(line)) is not None)
 
 
 def _line(key: RunKey, result: Result) -> str:
@@ -100,6 +127,33 @@ def _identity(experiment: Experiment) -> dict[str, Any]:
             for c in experiment.combinations
         ],
     }
+
+
+def _additions(experiment: Experiment) -> dict[str, Any]:
+    """What may change before an experiment goes on; enough to make its tables again."""
+    report = experiment.report
+    return {
+        "file": str(experiment.path),
+        "scenario_file": str(experiment.scenario),
+        "seeds": list(experiment.seeds),
+        "metrics": dict(experiment.metrics),
+        "report": None if report is None else asdict(report),
+    }
+
+
+def _session(command: str) -> dict[str, Any]:
+    """Where the results of one start come from."""
+    origin = provenance()
+    host = {**origin["host"], "cpu": cpu(), "memory_gib": memory_gib()}
+    return {"command": command, "commit": commit(), **origin, "host": host}
+
+
+def _warn(directory: Path, sessions: Sequence[Mapping[str, Any]]) -> None:
+    """Say that one table is about to hold results of two states of the code."""
+    *former, now = (session["commit"] for session in sessions)
+    if former and former[-1] != now:
+        what = "`%s` holds runs of commit %s; going on with %s, whose results may differ"
+        logger.warning(what, directory, former[-1] or "unknown", now or "unknown")
 
 
 def _check(directory: Path, known: Mapping[str, Any], experiment: Experiment) -> None:

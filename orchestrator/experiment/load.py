@@ -1,17 +1,18 @@
 """From an experiment file to an `Experiment`: every problem at once, each at its place."""
 
-import itertools
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from pydantic import ValidationError
 
-from orchestrator.errors import Problem, ScenarioError
-from orchestrator.experiment.plan import Combination, Experiment
+from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
+from orchestrator.experiment import skip
+from orchestrator.experiment.plan import Combination, Experiment, ReportPlan
+from orchestrator.experiment.report import ExperimentReport, experiment_report_type
 from orchestrator.experiment.schema import MAXIMUM_RUNS, ExperimentFile
 from orchestrator.scenario import diagnosis
 from orchestrator.scenario.build import load_scenario
@@ -62,18 +63,50 @@ class _Load:
         self._check_paths()
         self._check_size()
         self._stop_at_problems()
+        for address, what, at_key in skip.problems(self._factors, self.file.skip):
+            self._add(address, what, at_key=at_key)
+        report = self._report()
+        self._stop_at_problems()
         combinations = self._combinations(scenario)
         self._stop_at_problems()
+        experiment = self._planned(scenario, combinations)
+        if report is not None:
+            for problem in report().check(experiment):
+                address = ("report", "parameters", *problem.address)
+                self._add(address, problem.what, at_key=problem.at_key)
+        self._stop_at_problems()
+        return experiment
+
+    def _planned(self, scenario: Path, combinations: Sequence[Combination]) -> Experiment:
+        chosen = self.file.report
         return Experiment(
             path=self.path,
             scenario=scenario,
             seeds=self.file.seeds,
             combinations=tuple(combinations),
             metrics=self.file.metrics,
+            report=None
+            if chosen is None
+            else ReportPlan(name=chosen.type, parameters=chosen.parameters),
             document=self.document,
         )
 
+    @property
+    def _factors(self) -> skip.Factors:
+        return {factor: list(levels) for factor, levels in self.file.factors.items()}
+
+    def _report(self) -> type[ExperimentReport] | None:
+        if self.file.report is None:
+            return None
+        try:
+            return experiment_report_type(self.file.report.type)
+        except ComponentTypeError as error:
+            self._add(("report", "type"), str(error))
+            return None
+
     def _add(self, address: Address, what: str, *, at_key: bool = False) -> None:
+        while address not in self.document.places:
+            address = address[:-1]  # a short form was written, or nothing
         where = self.document.key(address) if at_key else self.document.value(address)
         self.problems.append(Problem(where, f"{diagnosis.spell(address)}: {what}"))
 
@@ -133,8 +166,7 @@ class _Load:
         """All that are sound; problems with the others."""
         fixed = self._overrides(self.file.fixed, ("set",))
         found = []
-        for choice in itertools.product(*self.file.factors.values()):
-            levels = dict(zip(self.file.factors, choice, strict=True))
+        for levels in skip.combinations(self._factors, self.file.skip):
             overrides = list(fixed)
             for factor, level in levels.items():
                 settings = self.file.factors[factor][level]

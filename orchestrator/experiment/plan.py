@@ -38,6 +38,19 @@ class RunKey:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ReportPlan:
+    """The report that an experiment wants.
+
+    Attributes:
+        name: of an installed report.
+        parameters: as the experiment file has them.
+    """
+
+    name: str
+    parameters: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Experiment:
     """An experiment file that was read and checked.
 
@@ -45,8 +58,9 @@ class Experiment:
         path: of the experiment file.
         scenario: the absolute path of the scenario file.
         seeds: of every combination.
-        combinations: all of them; the last factor varies fastest.
+        combinations: all that are not skipped; the last factor varies fastest.
         metrics: for each column its path in the metrics of a run.
+        report: over all runs, if there is one.
         document: where everything was written.
     """
 
@@ -55,12 +69,21 @@ class Experiment:
     seeds: tuple[int, ...]
     combinations: tuple[Combination, ...]
     metrics: Mapping[str, str]
+    report: ReportPlan | None
     document: Document = field(repr=False, compare=False)
 
     @property
     def factors(self) -> tuple[str, ...]:
         """Their names, in the order of the file."""
         return tuple(self.combinations[0].levels)
+
+    @property
+    def levels(self) -> Mapping[str, tuple[str, ...]]:
+        """Of each factor those that are run, in the order of the file."""
+        return {
+            factor: tuple(dict.fromkeys(c.levels[factor] for c in self.combinations))
+            for factor in self.factors
+        }
 
     def runs(self) -> list[RunKey]:
         """All runs, seed by seed: an interrupted experiment has seen all combinations alike."""

@@ -15,7 +15,12 @@ MAXIMUM_RUNS: Final = 1_000_000
 """More seeds, or runs, than that are a slip of the pen."""
 
 
-def _seeds(value: object) -> tuple[int, ...]:
+def seeds(value: object) -> tuple[int, ...]:
+    """What `seeds` in an experiment file, or `--seeds`, means.
+
+    Raises:
+        ValueError: with a sentence.
+    """
     match value:
         case bool():
             pass
@@ -34,29 +39,59 @@ def _seeds(value: object) -> tuple[int, ...]:
     raise ValueError(f"expected {what}, got {show(value)}")
 
 
-def _listed(seeds: list[Any]) -> tuple[int, ...]:
-    for seed in seeds:
+def _listed(values: list[Any]) -> tuple[int, ...]:
+    for seed in values:
         if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
             raise ValueError(f"a seed is a whole number of at least 0, got {show(seed)}")
-    if not seeds:
+    if not values:
         raise ValueError("must not be empty")
-    seed, count = Counter(seeds).most_common(1)[0]
+    seed, count = Counter(values).most_common(1)[0]
     if count > 1:
         raise ValueError(f"the seed {seed} is listed twice")
-    return tuple(seeds)
+    return tuple(values)
 
 
-Seeds = Annotated[tuple[int, ...], BeforeValidator(_seeds)]
+Seeds = Annotated[tuple[int, ...], BeforeValidator(seeds)]
 Settings = dict[Text, Any]
 """Values of the scenario by their paths, as `nlosim run --set PATH=VALUE` sets them."""
 
 
-class ExperimentFile(BaseModel):
-    """A scenario, the seeds to run it with, and what to vary."""
+def _levels(value: object) -> object:
+    match value:
+        case str():
+            return [value]
+        case list():
+            return value
+    hint = f"; write '{value}' in quotes" if isinstance(value, int | float) else ""
+    raise ValueError(f"expected a level or a list of levels, got {show(value)}{hint}")
 
+
+Levels = Annotated[list[Text], BeforeValidator(_levels), Field(min_length=1)]
+"""One level, or several, of a factor."""
+
+
+class _Mapping(BaseModel):
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True, use_attribute_docstrings=True
     )
+
+
+class ReportChoice(_Mapping):
+    """A report over all runs, and its parameters."""
+
+    type: Text
+    """Its name among the installed ones (entry points `orchestrator.experiment_reports`)."""
+
+    parameters: dict[Text, Any] = {}
+    """Which there are depends on the report."""
+
+
+def _report(value: object) -> object:
+    return {"type": value} if isinstance(value, str) else value
+
+
+class ExperimentFile(_Mapping):
+    """A scenario, the seeds to run it with, and what to vary."""
 
     version: Annotated[Literal[1], Field(alias="schema")]
     """The version of the form of this file."""
@@ -71,8 +106,14 @@ class ExperimentFile(BaseModel):
     factors: dict[Name, Annotated[dict[Text, Settings], Field(min_length=1)]] = {}
     """What is varied: by the name of the factor and of the level, the values that it sets."""
 
+    skip: list[Annotated[dict[Name, Levels], Field(min_length=1)]] = []
+    """Combinations to leave out: those that have, of every factor named, one of the levels."""
+
     fixed: Annotated[Settings, Field(alias="set")] = {}
     """Values that are set in every run."""
 
     metrics: Annotated[dict[Name, Text], Field(min_length=1)]
     """Columns of the results, each with its path in the metrics of a run: `prr.end_to_end`."""
+
+    report: Annotated[ReportChoice | None, BeforeValidator(_report)] = None
+    """Makes tables and figures of all runs: its name, or `type` and `parameters`."""

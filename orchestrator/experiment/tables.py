@@ -87,7 +87,7 @@ def rows(experiment: Experiment, results: Mapping[RunKey, Result]) -> list[Row]:
     return found
 
 
-def write_runs(directory: Path, experiment: Experiment, found: Sequence[Row]) -> None:
+def write_runs(directory: Path, experiment: Experiment, found: Sequence[Mapping[str, Any]]) -> None:
     """Write `runs.parquet` in one piece.
 
     Raises:
@@ -123,7 +123,7 @@ def _cast(arrow: Any, kind: Any, value: Any) -> Any:
     return str(value) if kind == arrow.string() and value is not None else value
 
 
-def summary(experiment: Experiment, found: Sequence[Row]) -> list[Row]:
+def summary(experiment: Experiment, found: Sequence[Mapping[str, Any]]) -> list[Row]:
     """One row per combination: levels, number of runs, and an estimate of every metric.
 
     Booleans are counted (share, interval of Wilson), numbers averaged (interval of Student's t);
@@ -145,7 +145,7 @@ def summary(experiment: Experiment, found: Sequence[Row]) -> list[Row]:
     return table
 
 
-def _has(row: Row, levels: Mapping[str, str]) -> bool:
+def _has(row: Mapping[str, Any], levels: Mapping[str, str]) -> bool:
     return all(row[factor] == level for factor, level in levels.items())
 
 

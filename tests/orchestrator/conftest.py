@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from orchestrator import registry, report
+from orchestrator.experiment import report as experiment_report
 
 SAMPLE_UNITS = {
     registry.COMPONENTS: {
@@ -14,6 +15,12 @@ SAMPLE_UNITS = {
         "broken": "sample_units:Broken",
     },
     report.GROUP: {"trace": "sample_units:Trace", "buggy": "sample_units:Buggy"},
+    experiment_report.GROUP: {
+        "tally": "experiment_reports:Tally",
+        "refusing": "experiment_reports:Refusing",
+        "faulty": "experiment_reports:Faulty",
+        "misnamed": "sample_units:Trace",
+    },
 }
 
 

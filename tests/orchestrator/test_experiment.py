@@ -69,7 +69,17 @@ class Laboratory:
         content: dict[str, Any] = json.loads(done.stdout)
         return content
 
-    def start_and_interrupt(self, out: str, *options: str) -> tuple[int, str]:
+    def report(self, out: str, code: int = 0) -> dict[str, Any]:
+        """The JSON object of `nlosim report`."""
+        command = [sys.executable, "-m", "orchestrator", "report", str(self.folder / out), "--json"]
+        done = subprocess.run(
+            command, env=self.environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == code, done.stderr
+        content: dict[str, Any] = json.loads(done.stdout)
+        return content
+
+    def start_and_interrupt(self, out: str, *options: str, after: int = 2) -> tuple[int, str]:
         """Send what Ctrl-C in a terminal sends, to all processes, once there are results."""
         process = subprocess.Popen(
             self.arguments(out, *options),
@@ -80,7 +90,7 @@ class Laboratory:
             start_new_session=True,
         )
         journal = self.folder / out / JOURNAL
-        while not (journal.exists() and journal.read_text().count("\n") >= 2):
+        while not (journal.exists() and journal.read_text().count("\n") >= after):
             assert process.poll() is None
             time.sleep(0.02)
         os.killpg(process.pid, signal.SIGINT)
@@ -170,6 +180,111 @@ def test_an_interrupted_experiment_goes_on_without_loss(laboratory: Laboratory) 
     assert laboratory.summary("out") == laboratory.summary("whole")
 
 
+def test_a_report_is_made_at_the_end_and_again(laboratory: Laboratory) -> None:
+    laboratory.change("metrics:", "report: tally\nmetrics:")
+    found = laboratory.run("out", "--workers", "1", "--seeds", "5..6")
+    assert found["tables"]["tally"] == [{"seed": 5, "n": 2}, {"seed": 6, "n": 2}]
+    out = laboratory.folder / "out"
+    written = out / "report" / "tally.txt"
+    command = f"nlosim experiment {laboratory.file} --seeds 5..6 --out {out}"
+    assert written.read_text() == f"4 of 4 runs, {command}"
+    summary = laboratory.summary("out")
+    for path in (out / "summary.csv", out / "runs.parquet", written, laboratory.file):
+        path.unlink()  # neither tables nor the experiment file are needed
+    again = laboratory.report("out")
+    assert again["tables"] == found["tables"]
+    assert laboratory.summary("out") == summary
+    assert (len(laboratory.rows("out")), written.is_file()) == (4, True)
+    names = {path.name for path in out.iterdir()}
+    assert names == {"experiment.json", "runs.jsonl", "runs.parquet", "summary.csv", "report"}
+
+
+def test_an_interrupted_experiment_has_a_report(laboratory: Laboratory) -> None:
+    laboratory.change("seeds: 3", "seeds: 30")
+    laboratory.change("metrics:", "report: {type: tally, parameters: {unit: trials}}\nmetrics:")
+    laboratory.change("set: {", "set: {time.stop: 20 s, ")
+    code, _ = laboratory.start_and_interrupt("out", "--workers", "2", after=12)
+    assert code == 4
+    done = len(laboratory.rows("out"))
+    text = (laboratory.folder / "out" / "report" / "tally.txt").read_text()
+    assert text.startswith(f"{done} of 60 trials")
+    counts = [row["n"] for row in laboratory.report("out")["tables"]["tally"]]
+    assert sum(counts) == done
+    # seed by seed: what is done of later seeds is ahead of a slower run by little
+    assert all(n == 2 for n in counts[:4])
+    laboratory.change("trials", "attempts")  # no reason to run anything again
+    assert laboratory.run("out", "--resume")["runs"] == 60
+    text = (laboratory.folder / "out" / "report" / "tally.txt").read_text()
+    assert text.startswith("60 of 60 attempts")
+
+
+@pytest.mark.parametrize(
+    ("name", "code", "message"),
+    [
+        ("refusing", 2, "the report cannot be made: too few runs; the results are in"),
+        ("faulty", 5, "the report cannot be made: LookupError('no such thing')"),
+    ],
+)
+def test_a_failing_report_keeps_the_results(
+    laboratory: Laboratory, name: str, code: int, message: str
+) -> None:
+    laboratory.change("metrics:", "report: tally\nmetrics:")
+    laboratory.run("out", "--workers", "1")
+    laboratory.change("report: tally", f"report: {name}")
+    log = laboratory.folder / "tmp"
+    log.rmdir()
+    log.mkdir()
+    laboratory.environment["TMPDIR"] = str(laboratory.folder)
+    error = laboratory.run("out", "--resume", code=code)["error"]
+    assert message in error["message"]
+    assert len(laboratory.rows("out")) == 6
+    report = laboratory.folder / "out" / "report"
+    assert [path.name for path in report.iterdir()] == ["tally.txt"]  # the former one
+    assert laboratory.report("out", code=code)["error"]["exit_code"] == code
+    assert not list((laboratory.folder / "out").glob("*draft*"))
+
+
+def test_failed_runs_are_reported_even_if_the_report_fails(laboratory: Laboratory) -> None:
+    laboratory.change("metrics:", "report: refusing\nmetrics:")
+    laboratory.change("seeds: 3", "seeds: 1")
+    fault = "components.base.parameters.fails_at: 0.5"
+    laboratory.change("noisy: false", f"noisy: false, {fault}")
+    found = laboratory.run("out", "--workers", "1", code=3)
+    assert [row["noise"] for row in found["failed"]] == ["exact"]
+    assert set(found["tables"]) == {"summary"}
+
+
+def test_results_of_two_commits_are_remarked_upon(laboratory: Laboratory) -> None:
+    laboratory.run("out", "--workers", "1")
+    identity = laboratory.folder / "out" / "experiment.json"
+    content = json.loads(identity.read_text())
+    content["sessions"][0]["commit"] = "0123456789ab"
+    identity.write_text(json.dumps(content))
+    done = subprocess.run(
+        laboratory.arguments("out", "--resume"),
+        env=laboratory.environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "holds runs of commit 0123456789ab; going on with" in done.stderr
+    first, second = json.loads(identity.read_text())["sessions"]
+    assert first["commit"] == "0123456789ab"
+    assert second["command"].endswith(f"--out {laboratory.folder / 'out'}")
+
+
+def test_a_directory_of_another_version_is_refused(laboratory: Laboratory) -> None:
+    laboratory.run("out", "--workers", "1")
+    identity = laboratory.folder / "out" / "experiment.json"
+    content = json.loads(identity.read_text())
+    del content["metrics"]
+    identity.write_text(json.dumps(content))
+    message = laboratory.report("out", code=2)["error"]["message"]
+    assert "is not of this version of nlosim: 'metrics' is missing" in message
+    identity.write_text("{")
+    assert "holds no experiment" in laboratory.report("out", code=2)["error"]["message"]
+
+
 def test_what_may_change_before_going_on(laboratory: Laboratory) -> None:
     laboratory.run("out", "--workers", "1")
     journal = laboratory.folder / "out" / JOURNAL
@@ -242,6 +357,8 @@ def test_a_misspelt_metric_ends_it_at_the_first_run(laboratory: Laboratory) -> N
         (["--resume"], "--resume needs --out DIR"),
         (["--workers", "0"], "--workers must be at least 1, got 0"),
         (["--workers", "2", "--scheduler", "tcp://x:1"], "leave --workers out"),
+        (["--seeds", "9..1"], '--seeds: "9..1" is not a range of 1 to 1000000 seeds'),
+        (["--seeds", "few"], "--seeds: expected a number of seeds, a range such as `1..50`"),
     ],
 )
 def test_options_that_make_no_sense(

@@ -6,7 +6,7 @@ import pytest
 
 from orchestrator.errors import ScenarioError
 from orchestrator.experiment.load import load_experiment
-from orchestrator.experiment.plan import RunKey
+from orchestrator.experiment.plan import ReportPlan, RunKey
 from orchestrator.scenario.build import load_scenario
 
 FILE = """\
@@ -153,6 +153,118 @@ def test_seeds(scenario_file: Path, seeds: str, expected: tuple[int, ...]) -> No
 )
 def test_problems(scenario_file: Path, old: str, new: str, expected: str) -> None:
     assert problems(scenario_file, FILE.replace(old, new)) == [f"experiment.yaml:{expected}"]
+
+
+def skipping(*rules: str) -> str:
+    return FILE + "skip:\n" + "".join(f"  - {rule}\n" for rule in rules)
+
+
+def test_combinations_are_skipped(scenario_file: Path) -> None:
+    text = skipping("{pace: slow, power: [low]}")
+    experiment = load_experiment(write(scenario_file, text))
+    assert [tuple(c.levels.values()) for c in experiment.combinations] == [
+        ("fast", "low"),
+        ("fast", "high"),
+        ("slow", "high"),
+    ]
+    assert len(experiment.runs()) == 6
+    assert experiment.levels == {"pace": ("fast", "slow"), "power": ("low", "high")}
+    left = load_experiment(write(scenario_file, skipping("{pace: slow}"))).levels
+    assert left == {"pace": ("fast",), "power": ("low", "high")}
+
+
+def test_what_is_skipped_need_not_be_sound(scenario_file: Path) -> None:
+    """`slow` allows for five vehicles; the combination that has six is left out."""
+    text = FILE.replace("gain: 3", "gain: 3, components.car.parameters.count: 6")
+    text += "skip: [{pace: slow, power: high}]\n"
+    assert len(load_experiment(write(scenario_file, text)).combinations) == 3
+
+
+@pytest.mark.parametrize(
+    ("rules", "expected"),
+    [
+        (
+            ["{pase: slow}"],
+            "14:6: skip[0].pase: there is no factor `pase`; did you mean `pace`?",
+        ),
+        (
+            ["{pace: slow}", "{power: [low, hihg]}"],
+            (
+                "15:19: skip[1].power[1]: the factor `power` has no level `hihg`; "
+                "did you mean `high`?"
+            ),
+        ),
+        (
+            ["{power: medium}"],
+            (
+                "14:13: skip[0].power: the factor `power` has no level `medium`; "
+                "there are: high, low"
+            ),
+        ),
+        (
+            ["{pace: slow}", "{pace: slow, power: low}"],
+            "15:5: skip[1]: the rules before it leave out all that this one matches; remove it",
+        ),
+        (
+            ["{pace: slow}", "{pace: fast}"],
+            "15:5: skip[1]: leaves nothing to run",
+        ),
+        (["{}"], "14:5: skip[0]: must not be empty"),
+        (["{pace: []}"], "14:12: skip[0].pace: must not be empty"),
+        (
+            ["{pace: 3}"],
+            (
+                "14:12: skip[0].pace: expected a level or a list of levels, got 3; "
+                "write '3' in quotes"
+            ),
+        ),
+        (
+            ["{pace: {slow: true}}"],
+            "14:12: skip[0].pace: expected a level or a list of levels, got a mapping",
+        ),
+    ],
+)
+def test_problems_of_skipping(scenario_file: Path, rules: list[str], expected: str) -> None:
+    assert problems(scenario_file, skipping(*rules)) == [f"experiment.yaml:{expected}"]
+
+
+@pytest.mark.parametrize("text", ["report: tally", "report: {type: tally}"])
+def test_a_report_in_short_and_in_full(scenario_file: Path, text: str) -> None:
+    experiment = load_experiment(write(scenario_file, f"{FILE}{text}\n"))
+    assert experiment.report == ReportPlan(name="tally", parameters={})
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (
+            "report: taly",
+            ("13:9: report: no report of experiments `taly` is installed; did you mean `tally`?"),
+        ),
+        (
+            "report: {type: misnamed}",
+            (
+                "13:16: report.type: the report of experiments `misnamed` is not a class "
+                "derived from `ExperimentReport`"
+            ),
+        ),
+        (
+            "report: {type: tally, parameters: {unti: x}}",
+            "13:36: report.parameters.unti: write `unit`",
+        ),
+        (
+            "report: {type: tally, parameters: {unit: 3}}",
+            "13:42: report.parameters.unit: expected text",
+        ),
+        ("report: {parameters: {unit: x}}", "13:1: report: `type` is missing"),
+        (
+            "report: {type: tally, parameter: {}}",
+            "13:23: report: `parameter` is not a key here; did you mean `parameters`?",
+        ),
+    ],
+)
+def test_problems_of_the_report(scenario_file: Path, text: str, expected: str) -> None:
+    assert problems(scenario_file, f"{FILE}{text}\n") == [f"experiment.yaml:{expected}"]
 
 
 def test_a_scenario_that_is_not_there(scenario_file: Path) -> None:

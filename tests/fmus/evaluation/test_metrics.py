@@ -10,8 +10,10 @@ import pytest
 from hypothesis import given, strategies as st
 
 from fmus.evaluation import RedLightReport, figure, metrics
+from fmus.evaluation.delivery import packet_reception
 from fmus.evaluation.identity import vehicles_of
 from fmus.evaluation.polygons import polygon_distance
+from fmus.evaluation.roles import Roles
 from fmus.evaluation.traces import COLLISION, EGO, SHARING, Traces
 from fmus.records import (
     LINKS,
@@ -26,6 +28,7 @@ from fmus.records import (
 )
 
 TENTH = 100_000_000
+NOTHING_SENT = {"end_to_end": None, "direct": None, "messages": None, "sent": 0}
 
 
 class Samples:
@@ -48,7 +51,7 @@ class Samples:
 def packet(number: int) -> Any:
     row = np.zeros(1, PACKET)
     row["id"], row["source"], row["destination"], row["kind"] = number, 3, 1, SENSOR_DATA
-    row["size"] = 200
+    row["size"], row["time"] = 200, number // 2  # packets 0 and 1 are one message
     return row
 
 
@@ -108,6 +111,7 @@ def recording() -> dict[str, Samples]:
             frame("OBJS", seen(1, 3, 2 * TENTH)),
         ],
         "perception.apms": [b""] * 3,
+        "perception.match.trigger": [np.array(True)] * 3,
         "perception.match.sharer": [np.array([3])] * 3,
         "perception.blind_zone.center": [np.zeros((2, 2))] * 3,
         "perception.blind_zone.range": [np.array([5.0, 0.0])] * 3,
@@ -132,8 +136,10 @@ def test_metrics_of_a_known_run() -> None:
     assert found["prr"] == {
         "end_to_end": pytest.approx(2 / 3),
         "direct": pytest.approx(1 / 3),
+        "messages": pytest.approx(1 / 2),
         "sent": 3,
     }
+    assert found["session"] == {"begin": 0.0, "scans": 2, "served": pytest.approx(1 / 2)}
     assert found["relay_switches"] == 1
     assert found["relays"] == [7]
     assert found["bytes_sent"] == 600
@@ -169,7 +175,12 @@ def test_packets_that_may_still_be_on_their_way_do_not_count() -> None:
             [frame("PKTS", np.concatenate([packet(0), packet(1)])), frame("PKTS", late), b""]
         )
     }
-    assert metrics.compute(Traces(run))["prr"] == {"end_to_end": 1.0, "direct": 0.5, "sent": 2}
+    assert metrics.compute(Traces(run))["prr"] == {
+        "end_to_end": 1.0,
+        "direct": 0.5,
+        "messages": 1.0,
+        "sent": 2,
+    }
 
 
 def broadcasts(source: int) -> Samples:
@@ -189,6 +200,7 @@ def test_broadcasts_of_the_sharing_node_are_for_the_ego_too() -> None:
     assert metrics.compute(Traces(run))["prr"] == {
         "end_to_end": pytest.approx(2 / 3),
         "direct": pytest.approx(2 / 3),
+        "messages": pytest.approx(1 / 2),
         "sent": 3,
     }
 
@@ -197,14 +209,30 @@ def test_broadcasts_of_the_sharing_node_are_for_the_ego_too() -> None:
 def test_broadcasts_of_others_are_not(source: int) -> None:
     """The ego's own least of all."""
     run = recording() | {"facilities.packets": broadcasts(source)}
-    assert metrics.compute(Traces(run))["prr"] == {"end_to_end": None, "direct": None, "sent": 0}
+    assert metrics.compute(Traces(run))["prr"] == NOTHING_SENT
 
 
 def test_without_an_ego_no_packet_is_for_it() -> None:
     traces = Traces(recording() | {"facilities.packets": broadcasts(3)})
-    nobody = metrics.Roles(ego=NO_VEHICLE, hidden=2, sharing=3)
-    found = metrics.packet_reception(traces.packets, traces.receptions, nobody, traces.end)
-    assert found == {"end_to_end": None, "direct": None, "sent": 0}
+    nobody = Roles(ego=NO_VEHICLE, hidden=2, sharing=3)
+    found = packet_reception(traces.packets, traces.receptions, nobody, traces.end)
+    assert found == NOTHING_SENT
+
+
+def test_scans_count_from_the_first_trigger_on_whatever_was_sent() -> None:
+    trigger = {"perception.match.trigger": Samples([np.array(k == 1) for k in range(3)])}
+    one = {"facilities.packets": Samples([frame("PKTS", packet(0)), b"", b""])}
+    found = metrics.compute(Traces(recording() | trigger | one))["session"]
+    assert found == {"begin": pytest.approx(0.1), "scans": 1, "served": 1.0}
+    silent = {"facilities.packets": Samples([b""] * 3)}
+    found = metrics.compute(Traces(recording() | trigger | silent))["session"]
+    assert found["served"] == 0.0
+
+
+def test_without_a_trigger_there_is_no_session() -> None:
+    never = {"perception.match.trigger": Samples([np.array(False)] * 3)}
+    found = metrics.compute(Traces(recording() | never))["session"]
+    assert found == {"begin": None, "scans": 0, "served": None}
 
 
 def test_links_count_every_transmission_once() -> None:
@@ -240,7 +268,7 @@ def test_powers_that_are_known_are_averaged() -> None:
 
 def test_a_run_without_sensor_data_has_no_prr() -> None:
     empty = recording() | {"facilities.packets": Samples([b""] * 3)}
-    assert metrics.compute(Traces(empty))["prr"] == {"end_to_end": None, "direct": None, "sent": 0}
+    assert metrics.compute(Traces(empty))["prr"] == NOTHING_SENT
 
 
 def test_the_gap_is_the_distance_of_the_bodies() -> None:

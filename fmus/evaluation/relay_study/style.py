@@ -1,0 +1,75 @@
+"""How the figures of the study look, and how they are written."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import matplotlib as mpl
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Of one method.
+
+    Attributes:
+        name: in legends.
+        colour: of Okabe and Ito's palette, which readers with colour blindness can tell apart.
+        marker: different for every method, for readers without colours.
+    """
+
+    name: str
+    colour: str
+    marker: str
+
+
+LOOKS: Final[Mapping[str, Look]] = {
+    "mohed": Look("MoHeD", "#0072B2", "o"),
+    "signal-strength": Look("signal strength, sum", "#D55E00", "s"),
+    "signal-strength-min": Look("signal strength, weaker hop", "#E69F00", "D"),
+    "random": Look("random", "#009E73", "^"),
+    "direct": Look("direct link", "#CC79A7", "v"),
+    "expected-prr": Look("expected PRR", "#56B4E9", "P"),
+    "oracle": Look("oracle", "#000000", "*"),
+}
+_OTHERS: Final = (("#666666", "X"), ("#8A6D3B", "<"), ("#9A9A00", ">"), ("#5E3C99", "h"))
+
+_SETTINGS: Final[Any] = {  # matplotlib's types list every name as a literal
+    "font.family": "DejaVu Sans",  # comes with matplotlib: the same on every machine
+    "font.size": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.alpha": 0.25,
+    "legend.frameon": False,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "nlosim",  # identifiers in the file do not vary
+}
+DPI: Final = 200
+
+
+def looks(methods: list[str]) -> dict[str, Look]:
+    """Of every method; those that we do not know get what is left."""
+    others = iter(_OTHERS * len(methods))
+    return {m: LOOKS[m] if m in LOOKS else Look(m, *next(others)) for m in methods}
+
+
+def styled() -> Any:
+    """A context with the settings of all figures."""
+    return mpl.rc_context(_SETTINGS)
+
+
+def write(figure: Figure, path: Path) -> list[Path]:
+    """Write `path` as SVG and PNG; equal figures make equal bytes.
+
+    Args:
+        figure: drawn within `styled`, which must still be entered.
+        path: without suffix.
+    """
+    FigureCanvasAgg(figure)
+    vector, raster = path.with_suffix(".svg"), path.with_suffix(".png")
+    figure.savefig(vector, metadata={"Date": None, "Creator": None})
+    figure.savefig(raster, dpi=DPI, metadata={"Software": None})
+    return [vector, raster]

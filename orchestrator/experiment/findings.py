@@ -1,0 +1,54 @@
+"""The tables and the report of an experiment, from what is stored in its directory.
+
+runs.parquet, summary.csv   see `orchestrator.experiment.tables`
+report/                     what the report of the experiment file writes
+"""
+
+import json
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Final
+
+from orchestrator.experiment import stored, tables
+from orchestrator.experiment.report import ExperimentFindings, experiment_report_type
+
+REPORT: Final = "report"
+"""The folder that belongs to the report."""
+
+
+def write_tables(directory: Path) -> list[tables.Row]:
+    """Write `runs.parquet` and `summary.csv`; the summary.
+
+    Raises:
+        MissingExtraError: pyarrow is not installed.
+        StoredError: there is no experiment in `directory`.
+    """
+    results = stored.read(directory)
+    table = tables.summary(results.experiment, results.rows)
+    tables.write_runs(directory, results.experiment, results.rows)
+    tables.write_summary(directory, table)
+    return table
+
+
+def make_report(directory: Path) -> ExperimentFindings:
+    """Make the report anew; the former one stays if this fails. Nothing if there is none to make.
+
+    Raises:
+        ComponentTypeError: the report cannot be loaded.
+        StoredError: there is no experiment in `directory`.
+        Exception: whatever the report raises.
+    """
+    results = stored.read(directory)
+    wanted = results.experiment.report
+    if wanted is None:
+        return ExperimentFindings(tables={}, text="")
+    report = experiment_report_type(wanted.name)()
+    with tempfile.TemporaryDirectory(dir=directory, prefix=f"{REPORT}.draft-") as scratch:
+        draft = Path(scratch) / REPORT
+        draft.mkdir()
+        findings = report.write(results, draft)
+        json.dumps(findings.tables, allow_nan=False)  # what programs could not read is an error
+        shutil.rmtree(directory / REPORT, ignore_errors=True)
+        draft.replace(directory / REPORT)
+    return findings

@@ -1,0 +1,64 @@
+"""An experiment read again from its directory, without the files that it was made from."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from orchestrator.errors import CosimError
+from orchestrator.experiment import tables
+from orchestrator.experiment.journal import IDENTITY, RUNS, entries
+from orchestrator.experiment.plan import Combination, Experiment, ReportPlan
+from orchestrator.experiment.report import Results
+from orchestrator.scenario.document import Document
+
+
+class StoredError(CosimError):
+    """The directory holds no experiment, or one that cannot be read. Exit code 2."""
+
+
+def is_experiment(directory: Path) -> bool:
+    """Whether there is an experiment in `directory`, rather than a run."""
+    return (directory / IDENTITY).is_file()
+
+
+def read(directory: Path) -> Results:
+    """What was planned, and what became of it until now.
+
+    Raises:
+        StoredError: there is no experiment, or one of another version of nlosim.
+    """
+    try:
+        known = json.loads((directory / IDENTITY).read_text(encoding="utf-8"))
+        results = entries(directory / RUNS)
+    except (OSError, ValueError) as error:
+        raise StoredError(f"`{directory}` holds no experiment: {error}") from error
+    try:
+        experiment, sessions = _experiment(directory, known), known["sessions"]
+    except (KeyError, TypeError) as error:
+        what = f"`{directory / IDENTITY}` is not of this version of nlosim: {error} is missing"
+        raise StoredError(what) from error
+    rows = tables.rows(experiment, results)
+    ordered = sorted(results, key=lambda key: (key.combination, key.seed))
+    return Results(
+        experiment=experiment,
+        rows=rows,
+        metrics=[results[key].metrics for key in ordered],
+        sessions=sessions,
+    )
+
+
+def _experiment(directory: Path, known: Mapping[str, Any]) -> Experiment:
+    report = known["report"]
+    return Experiment(
+        path=Path(known["file"]),
+        scenario=Path(known["scenario_file"]),
+        seeds=tuple(known["seeds"]),
+        combinations=tuple(
+            Combination(each["levels"], tuple(each["overrides"]), each["scenario"])
+            for each in known["combinations"]
+        ),
+        metrics=known["metrics"],
+        report=None if report is None else ReportPlan(**report),
+        document=Document(str(directory / IDENTITY), known, {}),
+    )
