@@ -62,7 +62,7 @@ endif
 
 paper-sensitivity: .venv-paper/installed  ## what the result of the relay study depends on, for its page
 	.venv-paper/bin/nlosim experiment experiments/relay_sensitivity.yaml --out runs/relay_sensitivity $(if $(wildcard runs/relay_sensitivity/experiment.json),--resume)
-	cp runs/relay_sensitivity/summary.csv docs/results/relay_sensitivity.csv
+	cp runs/relay_sensitivity/report/* docs/results/
 	$(RELAY_PAGE)
 
 verify: .venv-demo/installed  ## compare the channel with golden data; GOLDEN=DIR also makes docs/validation-channel.md

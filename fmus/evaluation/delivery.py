@@ -9,6 +9,14 @@ from fmus.evaluation.traces import Array, Traces
 from fmus.records import NO_VEHICLE, OUTCOMES, SENSOR_DATA
 
 _RECEIVED: Final = OUTCOMES.index("R")
+_CAUSES: Final = {
+    "N": "noise",
+    "C": "interference",
+    "B": "receiver_busy",
+    "T": "receiver_transmitting",
+    "U": "unnoticed",
+}
+"""What an outcome is called as a cause of loss."""
 
 IN_FLIGHT: Final = 50_000_000
 """A packet that was handed over so shortly before the end may still be on its way [ns]."""
@@ -30,17 +38,21 @@ def packet_reception(sent: Array, heard: Array, roles: Roles, end: int) -> dict[
         `end_to_end`: share of the packets that reached the ego over the chosen route;
         `direct`: share of their first transmissions that the ego could decode itself, addressed
         to it or not, equal for broadcasts; `messages`: share of the messages that reached it whole,
-        with every packet; `sent`: number of packets.
+        with every packet; `sent`: number of packets; `lost`: shares of the packets that did not
+        reach it, by what happened on the last hop that was tried: `noise`, `interference`,
+        `receiver_busy` with another frame, `receiver_transmitting`, or `unnoticed`: too weak to be
+        noticed, or not sent (any more).
     """
     wanted = _for_ego(sent, roles, end)
     if len(wanted) == 0:
-        return {"end_to_end": None, "direct": None, "messages": None, "sent": 0}
+        return {"end_to_end": None, "direct": None, "messages": None, "sent": 0, "lost": None}
     arrived, overheard = _arrived(wanted, heard, roles), _overheard(wanted, heard, roles)
     return {
         "end_to_end": float(arrived.mean()),
         "direct": float(overheard.mean()),
         "messages": float(_whole(wanted, arrived).mean()),
         "sent": len(wanted),
+        "lost": _losses(wanted[~arrived], heard, roles, len(wanted)),
     }
 
 
@@ -71,6 +83,25 @@ def _for_ego(sent: Array, roles: Roles, end: int) -> Array:
     for_ego = (sent["destination"] == roles.ego) | broadcast
     in_time = sent["time"] <= end - IN_FLIGHT
     return np.asarray(sent[(sent["kind"] == SENSOR_DATA) & for_ego & in_time])
+
+
+def _losses(lost: Array, heard: Array, roles: Roles, sent: int) -> dict[str, float]:
+    """Shares of `sent` by the cause of loss.
+
+    The last hop of a packet that was tried is the last of its receptions by an addressee; one that
+    succeeded there was not heard of any more. Of a broadcast only the ego's reception counts.
+    """
+    routed = lost["id"][lost["destination"] != NO_VEHICLE]
+    counts_for = (heard["receiver"] == roles.ego) | np.isin(heard["packet"], routed)
+    tried = heard[(heard["addressed"] == 1) & counts_for & np.isin(heard["packet"], lost["id"])]
+    tried = tried[np.lexsort((tried["hop"], tried["packet"]))]
+    last = np.append(tried["packet"][1:] != tried["packet"][:-1], [True])[: len(tried)]
+    outcomes = [OUTCOMES[outcome] for outcome in tried["outcome"][last]]
+    counts = dict.fromkeys(_CAUSES.values(), 0)
+    for outcome in outcomes:
+        counts[_CAUSES.get(outcome, "unnoticed")] += 1
+    counts["unnoticed"] += len(lost) - len(outcomes)
+    return {cause: count / sent for cause, count in counts.items()}
 
 
 def _arrived(wanted: Array, heard: Array, roles: Roles) -> Array:

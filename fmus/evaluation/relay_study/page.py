@@ -6,7 +6,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any, Final
 
-from fmus.evaluation.relay_study import csv_file
+from fmus.evaluation.relay_study import csv_file, sensitivity
 from fmus.evaluation.relay_study.sample import METHOD
 from fmus.evaluation.relay_study.style import LOOKS
 from fmus.evaluation.relay_study.text import interval, markdown
@@ -52,14 +52,26 @@ _TABLE_2: Final = """\
 The base condition: {base}. Regret: PRR of the oracle minus that of the method, by the same seeds.
 """
 
-SENSITIVITY: Final = "relay_sensitivity.csv"
-"""The summary of the experiment of that name, among the results."""
+_CAUSES: Final = {
+    "lost_unnoticed": "unnoticed",
+    "lost_noise": "noise",
+    "lost_interference": "interference",
+    "lost_receiver_busy": "receiver busy",
+    "lost_receiver_transmitting": "receiver transmitting",
+}
+
+_LOSSES: Final = """\
+Shares of the packets of sensor data in %, by what happened on the last hop that was tried, in the
+runs of the sensitivity analysis that change nothing. *Unnoticed* and *noise* are what shadowing
+does (a frame that was too weak to be noticed, or to be decoded); the others are the medium access:
+interference, a receiver that was busy with another frame, or sending itself.
+"""
 
 _SENSITIVITY: Final = """\
-PRR in % when one thing of the study is changed, {runs} seeds each, at the base condition; empty
-where the setting does not concern the method. `make paper-sensitivity` runs
-[experiments/relay_sensitivity.yaml](../experiments/relay_sensitivity.yaml), which says what each
-setting changes; [all metrics]({link}).
+PRR in % when one thing of the study is changed, at the base condition; empty where the setting does
+not concern the method or was not run. `make paper-sensitivity` runs
+[relay_sensitivity.yaml](../experiments/relay_sensitivity.yaml), which says what each setting
+changes; [all metrics]({link}).
 """
 
 _PAIRS: Final = """\
@@ -100,28 +112,38 @@ def page(folder: Path, link: str, analysis: Path | None = None) -> str:
 
 
 def _sensitivity(folder: Path, link: str) -> list[str]:
-    """What the summary of `experiments/relay_sensitivity.yaml` says, if it is there."""
-    path = folder / SENSITIVITY
-    if not path.is_file():
+    """What `experiments/relay_sensitivity.yaml` found, if it was run."""
+    if not (folder / sensitivity.TABLE).is_file():
         return []
-    rows = csv_file.read(path)
-    methods = list(dict.fromkeys(row[METHOD] for row in rows))
-    found = {
-        (row["setting"], row[METHOD]): interval(_numbers(row), "prr", ".1f", scale=100.0)
-        for row in rows
-    }
-    body = [
-        [setting, *(found.get((setting, method), "") for method in methods)]
-        for setting in dict.fromkeys(row["setting"] for row in rows)
+    origin = json.loads((folder / sensitivity.PROVENANCE).read_text(encoding="utf-8"))
+    rows: list[Mapping[str, Any]] = [
+        {**row, **_numbers(row)} for row in csv_file.read(folder / sensitivity.TABLE)
     ]
-    table = markdown(("setting", *map(_name, methods)), body)
-    introduction = _SENSITIVITY.format(link=f"{link}/{SENSITIVITY}", runs=rows[0]["n"])
-    return [f"## Sensitivity\n\n{introduction}\n{table}\n"]
+    methods = list(dict.fromkeys(row[METHOD] for row in rows))
+    settings = sensitivity.by_setting(rows, methods, empty="")
+    table = markdown(("setting", *map(_name, methods)), settings)
+    introduction = _SENSITIVITY.format(link=f"{link}/{sensitivity.TABLE}")
+    made = _made(origin, link, None)
+    losses = _losses([row for row in rows if row[sensitivity.SETTING] == settings[0][0]])
+    return [
+        f"## Where packets are lost\n\n{_LOSSES}\n{losses}\n",
+        f"## Sensitivity\n\n{introduction}\n{made}\n{table}\n",
+    ]
 
 
-def _made(origin: Mapping[str, Any], link: str) -> str:
+def _losses(rows: Sequence[Mapping[str, Any]]) -> str:
+    head = ("method", *_CAUSES.values())
+    return markdown(
+        head,
+        [[_name(row[METHOD]), *(f"{100 * row[cause]:.1f}" for cause in _CAUSES)] for row in rows],
+    )
+
+
+def _made(origin: Mapping[str, Any], link: str, runs: str | None = "relay_runs.csv") -> str:
+    """Of how many runs, by which command, with what, and where."""
     counts = f"{origin['runs']} of {origin['planned']} runs, {origin['failed']} failed"
-    lines = [f"* {counts}, seeds {origin['seeds']}; [every run]({link}/relay_runs.csv)"]
+    rows = "" if runs is None else f"; [every run]({link}/{runs})"
+    lines = [f"* {counts}, seeds {origin['seeds']}{rows}"]
     for session in origin["sessions"]:
         machine = session["machine"]
         host = f"{machine['cpu']}, {machine['cpus']} CPUs, {machine['platform']}"

@@ -28,7 +28,10 @@ from fmus.records import (
 )
 
 TENTH = 100_000_000
-NOTHING_SENT = {"end_to_end": None, "direct": None, "messages": None, "sent": 0}
+NOTHING_SENT = {"end_to_end": None, "direct": None, "messages": None, "sent": 0, "lost": None}
+LOST_TO_NOTHING = dict.fromkeys(
+    ["noise", "interference", "receiver_busy", "receiver_transmitting", "unnoticed"], 0.0
+)
 
 
 class Samples:
@@ -138,6 +141,7 @@ def test_metrics_of_a_known_run() -> None:
         "direct": pytest.approx(1 / 3),
         "messages": pytest.approx(1 / 2),
         "sent": 3,
+        "lost": LOST_TO_NOTHING | {"noise": pytest.approx(1 / 3)},
     }
     assert found["session"] == {"begin": 0.0, "scans": 2, "served": pytest.approx(1 / 2)}
     assert found["relay_switches"] == 1
@@ -180,6 +184,7 @@ def test_packets_that_may_still_be_on_their_way_do_not_count() -> None:
         "direct": 0.5,
         "messages": 1.0,
         "sent": 2,
+        "lost": LOST_TO_NOTHING,
     }
 
 
@@ -202,6 +207,7 @@ def test_broadcasts_of_the_sharing_node_are_for_the_ego_too() -> None:
         "direct": pytest.approx(2 / 3),
         "messages": pytest.approx(1 / 2),
         "sent": 3,
+        "lost": LOST_TO_NOTHING | {"noise": pytest.approx(1 / 3)},
     }
 
 
@@ -217,6 +223,25 @@ def test_without_an_ego_no_packet_is_for_it() -> None:
     nobody = Roles(ego=NO_VEHICLE, hidden=2, sharing=3)
     found = packet_reception(traces.packets, traces.receptions, nobody, traces.end)
     assert found == NOTHING_SENT
+
+
+def test_the_last_hop_that_was_tried_says_why_a_packet_was_lost() -> None:
+    heard = [
+        reception(0, 7, "R"),
+        reception(0, 1, "C", hop=1),
+        reception(1, 7, "B"),
+        reception(1, 1, "N", addressed=0),  # overheard: not the ego's turn
+        reception(2, 7, "R"),  # and never heard of again
+    ]
+    run = recording() | {
+        "channel.receptions": Samples([b"", frame("RCPT", np.concatenate(heard)), b""]),
+    }
+    third = pytest.approx(1 / 3)
+    assert metrics.compute(Traces(run))["prr"]["lost"] == LOST_TO_NOTHING | {
+        "interference": third,
+        "receiver_busy": third,
+        "unnoticed": third,
+    }
 
 
 def test_scans_count_from_the_first_trigger_on_whatever_was_sent() -> None:

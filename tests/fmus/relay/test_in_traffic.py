@@ -161,18 +161,29 @@ def test_only_who_was_heard_is_chosen(traffic: Run, policy: str) -> None:
     assert all(relay % 2 for relay in relays - {NO_VEHICLE})
 
 
+def _without_powers(known: Inputs) -> Inputs:
+    """Nobody has measured anything."""
+    links = {n: np.asarray(v)[:0] for n, v in known.items() if n.startswith("received.link.")}
+    return known | links
+
+
 @pytest.mark.slow
 def test_without_apms_and_lidar_bsms_still_give_relays(traffic: Run, policy: str) -> None:
-    """What is left are the neighbours' own bodies; trucks without a radio are not known then."""
-    sources = [
-        {"received.apms": b""},
-        {"objects": b""},
-        {"received.apms": b"", "objects": b""},
+    """What is left are the neighbours' own bodies; trucks without a radio are not known then.
+
+    Measured powers still tell of them to who uses powers; without these too, choices differ.
+    """
+    blind: Inputs = {"received.apms": b"", "objects": b""}
+    edits: list[Edit] = [
+        lambda known: known | {"received.apms": b""},
+        lambda known: known | {"objects": b""},
+        lambda known: known | blind,
+        lambda known: _without_powers(known | blind),
     ]
-    relays = [_replayed(traffic, policy, lambda k, s=s: k | s) for s in sources]  # type: ignore[misc]
+    relays = [_replayed(traffic, policy, edit) for edit in edits]
     heard = {int(v) for known in traffic.known for v in np.asarray(known["received.bsm.id"])}
     assert all(set(choices) <= heard | {NO_VEHICLE} for choices in relays)
-    assert relays[2] != traffic.chosen
+    assert relays[3] != traffic.chosen
 
 
 def _vehicles(series: Series) -> set[int]:

@@ -141,17 +141,3 @@ def test_the_page_in_the_manual_is_that_of_the_results_beside_it() -> None:
     folder = docs / "results"
     wanted = page(folder, "results", folder / "relay-analysis.md")
     assert (docs / "relay-study.md").read_text() == wanted, "run the last line of `make paper`"
-
-
-def test_the_page_has_the_sensitivity_if_it_was_studied(tmp_path: Path) -> None:
-    write(tmp_path / "out")
-    assert "Sensitivity" not in page(tmp_path / "out", "results")
-    (tmp_path / "out" / "relay_sensitivity.csv").write_text(
-        "method,setting,n,prr,prr_low,prr_high\n"
-        "mohed,study,9,0.9,0.85,0.95\n"
-        "mohed,no factor 2,9,0.5,0.4,0.6\n"
-        "random,study,9,0.8,0.7,0.9\n"
-    )
-    lines = page(tmp_path / "out", "results").splitlines()
-    assert any("no factor 2" in line and "50.0" in line and "80.0" not in line for line in lines)
-    assert any("study" in line and "90.0" in line and "80.0" in line for line in lines)
