@@ -20,7 +20,11 @@ def main() -> None:
     )
     given = parser.parse_args()
     link = Path(os.path.relpath(given.directory, given.page.parent)).as_posix()
-    given.page.write_text(page(given.directory, link, given.analysis), encoding="utf-8")
+    try:
+        text = page(given.directory, link, given.analysis)
+    except FileNotFoundError as error:
+        parser.error(f"there is no `{error.filename}`; `make paper` writes it")
+    given.page.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

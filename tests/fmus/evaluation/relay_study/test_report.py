@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from fmus.evaluation.relay_study import RelayStudy
+from fmus.evaluation.relay_study.__main__ import main
 from fmus.evaluation.relay_study.page import page
 from orchestrator.experiment.plan import Experiment
 from tests.fmus.evaluation.relay_study.synthetic import Levels, experiment, results, run
@@ -141,3 +142,14 @@ def test_the_page_in_the_manual_is_that_of_the_results_beside_it() -> None:
     folder = docs / "results"
     wanted = page(folder, "results", folder / "relay-analysis.md")
     assert (docs / "relay-study.md").read_text() == wanted, "run the last line of `make paper`"
+
+
+def test_results_that_are_not_there_are_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.argv", ["relay_study", str(tmp_path / "page.md"), str(tmp_path)])
+    with pytest.raises(SystemExit) as stopped:
+        main()
+    assert stopped.value.code == 2
+    assert "relay_provenance.json`; `make paper` writes it" in capsys.readouterr().err
+    assert not (tmp_path / "page.md").exists()
