@@ -2,10 +2,10 @@
 
 A branch is a copy of the process (`fork`), and so of everything: simulators, the memory of FMUs,
 Python objects, random states. No component has to be restorable. A branch goes on where it was
-copied, in the middle of the step that opened the decision, and simulates to the horizon. It has
-no observers, writes its score into a pipe and ends. The trunk, which is the run itself, waits for
-one branch after the other and then takes the best alternative. It is the same run as if it had
-known that alternative from the start.
+copied, in the middle of the step that opened the decision, and simulates to the horizon, or until
+the run is over there. It has no observers, writes its score into a pipe and ends. The trunk, which
+is the run itself, waits for one branch after the other and then takes the best alternative. It is
+the same run as if it had known that alternative from the start.
 """
 
 import json
@@ -80,11 +80,11 @@ class _Branch:
     pipe: int
     is_bounded: bool = True
 
-    def check(self, t: Time) -> None:
+    def check(self, t: Time, *, is_last: bool) -> None:
         """End if nothing more is to be learnt, or if nobody waits any more."""
         if os.getppid() != self.trunk:
             os._exit(1)
-        if t >= self.horizon:
+        if is_last or t >= self.horizon:
             self.end(score=_score_of(self.name, self.component, t))
         if self.is_bounded and _is_beaten(self.component, self.horizon, self.best):
             self.end(score=None)
@@ -108,7 +108,7 @@ class Branching:
 
     Args:
         system: its components.
-        stop: the last communication point [ns].
+        stop: the last communication point [ns], if no output ends the run before.
 
     Raises:
         SystemStructureError: there is a `DecidingComponent`, and the system cannot be copied.
@@ -134,11 +134,11 @@ class Branching:
             return _Decided(name, component, self)
         return component
 
-    def arrive(self, t: Time) -> None:
-        """The communication point `t` is reached; a branch ends here if it is its horizon."""
+    def arrive(self, t: Time, *, is_last: bool) -> None:
+        """The communication point `t` is reached; a branch ends at its horizon or the last one."""
         self._time = t
         if self._branch is not None:
-            self._branch.check(t)
+            self._branch.check(t, is_last=is_last)
 
     @contextmanager
     def confined(self) -> Iterator[None]:

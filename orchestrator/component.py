@@ -149,18 +149,19 @@ class DecidingComponent(Component):
     def score(self) -> float:
         """How good things went, as known at the last step; the larger, the better.
 
-        Asked for at the horizon, or at the end of the simulation if that comes first; scores are
-        compared between the branches of one decision only. Not NaN.
+        Asked for at the horizon, or at the end of the simulation if that comes first, which may
+        be another time in each branch; scores are compared between the branches of one decision
+        only. Not NaN.
         """
 
     def score_bound(self, horizon: Time) -> float:
-        """What `score` cannot exceed at `horizon`, whatever happens until then.
+        """What `score` cannot exceed at or before `horizon`, whatever happens until then.
 
         Asked for while a decision is open, and in its branches until the next one is opened
         there. A branch that can no longer beat the best one before it is left early; that
         changes no choice as long as this is true.
 
         Args:
-            horizon: that of the decision, or the end of the simulation if that comes first [ns].
+            horizon: that of the decision, or the stop time if that comes first [ns].
         """
         return math.inf

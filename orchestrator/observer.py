@@ -75,7 +75,10 @@ class Observer(abc.ABC):
 
     @abc.abstractmethod
     def begin(self, system: System, start: Time, stop: Time) -> None:
-        """A run of `system` from `start` to `stop` [ns] begins; no component is set up yet."""
+        """A run of `system` from `start` to `stop` [ns] begins; no component is set up yet.
+
+        It may end before `stop`, where an output says so; the result has the time.
+        """
 
     @abc.abstractmethod
     def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
@@ -130,6 +133,8 @@ class ProgressMeter(Observer):
     @override
     def end(self, result: SimulationResult) -> None:
         if self._bar is not None:
+            if result.error is None:
+                self._bar.total = seconds(result.time - result.start)  # it may have ended early
             self._draw(result.time)
             self._bar.close()
 

@@ -176,6 +176,7 @@ def _run(
             stop=scenario.stop,
             seed=scenario.seed,
             observers=(recorder, *observers),
+            until=scenario.until,
         )
     except BaseException as error:
         logger.info("the run ended early: %r", error, exc_info=error)
@@ -183,6 +184,8 @@ def _run(
         if isinstance(error, KeyboardInterrupt):
             raise RunInterrupted(directory) from error
         raise RunFailedError(str(error), directory) from error
+    if result.time < scenario.stop:
+        logger.info("`%s` is true at t = %.9g s", scenario.until, seconds(result.time))
     logger.info("done; fingerprint %s", recorder.fingerprint)
     try:
         findings = make_report(scenario.report, directory, figure=figure)

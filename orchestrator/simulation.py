@@ -7,10 +7,11 @@ from time import perf_counter_ns
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.exchange import Exchange, Schedule
 from orchestrator.branching import Branching
+from orchestrator.ending import ending
 from orchestrator.feedthrough import feedthrough_order
 from orchestrator.observer import Observer, SimulationResult, WallTime
 from orchestrator.signal import Signals
-from orchestrator.system import System
+from orchestrator.system import Endpoint, System
 from orchestrator.timebase import Time, seconds
 
 
@@ -22,8 +23,9 @@ def simulate(
     stop: Time,
     seed: int,
     observers: Sequence[Observer] = (),
+    until: Endpoint | None = None,
 ) -> SimulationResult:
-    """Simulate `system` from `start` to `stop`.
+    """Simulate `system` from `start` to `stop`, or until an output is true.
 
     Whatever happens, every component is closed, then every observer that began is ended. An
     error raised meanwhile does not hide an earlier one; it becomes a note on it. Observers see
@@ -33,15 +35,18 @@ def simulate(
         system: the components and their connections.
         algorithm: who steps when, and which values it sees.
         start: the first communication point [ns].
-        stop: the last one [ns].
+        stop: the last one [ns], unless `until` is true before.
         seed: the origin of every component's random stream.
         observers: called at every communication point, in this order.
+        until: a scalar Boolean output. The first communication point, of whatever component, at
+            which its published value is true is the last one; `start` may be that.
 
     Raises:
         SystemStructureError: step sizes do not fit the interval, or the algorithm the system, or
-            decisions are to be tried and the system cannot be copied.
+            decisions are to be tried and the system cannot be copied, or `until` is no such output.
         ComponentError: a component failed or broke its contract; it says which, and when.
     """
+    early = ending(system.components, until)
     branching = Branching(system, stop)
     exchange = Exchange(system, branching)
     schedule = Schedule(exchange, algorithm.turns(system), start, stop)
@@ -54,11 +59,14 @@ def simulate(
             if t != start:
                 algorithm.arrive(t, due)
             run.time = t
-            branching.arrive(t)
+            is_last = t == stop or early.is_reached(exchange.values)
+            branching.arrive(t, is_last=is_last)
             if branching.is_trunk:
                 audience.observe(t, due.names, exchange.values)
-            if t != stop:
-                algorithm.depart(t, due)
+            if is_last:
+                break
+            algorithm.depart(t, due)
+        exchange.settle()
     for name, participant in exchange.participants.items():
         with run.guarded(f"closing `{name}`"):
             participant.close()

@@ -44,11 +44,11 @@ class SumoTraffic(Component):
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
-        del start  # the programme of the traffic light begins with the run
         self.close()
         seed = int(rng.integers(2**31))
         self._sumo = Sumo(self._parameters.scene, self._step_length, seed)
-        self._traffic = Traffic(self._sumo, self._parameters, rng)
+        # the programme of the traffic light begins with the run, whatever the time is
+        self._traffic = Traffic(self._sumo, self._parameters, rng, start)
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:

@@ -93,11 +93,24 @@ CONNECTORS: Final[Mapping[str, Connector]] = MappingProxyType(
             "centre line of the route, from the vehicle on", "route_vertex", 2, unit="m"
         ),
         "ego.collision": _output("bodies have overlapped since the start", dtype=np.bool_),
+        "ego.collision_time": _output(
+            "when they were first seen to overlap, -1 if they have not; see `collision_step`",
+            unit="s",
+        ),
+        "ego.collision_partner": _output(
+            "the vehicle whose body it was, -1 if none", dtype=np.int64
+        ),
+        "ego.completion_time": _output(
+            "when its rear bumper was `finish_distance` beyond the conflict point, or it left; "
+            "-1 if it is not through, or collided before",
+            unit="s",
+        ),
         "ego.gap": _output(
             "smallest distance to another body over the last step; "
             f"{NOBODY_NEAR:g} m if there is none",
             unit="m",
         ),
         "ego.nearest": _output("the vehicle at that distance, -1 if none", dtype=np.int64),
+        "encounter.over": _output("the ego has collided, or is through", dtype=np.bool_),
     }
 )

@@ -1,5 +1,7 @@
 r"""Dynamics of the ego vehicle: a kinematic single track with actuators.
 
+Dead times come before all of this; see `actuation`.
+
 Longitudinal: the commanded acceleration $u$ is $-b_{max}$ times the brake pedal, or $a_{max}$
 times the accelerator; the acceleration follows it with a lag, $\tau \dot a = u - a$. No rolling
 or air resistance: with both pedals released the speed stays constant. No reverse: at standstill
@@ -90,6 +92,10 @@ class Command:
             )
         accelerate, brake, steer = np.clip(signal, [0.0, 0.0, -1.0], 1.0).tolist()
         return cls(accelerate=accelerate, brake=brake, steer=steer)
+
+
+RELEASED: Final = Command(accelerate=0.0, brake=0.0, steer=0.0)
+"""No foot on a pedal, the wheel straight."""
 
 
 def advance(state: EgoState, command: Command, dynamics: EgoDynamics, duration: float) -> EgoState:

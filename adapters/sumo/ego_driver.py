@@ -4,9 +4,11 @@ import math
 
 import numpy as np
 
+from adapters.sumo.actuation import Actuation
 from adapters.sumo.cast import Role
 from adapters.sumo.ego import Command, EgoDynamics, EgoState, advance, velocity
 from adapters.sumo.geometry import Float, direction
+from orchestrator.timebase import Duration, Time
 
 
 class EgoDriver:
@@ -15,11 +17,14 @@ class EgoDriver:
     SUMO only shows it to the other drivers; the state here is the truth.
     """
 
-    def __init__(self, role: Role, speed: float, dynamics: EgoDynamics) -> None:
+    def __init__(
+        self, role: Role, speed: float, dynamics: EgoDynamics, actuation: Actuation
+    ) -> None:
         """Start at the place of `role` with `speed` [m/s]."""
         self._path = role.path
         self._length = role.vehicle.type.length
         self._dynamics = dynamics
+        self._actuation = actuation
         front = role.departure.position
         x, y = role.path.at(front - 0.5 * self._length).tolist()
         along = role.path.at(front) - (x, y)
@@ -64,14 +69,16 @@ class EgoDriver:
         """Along the route, from the centre of the body [m]; negative beyond `station`."""
         return station - self.station
 
-    def drive(self, command: Command, duration: float, count: int) -> Float:
-        """Drive for `duration` [s].
+    def drive(self, command: Command, now: Time, duration: Duration, count: int) -> Float:
+        """Drive for `duration` [ns] from `now` [ns] on, while `command` is asked for.
 
         Returns:
             The pose at `count` instants, evenly spread up to the end, shape (count, 3).
         """
         track = np.empty((count, 3))
-        for k in range(count):
-            self.state = advance(self.state, command, self._dynamics, duration / count)
+        self._actuation.give(now, command)
+        for k, pieces in enumerate(self._actuation.pieces(now, duration, count)):
+            for piece in pieces:
+                self.state = advance(self.state, piece.command, self._dynamics, piece.duration)
             track[k] = self.pose
         return track

@@ -3,10 +3,12 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from adapters.sumo.actuation import Actuation
 from adapters.sumo.ego import EgoDynamics
 from adapters.sumo.encounter import SpeedControl
 from adapters.sumo.spawning import Demand
 from orchestrator.parameters import parameter
+from orchestrator.timebase import NANOSECONDS_PER_SECOND
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,6 +57,20 @@ class TrafficParameters:
     actuator_lag: float = parameter(
         0.1, unit="s", minimum=0.001, maximum=2.0, doc="time constant of the ego's acceleration"
     )
+    pedal_delay: float = parameter(
+        0.0,
+        unit="s",
+        minimum=0.0,
+        maximum=5.0,
+        doc="dead time from the ego's command to its pedals, before the lag",
+    )
+    steering_delay: float = parameter(
+        0.0,
+        unit="s",
+        minimum=0.0,
+        maximum=5.0,
+        doc="dead time from the ego's command to its steering",
+    )
     max_steering: float = parameter(
         0.6, unit="rad", minimum=0.0, maximum=1.2, doc="largest road-wheel angle of the ego"
     )
@@ -63,6 +79,13 @@ class TrafficParameters:
     )
 
     # ---- the encounter
+    finish_distance: float = parameter(
+        15.0,
+        unit="m",
+        minimum=0.0,
+        doc="from the conflict point (without an encounter: the junction) to the ego's rear bumper "
+        "when it has completed",
+    )
     encounter: bool = parameter(default=True, doc="whether the collision vehicle is there")
     collider_lane: str = parameter("west_in_0", doc="lane the collision vehicle starts on")
     collider_type: str = parameter("compact", doc="vehicle type of the collision vehicle")
@@ -120,6 +143,14 @@ class TrafficParameters:
             actuator_lag=self.actuator_lag,
             max_steering=self.max_steering,
             max_steering_rate=self.max_steering_rate,
+        )
+
+    @property
+    def actuation(self) -> Actuation:
+        """Of the ego vehicle, before the first command; dead times to the nanosecond."""
+        return Actuation(
+            round(self.pedal_delay * NANOSECONDS_PER_SECOND),
+            round(self.steering_delay * NANOSECONDS_PER_SECOND),
         )
 
     @property

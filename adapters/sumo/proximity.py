@@ -16,6 +16,19 @@ NOBODY_NEAR: Final = 1000.0
 """The gap [m] reported when there is no other vehicle."""
 
 
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """The first overlap.
+
+    Attributes:
+        instant: the index of the first instant at which bodies overlap.
+        vehicle: number of the other one; of several the lowest.
+    """
+
+    instant: int
+    vehicle: int
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Closest:
     """The smallest distance.
@@ -23,10 +36,12 @@ class Closest:
     Attributes:
         gap: between the bodies [m], 0 if they overlap.
         vehicle: number of the other one; -1 if there is none.
+        contact: where they overlap, the first time that anybody does.
     """
 
     gap: float
     vehicle: int
+    contact: Contact | None = None
 
     def or_closer(self, other: "Closest") -> "Closest":
         """The smaller one of both, this one if they are equal."""
@@ -64,7 +79,18 @@ def closest_approach(
     distance = box_distance(
         Boxes(center=track[:, None, :2], heading=track[:, None, 2], size=ego_size),
         Boxes(center=center[:, rows], heading=heading, size=size[rows]),
-    ).min(axis=0)
-    nearest = int(np.argmin(distance))
-    gap = float(distance[nearest])
-    return Closest(gap=gap, vehicle=int(number[rows[nearest]])) if gap < NOBODY_NEAR else NOBODY
+    )  # (n, near)
+    smallest = distance.min(axis=0)
+    nearest = int(np.argmin(smallest))
+    gap = float(smallest[nearest])
+    if gap >= NOBODY_NEAR:
+        return NOBODY
+    contact = _contact(distance, number[rows]) if gap <= 0.0 else None
+    return Closest(gap=gap, vehicle=int(number[rows[nearest]]), contact=contact)
+
+
+def _contact(distance: Float, number: Integers) -> Contact:
+    """The first overlap in `distance`, shape (n, vehicle), which has one."""
+    overlap = distance <= 0.0
+    instant = int(np.argmax(overlap.any(axis=1)))
+    return Contact(instant, int(number[overlap[instant]].min()))

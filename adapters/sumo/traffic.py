@@ -12,6 +12,7 @@ from adapters.sumo.ego import Command
 from adapters.sumo.ego_driver import EgoDriver
 from adapters.sumo.fleet import Poses, Roster, Vehicle
 from adapters.sumo.geometry import Float
+from adapters.sumo.outcome import FinishLine, Instants, Outcome
 from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.proximity import NOBODY, Closest, closest_approach
 from adapters.sumo.road import read_road
@@ -20,6 +21,7 @@ from adapters.sumo.scene import frozen, read_buildings, read_types
 from adapters.sumo.simulation import Sumo, SumoError
 from adapters.sumo.spawning import Background, Spawned, background_streams
 from orchestrator.signal import Array, Signals
+from orchestrator.timebase import Time, nanoseconds
 
 GONE: Final = -1
 """`ego.id` once the ego vehicle has left the network."""
@@ -28,31 +30,46 @@ GONE: Final = -1
 class Traffic:
     """All vehicles of one run and what they signal."""
 
-    def __init__(self, sumo: Sumo, parameters: TrafficParameters, rng: np.random.Generator) -> None:
+    def __init__(
+        self, sumo: Sumo, parameters: TrafficParameters, rng: np.random.Generator, start: Time
+    ) -> None:
         """Populate the scene that `sumo` has loaded; takes one step of SUMO to insert everybody.
+
+        Args:
+            sumo: the simulation.
+            parameters: of the component.
+            rng: of the component.
+            start: the first communication point [ns].
 
         Raises:
             SumoError: the scene and the parameters do not fit together.
         """
         self._sumo = sumo
         self._h = parameters.step_length
+        self._step_length = nanoseconds(parameters.step_length)
+        self._start = start
         self._instants = math.ceil(parameters.step_length / parameters.collision_step - 1e-9)
         self._steps = 0
-        self._collided = False
         self._types = read_types(sumo)
         self._buildings = read_buildings(sumo)
         self._road = read_road(sumo)
         self._roadside = self._roadside_units(parameters)
         spread = parameters.collider_spread * rng.uniform(-1.0, 1.0)
         cast = assemble(sumo, self._types, parameters, parameters.collider_speed + spread)
-        self._ego = EgoDriver(cast.ego, parameters.ego_speed, parameters.dynamics)
+        self._ego = EgoDriver(
+            cast.ego, parameters.ego_speed, parameters.dynamics, parameters.actuation
+        )
+        self._finish = self._finish_line(cast, parameters)
         self._ego_size = frozen(np.array(cast.ego.vehicle.type.size))
         self._collider = CollisionDriver(sumo, cast, parameters.speed_control)
         self._background = self._background_of(cast, parameters, rng)
         self._roster = Roster.empty().changed(self._populate(cast), frozenset())
         self._ego_number = int(self._roster.number[self._roster.names.index(EGO)])
         self._poses = self._read_poses(self._roster)
-        self.outputs = self._signals(self._closest(self._ego.pose[None], self._roster, self._poses))
+        closest = self._closest(self._ego.pose[None], self._roster, self._poses)
+        at_start = Instants(begin=start, duration=0, count=1)
+        self._outcome = Outcome().after(at_start, closest.contact, None)
+        self.outputs = self._signals(closest)
 
     def advance(self, command: Float, count: int) -> None:
         """Take `count` steps of SUMO under `command`, shape (3,)."""
@@ -61,6 +78,14 @@ class Traffic:
         for _ in range(count):
             closest = closest.or_closer(self._step(pedals))
         self.outputs = self._signals(closest)
+
+    def _finish_line(self, cast: Cast, parameters: TrafficParameters) -> FinishLine:
+        """`finish_distance` beyond the conflict point, or beyond the junction."""
+        path = cast.ego.path
+        beyond = self._sumo.lane_shape(cast.ego.next_lane)[0]
+        station = path.station(*(cast.conflict if cast.encounter else beyond).tolist())
+        length = cast.ego.vehicle.type.length
+        return FinishLine(path, station + parameters.finish_distance, length)
 
     def _roadside_units(self, parameters: TrafficParameters) -> RoadsideUnits:
         positions, height = parameters.rsu_positions, parameters.rsu_antenna_height
@@ -98,10 +123,11 @@ class Traffic:
     def _step(self, pedals: Command) -> Closest:
         """One step of SUMO; the smallest distance to the ego vehicle during it."""
         before, poses = self._roster, self._poses
+        now: Time = self._start + self._steps * self._step_length
         ego_present = before.row(EGO) is not None
         track, left = self._ego.pose[None], frozenset[str]()
         if ego_present:
-            track = self._ego.drive(pedals, self._h, self._instants)
+            track = self._ego.drive(pedals, now, self._step_length, self._instants)
             left = self._show_ego()
         self._collider.drive(before, poses, self._ego, self._h)
         newcomers = self._background.enter(self._steps * self._h, self._sumo.occupancy)
@@ -109,7 +135,19 @@ class Traffic:
         self._steps += 1
         self._roster = before.changed(entered, left | self._sumo.arrived())
         self._poses = self._read_poses(self._roster)
-        return self._closest(track, before, poses) if ego_present else NOBODY
+        if not ego_present:
+            return NOBODY
+        closest = self._closest(track, before, poses)
+        self._note(now, track, closest, has_left=bool(left))
+        return closest
+
+    def _note(self, now: Time, track: Float, closest: Closest, *, has_left: bool) -> None:
+        """What the step from `now` [ns] means for the outcome; who leaves is through, too."""
+        instants = Instants(begin=now, duration=self._step_length, count=len(track))
+        passed = None if self._outcome.is_over else self._finish.passed(track)
+        if passed is None and has_left:
+            passed = len(track) - 1
+        self._outcome = self._outcome.after(instants, closest.contact, passed)
 
     def _show_ego(self) -> frozenset[str]:
         """Let SUMO's drivers see where the ego vehicle is; its name, once it has left."""
@@ -165,9 +203,8 @@ class Traffic:
 
     def _signals(self, closest: Closest) -> Signals:
         """The outputs; what did not change is the same object as before."""
-        roster, poses, ego = self._roster, self._poses, self._ego
+        roster, poses, ego, outcome = self._roster, self._poses, self._ego, self._outcome
         present = roster.row(EGO) is not None
-        self._collided |= closest.gap <= 0.0
         position = np.zeros((len(roster.names), 3))
         position[:, :2] = poses.center
         signals: dict[str, Array] = {
@@ -192,9 +229,13 @@ class Traffic:
             "ego.speed": np.array(ego.state.speed),
             "ego.size": self._ego_size,
             "ego.route": ego.route if present else np.zeros((0, 2)),
-            "ego.collision": np.array(self._collided),
+            "ego.collision": np.array(outcome.has_collided),
+            "ego.collision_time": np.array(outcome.collision_time),
+            "ego.collision_partner": np.array(outcome.partner),
+            "ego.completion_time": np.array(outcome.completion_time),
             "ego.gap": np.array(closest.gap),
             "ego.nearest": np.array(closest.vehicle),
+            "encounter.over": np.array(outcome.is_over),
         }
         signals = self._roadside.join(signals)
         for signal in signals.values():

@@ -7,14 +7,21 @@ import numpy as np
 from fmus.evaluation.delivery import packet_reception, session
 from fmus.evaluation.identity import vehicles_of
 from fmus.evaluation.roles import Roles
-from fmus.evaluation.traces import COLLISION, EGO, SHARING, Array, Traces
+from fmus.evaluation.traces import COLLISION, EGO, ROLE_WORDS, SHARING, Array, Traces
 from fmus.records import LINKS, NO_VEHICLE, OBJECT, OUTCOMES, unframe
 
 _RECEIVED: Final = OUTCOMES.index("R")
+_OUTCOME: Final = ("collision", "collision_time", "collision_partner", "completion_time")
+"""Outputs of the traffic, beneath `ego`, that say how the encounter ended."""
+_NEVER: Final = -1.0
+"""Their time of what has not happened [s]."""
 
 
 def compute(traces: Traces) -> dict[str, Any]:
     """All metrics of the run, ready for JSON; times in seconds.
+
+    `success` is that the ego has completed and not collided; neither may have happened when the
+    run ended. `collision_partner` is the role of the other vehicle.
 
     `prr.end_to_end` is the share of the packets of sensor data (or CPMs) for the ego that reached
     it over the chosen route; `prr.direct` the share of the same packets' first transmissions
@@ -27,11 +34,9 @@ def compute(traces: Traces) -> dict[str, Any]:
         sharing=_known(traces.vehicle_with(SHARING)),
     )
     sent, heard = traces.packets, traces.receptions
-    times, collided = traces.scalars("traffic.ego.collision")
     gaps = traces.gap_to_hidden
     return {
-        "collision": bool(collided.any()),
-        "collision_time": float(times[np.argmax(collided)]) if collided.any() else None,
+        **_encounter(traces),
         "min_gap_m": float(gaps[:, 1].min()) if len(gaps) else None,
         "min_gap_time": float(gaps[np.argmin(gaps[:, 1]), 0]) if len(gaps) else None,
         "min_speed": float(traces.scalars("traffic.ego.speed")[1].min()),
@@ -70,6 +75,20 @@ def links(heard: Array, roles: Roles) -> list[dict[str, Any]]:
             }
         )
     return sorted(found, key=lambda entry: -entry["packets"])
+
+
+def _encounter(traces: Traces) -> dict[str, Any]:
+    """How the encounter ended for the ego, as known at the end of the run."""
+    last = {name: traces.series(f"traffic.ego.{name}")[-1].item() for name in _OUTCOME}
+    collided, completed = last["collision"], last["completion_time"] != _NEVER
+    partner = traces.role_of(last["collision_partner"]) if collided else None
+    return {
+        "collision": collided,
+        "collision_time": last["collision_time"] if collided else None,
+        "collision_partner": None if partner is None else ROLE_WORDS[partner],
+        "completion_time": last["completion_time"] if completed else None,
+        "success": completed and not collided,
+    }
 
 
 def _hidden(traces: Traces, roles: Roles) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from typing_extensions import override
 
@@ -10,6 +10,14 @@ from fmus.evaluation import metrics
 from fmus.evaluation.traces import Traces
 from orchestrator.recording import Recording
 from orchestrator.report import Report
+
+_PARTNERS: Final = {
+    "collision vehicle": "the collision vehicle",
+    "blocking vehicle": "a blocking vehicle",
+    "background": "a vehicle of the background",
+    "sharing node": "the sharing node",
+}
+"""Roles of those whom the ego collides with, in a sentence."""
 
 
 class RedLightReport(Report):
@@ -38,12 +46,14 @@ class RedLightReport(Report):
 
 def _encounter(metrics: Mapping[str, Any]) -> list[str]:
     if metrics["collision"]:
-        first = f"COLLISION at {_seconds(metrics['collision_time'])}"
+        partner = _PARTNERS[metrics["collision_partner"]]
+        first = f"COLLISION at {_seconds(metrics['collision_time'])} with {partner}"
     elif metrics["min_gap_m"] is None:
         first = "no collision"
     else:
         gap, time = metrics["min_gap_m"], _seconds(metrics["min_gap_time"])
         first = f"no collision, smallest gap {gap:.2f} m at {time}"
+    first += f"; {_completion(metrics)}"
     braking = metrics["braking"]
     if braking["time"] is None:
         return [first, "braking        never for a hazard"]
@@ -54,6 +64,11 @@ def _encounter(metrics: Mapping[str, Any]) -> list[str]:
             f"seen by vehicle {braking['seen_by']} {braking['data_age'] * 1e3:.0f} ms before"
         ),
     ]
+
+
+def _completion(metrics: Mapping[str, Any]) -> str:
+    time = metrics["completion_time"]
+    return "not completed" if time is None else f"completed at {_seconds(time)}"
 
 
 def _perception(metrics: Mapping[str, Any]) -> list[str]:

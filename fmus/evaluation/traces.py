@@ -21,6 +21,16 @@ BLOCKING: Final = 4
 ROADSIDE: Final = 5
 """Values of `vehicle.role`."""
 
+ROLE_WORDS: Final = (
+    "background",
+    "ego",
+    "collision vehicle",
+    "sharing node",
+    "blocking vehicle",
+    "roadside unit",
+)
+"""What they are called, by value."""
+
 
 class Series(Protocol):
     """One recorded signal."""
@@ -126,6 +136,15 @@ class Traces:
             rows = np.flatnonzero(np.asarray(roles[k]) == role)
             if len(rows):
                 return int(np.asarray(ids[k])[rows[0]])
+        return None
+
+    def role_of(self, vehicle: int) -> int | None:
+        """The role of the vehicle with id `vehicle`; `None` if it never entered."""
+        roles, ids = self.series("traffic.vehicle.role"), self.series("traffic.vehicle.id")
+        for k in reversed(range(len(roles))):
+            rows = np.flatnonzero(np.asarray(ids[k]) == vehicle)
+            if len(rows):
+                return int(np.asarray(roles[k])[rows[0]])
         return None
 
     @cached_property

@@ -69,6 +69,11 @@ class Exchange:
         for name in order:
             self.participants[name].initialise(start)
 
+    def settle(self) -> None:
+        """Wait for steps that were begun and end beyond the last communication point."""
+        for each in self.participants.values():
+            each.settle()
+
 
 class Schedule:
     """Who is due at which communication point of a run.

@@ -101,6 +101,13 @@ class Participant(abc.ABC):
         """Show the outputs of the step finished last to others."""
         self.published.update(self._pending)
 
+    @abc.abstractmethod
+    def settle(self) -> None:
+        """Finish a step that was begun, if there is one; its outputs are checked, not shown.
+
+        So a step that fails beyond the end of a run fails wherever the component works.
+        """
+
     def close(self) -> None:
         """Release what the component holds.
 
@@ -157,11 +164,15 @@ class LocalParticipant(Participant):
     def finish(self) -> None:
         pass
 
+    @override
+    def settle(self) -> None:
+        pass
+
 
 class ConcurrentParticipant(Participant):
     """A component that steps elsewhere between `begin` and `finish`."""
 
-    __slots__ = ("_begun_at", "_concurrent")
+    __slots__ = ("_begun_at", "_concurrent", "_is_begun")
 
     is_concurrent = True
 
@@ -175,6 +186,7 @@ class ConcurrentParticipant(Participant):
         super().__init__(name, component, connectors, step_size)
         self._concurrent = component
         self._begun_at: Time = 0
+        self._is_begun = False
 
     @override
     def begin(self, t: Time) -> None:
@@ -185,10 +197,12 @@ class ConcurrentParticipant(Participant):
             self._concurrent.begin_step(inputs, t, self.step_size)
         except Exception as error:
             raise self._failure(t, error) from error
+        self._is_begun = True
         self.wall_time_ns += perf_counter_ns() - before
 
     @override
     def finish(self) -> None:
+        self._is_begun = False
         before = perf_counter_ns()
         try:
             self._concurrent.finish_step()
@@ -197,6 +211,11 @@ class ConcurrentParticipant(Participant):
             self._accept(outputs, self._begun_at)
         except Exception as error:
             raise self._failure(self._begun_at, error) from error
+
+    @override
+    def settle(self) -> None:
+        if self._is_begun:
+            self.finish()
 
 
 def participant(

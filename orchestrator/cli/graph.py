@@ -35,6 +35,7 @@ def execute(arguments: Namespace) -> Outcome:
             "components": [_component(node) for node in graph.nodes],
             "connections": [_connection(edge) for edge in graph.edges],
             "loops": list(graph.loops),
+            "until": None if scenario.until is None else str(scenario.until),
             "svg": arguments.svg,
         },
     )
@@ -57,6 +58,8 @@ def _connection(edge: Edge) -> dict[str, object]:
 
 def _text(scenario: Scenario, graph: Graph) -> str:
     span = f"{format_duration(scenario.start)} to {format_duration(scenario.stop)}"
+    if scenario.until is not None:
+        span += f" or until `{scenario.until}`"
     lines = [
         f"{scenario.title}: {span}, {scenario.coupling['algorithm']}",
         "",

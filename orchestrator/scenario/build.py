@@ -19,6 +19,7 @@ from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.model import ComponentUse, ConnectionUse, Scenario
 from orchestrator.scenario.units import format_duration
 from orchestrator.suggestion import suggestion
+from orchestrator.system import Endpoint
 from orchestrator.timebase import CommunicationGrid
 
 
@@ -76,6 +77,7 @@ class _Build:
             description=file.description,
             start=file.time.start,
             stop=file.time.stop,
+            until=None if file.time.until is None else Endpoint.parse(file.time.until),
             seed=file.seed,
             algorithm=_algorithm(file.coupling),
             coupling=MappingProxyType(file.coupling.model_dump(exclude_none=True)),
@@ -192,8 +194,10 @@ class _Build:
                 self._add(("components", name, "step"), what)
 
     def _check_names(self, file: schema.ScenarioFile) -> None:
-        """The names of components in the coupling, the connections and the recording."""
+        """The names of components in the times, coupling, connections and recording."""
         names = tuple(file.components)
+        if file.time.until is not None:
+            self._check_name(("time", "until"), file.time.until.partition(".")[0], names)
         self._check_order(file.coupling, names)
         for index, connection in enumerate(file.connections):
             for key, end in (("from", connection.source), ("to", connection.target)):

@@ -14,6 +14,7 @@ from orchestrator.parameters import DRAWN, REQUIRED, ComponentType
 from orchestrator.scenario.document import Document
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.values import written
+from orchestrator.system import Endpoint
 from orchestrator.timebase import Duration, Time
 
 
@@ -71,6 +72,7 @@ class Scenario:
         path: of the file.
         overrides: as written on the command line.
         start, stop: the first and the last communication point [ns].
+        until: the output that ends the run before `stop` once it is true, or `None`.
         include, exclude: patterns of the outputs that are recorded.
         report: the name of an installed report, or `None`.
         remarks: what is not wrong, but may not be meant.
@@ -83,6 +85,7 @@ class Scenario:
     description: str
     start: Time
     stop: Time
+    until: Endpoint | None
     seed: int
     algorithm: CosimulationAlgorithm
     coupling: Mapping[str, Any]
@@ -108,7 +111,11 @@ class Scenario:
             "schema": 1,
             "title": self.title,
             "description": self.description,
-            "time": {"start": format_duration(self.start), "stop": format_duration(self.stop)},
+            "time": {
+                "start": format_duration(self.start),
+                "stop": format_duration(self.stop),
+                **({} if self.until is None else {"until": str(self.until)}),
+            },
             "seed": self.seed,
             "coupling": dict(self.coupling),
             "components": {name: _resolved(use) for name, use in self.components.items()},

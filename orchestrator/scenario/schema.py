@@ -67,6 +67,10 @@ class TimeSpan(_Mapping):
     """The last communication point. Every step size must fit between start and stop a whole
     number of times."""
 
+    until: Annotated[Port | None, Field(examples=["traffic.encounter.over"])] = None
+    """A scalar Boolean output, `component.connector`: the run ends at the first communication
+    point at which it is true, and at `stop` at the latest. `null`: only at `stop`."""
+
 
 class Coupling(_Mapping):
     """Who steps when, and which outputs it sees (the co-simulation algorithm)."""

@@ -1,6 +1,6 @@
 """From a `Scenario` to components that exist and are connected."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -8,6 +8,7 @@ from typing import TypeAlias
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.branching import branching_problems
 from orchestrator.component import Component
+from orchestrator.ending import ending_problem
 from orchestrator.errors import (
     ComponentError,
     ComponentTypeError,
@@ -66,14 +67,15 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
     """
     with _closing_on_error() as components:
         _create(scenario, place, components)
-        origins = _connections(scenario, components)
+        problems = _ending_problems(scenario, components)
+        origins = _connections(scenario, components, problems)
         step_sizes = {name: use.step for name, use in scenario.components.items()}
         where = _Places(scenario, origins)
         try:
             system = System(components, step_sizes, tuple(origins))
         except SystemStructureError as error:
-            raise ScenarioError([where.locate(what) for what in error.problems]) from error
-        problems = [
+            raise ScenarioError([*problems, *map(where.locate, error.problems)]) from error
+        problems += [
             Problem(scenario.document.key(("components", name)), what)
             for name, use in scenario.components.items()
             for what in branching_problems(system, [name] if use.type.decides else [])
@@ -129,12 +131,25 @@ def _named(what: str, use: ComponentUse) -> tuple[str, ...]:
     return tuple(sorted(found, key=lambda name: what.index(f"`{name}`"))[:1])
 
 
+def _ending_problems(scenario: Scenario, components: Mapping[str, Component]) -> list[Problem]:
+    """What is wrong with the output that ends the run."""
+    what = None if scenario.until is None else ending_problem(components, scenario.until)
+    if what is None:
+        return []
+    address = ("time", "until")
+    return [Problem(scenario.document.value(address), f"{spell(address)}: {what}")]
+
+
 def _connections(
-    scenario: Scenario, components: Mapping[str, Component]
+    scenario: Scenario, components: Mapping[str, Component], others: Sequence[Problem]
 ) -> dict[Connection, Location]:
-    """Every connection and the place in the file that asks for it."""
+    """Every connection and the place in the file that asks for it.
+
+    Raises:
+        ScenarioError: a connection is wrong; `others` are reported with it.
+    """
     found: dict[Connection, Location] = {}
-    problems = []
+    problems: list[Problem] = []
     for index, use in enumerate(scenario.connections):
         address = ("connections", index)
         where = scenario.document.value(address)
@@ -149,7 +164,7 @@ def _connections(
                 problems.append(Problem(where, f"{spell(address)}: {what}"))
             found[connection] = where
     if problems:
-        raise ScenarioError(problems)
+        raise ScenarioError([*others, *problems])
     return found
 
 

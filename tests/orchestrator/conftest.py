@@ -12,6 +12,7 @@ SAMPLE_UNITS = {
     registry.COMPONENTS: {
         "sender": "sample_units:Sender",
         "receiver": "sample_units:Receiver",
+        "alarm": "sample_units:Alarm",
         "broken": "sample_units:Broken",
     },
     report.GROUP: {"trace": "sample_units:Trace", "buggy": "sample_units:Buggy"},

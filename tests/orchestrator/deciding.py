@@ -21,6 +21,8 @@ PERIOD = 5
 """Steps between decisions."""
 HORIZON = 8
 """Steps from a decision to its horizon."""
+GOAL = 7
+"""Hits with which a pusher is done."""
 X = Connector(causality=Causality.INPUT)
 PUSH = Connector(causality=Causality.OUTPUT, feedthrough=frozenset({"x"}))
 
@@ -67,10 +69,19 @@ class _Pusher:
         return self.steps % PERIOD == 1
 
     def outputs(self) -> Signals:
-        return {"push": np.array(self.pushed), "hits": np.array(self.hits, np.int64)}
+        return {
+            "push": np.array(self.pushed),
+            "hits": np.array(self.hits, np.int64),
+            "done": np.array(self.hits >= GOAL),
+        }
 
 
-CONNECTORS = {"x": X, "push": PUSH, "hits": Connector(causality=Causality.OUTPUT, dtype=np.int64)}
+CONNECTORS = {
+    "x": X,
+    "push": PUSH,
+    "hits": Connector(causality=Causality.OUTPUT, dtype=np.int64),
+    "done": Connector(causality=Causality.OUTPUT, dtype=np.bool_),
+}
 
 
 class Chooser(DecidingComponent):
@@ -190,6 +201,7 @@ def run(
     steps: int = 23,
     seed: int = 1,
     point: Component | None = None,
+    until: Endpoint | None = None,
 ) -> tuple[SimulationResult, Trace]:
     """Simulate the pusher, the point, and what the point's readers see in between."""
     components = {"point": Point() if point is None else point, "pusher": pusher}
@@ -202,5 +214,7 @@ def run(
         ),
     )
     trace = Trace()
-    result = simulate(system, algorithm, start=0, stop=steps * H, seed=seed, observers=(trace,))
+    result = simulate(
+        system, algorithm, start=0, stop=steps * H, seed=seed, observers=(trace,), until=until
+    )
     return result, trace

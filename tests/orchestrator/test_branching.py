@@ -21,9 +21,20 @@ from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.component import ConcurrentComponent
 from orchestrator.errors import ComponentError, SystemStructureError
 from orchestrator.signal import Connector, Signals
+from orchestrator.system import Endpoint
 from orchestrator.testing import check_component
 from orchestrator.timebase import Duration, Time
-from tests.orchestrator.deciding import HORIZON, PERIOD, PUSHES, Chooser, H, Planned, Point, run
+from tests.orchestrator.deciding import (
+    GOAL,
+    HORIZON,
+    PERIOD,
+    PUSHES,
+    Chooser,
+    H,
+    Planned,
+    Point,
+    run,
+)
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot copy a process")
 
@@ -61,6 +72,36 @@ def test_the_choices_are_those_of_separate_runs(
     expected = best_by_separate_runs(algorithm, seed, steps=23)
     assert choices_of(Chooser(), algorithm, seed=seed) == expected
     assert len(set(expected)) > 1
+
+
+DONE = Endpoint("pusher", "done")
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("algorithm", ALGORITHMS, ids=["jacobi", "before", "after"])
+def test_branches_that_are_over_early_end_there_and_their_scores_are_read_then(
+    algorithm: CosimulationAlgorithm, seed: int
+) -> None:
+    """As in separate runs that end early; nobody scores more than what ends the run."""
+    ends: list[Time] = []
+
+    def outcome(plan: list[int], steps: int) -> int:
+        result, _ = run(Planned(plan), algorithm, steps=steps, seed=seed, until=DONE)
+        if result.time < steps * H:
+            assert hits(result) == GOAL
+            ends.append(result.time)
+        return hits(result)
+
+    chosen: list[int] = []
+    chooser = Chooser(prunes=False)
+    result, trace = run(chooser, algorithm, steps=60, seed=seed, until=DONE)
+    while len(chosen) < len(chooser.choices):
+        end = len(chosen) * PERIOD + 1 + HORIZON
+        chosen.append(int(np.argmax([outcome([*chosen, k], end) for k in range(len(PUSHES))])))
+    assert chooser.choices == chosen
+    assert ends  # some branches did end early
+    assert trace.seen == run(Planned(chosen), algorithm, steps=60, seed=seed, until=DONE)[1].seen
+    assert (result.time, hits(result)) == (trace.seen[-1][0], GOAL)
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS, ids=["jacobi", "before", "after"])

@@ -61,6 +61,35 @@ def test_overrides_are_those_of_the_command_line(scenario_file: Path) -> None:
         assert {**combination.resolved, "seed": scenario.seed} == scenario.resolved()
 
 
+ENDING = FILE.replace("report: trace", "report: trace, components.alarm: {type: alarm, step: 1 s}")
+
+
+def test_levels_can_say_until_when_a_run_goes(scenario_file: Path) -> None:
+    text = ENDING.replace(
+        "{components.car.parameters.mode: slow}", "{time.until: alarm.bell.rings}"
+    )
+    experiment = load_experiment(write(scenario_file, text))
+    assert [c.resolved["time"].get("until") for c in experiment.combinations] == [
+        *[None] * 2,
+        *["alarm.bell.rings"] * 2,
+    ]
+
+
+@pytest.mark.parametrize(
+    ("until", "what"),
+    [
+        ("alarm.lamps", "it is an output of type bool[2], and must be an output of type bool[]"),
+        ("alrm.bell.rings", "there is no component `alrm`; did you mean `alarm`?"),
+    ],
+)
+def test_a_wrong_end_is_a_problem_of_the_setting(
+    scenario_file: Path, until: str, what: str
+) -> None:
+    text = ENDING.replace("{components.car.parameters.mode: slow}", f"{{time.until: {until}}}")
+    (problem,) = problems(scenario_file, text)
+    assert problem.startswith(f"experiment.yaml:8:24: time.until: {what}")
+
+
 def test_the_command_of_a_run_quotes_for_the_shell(scenario_file: Path) -> None:
     command = load_experiment(write(scenario_file, FILE)).command(RunKey(2, 0))
     assert command.startswith(f"nlosim run {scenario_file} --seed 2 --set 'report=\"trace\"'")

@@ -99,6 +99,9 @@ def recording() -> dict[str, Samples]:
         "traffic.building.vertex": [np.array([[40.0, 0], [50, 0], [50, 10]])] * 3,
         "traffic.building.index": [np.zeros(3, np.int32)] * 3,
         "traffic.ego.collision": [np.array(False), np.array(False), np.array(True)],
+        "traffic.ego.collision_time": [np.array(-1.0), np.array(-1.0), np.array(0.17)],
+        "traffic.ego.collision_partner": [np.array(-1), np.array(-1), np.array(2)],
+        "traffic.ego.completion_time": [np.array(-1.0)] * 3,
         "traffic.ego.speed": [np.array(10.0), np.array(10.0), np.array(9.0)],
         "relay.relay": [np.array(-1), np.array(7), np.array(7)],
         "relay.switches": [np.array(0), np.array(1), np.array(1)],
@@ -134,7 +137,10 @@ def heard_in(run: dict[str, Samples]) -> list[bytes]:
 def test_metrics_of_a_known_run() -> None:
     found = metrics.compute(Traces(recording()))
     assert found["collision"]
-    assert found["collision_time"] == pytest.approx(0.2)
+    assert found["collision_time"] == 0.17  # the exact one, not that of the sample
+    assert found["collision_partner"] == "collision vehicle"
+    assert found["completion_time"] is None
+    assert found["success"] is False
     assert found["min_gap_m"] == 0.0
     assert found["prr"] == {
         "end_to_end": pytest.approx(2 / 3),
@@ -160,6 +166,66 @@ def test_metrics_of_a_known_run() -> None:
         "seen_by": 3,
         "data_age": pytest.approx(0.15),
     }
+
+
+def outcome(*, partner: int | None, completed: float | None) -> dict[str, Samples]:
+    """What the traffic says about a collision at 0.17 s with `partner`, and about the passage."""
+    collided = partner is not None
+    return {
+        "traffic.ego.collision": Samples([np.array(False), np.array(False), np.array(collided)]),
+        "traffic.ego.collision_time": Samples([np.array(0.17 if collided else -1.0)] * 3),
+        "traffic.ego.collision_partner": Samples(
+            [np.array(-1 if partner is None else partner)] * 3
+        ),
+        "traffic.ego.completion_time": Samples([np.array(completed or -1.0)] * 3),
+    }
+
+
+@pytest.mark.parametrize(
+    ("run", "expected", "told"),
+    [
+        (
+            outcome(partner=None, completed=0.19),
+            (None, None, 0.19, True),
+            "no collision, smallest gap 0.00 m at 0.20 s; completed at 0.19 s",
+        ),
+        (
+            outcome(partner=None, completed=None),
+            (None, None, None, False),
+            "no collision, smallest gap 0.00 m at 0.20 s; not completed",
+        ),
+        (
+            outcome(partner=3, completed=None),
+            (0.17, "sharing node", None, False),
+            "COLLISION at 0.17 s with the sharing node; not completed",
+        ),
+        (
+            outcome(partner=2, completed=0.15),
+            (0.17, "collision vehicle", 0.15, False),
+            "COLLISION at 0.17 s with the collision vehicle; completed at 0.15 s",
+        ),
+    ],
+)
+def test_success_is_to_complete_without_a_collision(
+    run: dict[str, Samples], expected: tuple[object, ...], told: str
+) -> None:
+    found = metrics.compute(Traces(recording() | run))
+    names = ("collision_time", "collision_partner", "completion_time", "success")
+    assert tuple(found[name] for name in names) == expected
+    assert found["collision"] == (expected[0] is not None)
+    assert RedLightReport().summary(found, {}).splitlines()[0] == told
+
+
+@pytest.mark.parametrize(("role", "told"), [(0, "a vehicle of the background"),
+                                            (4, "a blocking vehicle")])  # fmt: skip
+def test_the_partner_is_named_by_its_role_also_if_it_has_left_since(role: int, told: str) -> None:
+    """Vehicle 9 is there in the first sample only; the ego hit it then."""
+    run = recording() | outcome(partner=9, completed=None)
+    run["traffic.vehicle.id"] = Samples([np.array([1, 2, 9]), *[np.array([1, 2, 3])] * 2])
+    roles = np.array([EGO, COLLISION, SHARING])
+    run["traffic.vehicle.role"] = Samples([np.array([EGO, COLLISION, role]), roles, roles])
+    found = metrics.compute(Traces(run))
+    assert f"with {told};" in RedLightReport().summary(found, {})
 
 
 def test_an_object_is_the_vehicle_in_whose_body_it_lies() -> None:

@@ -103,6 +103,39 @@ class Receiver(Component):
         return {"y": np.asarray(self._y)}
 
 
+class Alarm(Component):
+    """Goes off at some time."""
+
+    @dataclass(frozen=True, slots=True, kw_only=True)
+    class Parameters:
+        after: float = parameter(0.5, unit="s", doc="when it goes off")
+
+    def __init__(self, parameters: Parameters) -> None:
+        self.parameters = parameters
+        self._t = 0
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return {
+            "bell.rings": Connector(causality=_OUT, dtype=np.bool_),
+            "lamps": Connector(causality=_OUT, dtype=np.bool_, shape=(2,)),
+        }
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._t = start
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._t = t + h
+
+    @override
+    def outputs(self) -> Signals:
+        rings = self._t >= self.parameters.after * 1e9
+        return {"bell.rings": np.asarray(rings), "lamps": np.array([rings, rings])}
+
+
 class Broken(Component):
     """Cannot even be created."""
 
