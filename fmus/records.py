@@ -93,6 +93,23 @@ APM_LEVELS_SHIFT: Final = 8
 APM_MOST_CELLS: Final = 1 << 20
 """Rows times columns of the largest APM that is sent or read."""
 
+# ---- features: FRAME "FEAT", `count` FEATURES records, then the float32 numbers of all keypoints,
+#      message by message: per keypoint its position in the levelled sensor frame (x along the
+#      heading, y left, z up from the sensor [m]), then its features
+FEATURES_MIME: Final = "application/x-nlosim-features; version=1"
+FEATURES: Final = np.dtype(
+    [
+        ("vehicle", "<i8"),  # that carries the sensor
+        ("time", "<i8"),  # of the scan [ns]
+        ("position", "<f8", 3),  # of the sensor, world frame [m]
+        ("heading", "<f8"),  # of the sensor's x axis, counter-clockwise from east [rad]
+        ("keypoints", "<u4"),  # here, by falling importance; after losses, those that arrived
+        ("capacity", "<u4"),  # keypoints of a complete message
+        ("dimensions", "<u4"),  # features of a keypoint
+        ("first", "<u4"),  # index of the message's first number among those of all
+    ]
+)
+
 # ---- packets: FRAME "PKTS", `count` PACKET records, by (time, id)
 PACKETS_MIME: Final = "application/x-nlosim-packets; version=1; events"
 PACKET: Final = np.dtype(

@@ -6,9 +6,10 @@ import numpy as np
 from typing_extensions import override
 
 from fmus.facilities.layer import FacilitiesLayer
-from fmus.facilities.load import LoadParameters
-from fmus.facilities.outbox import Message
+from fmus.facilities.load import Load, LoadParameters
+from fmus.facilities.outbox import Arrival, Message
 from fmus.facilities.received import Received
+from fmus.facilities.sensor_data import ScanFeatures, SensorData
 from fmus.facilities.sharing import Scans, Sharing
 from fmus.records import SENSOR_DATA
 from orchestrator.signal import Signals
@@ -27,43 +28,51 @@ class AlwaysOnFacilities(FacilitiesLayer):
         """Message sizes and rates; defaults are the paper's Table I, as on demand."""
 
     def __init__(self, parameters: Parameters) -> None:
-        super().__init__(parameters)
-        self._size = parameters.scan_size
+        super().__init__(parameters, received_scans=parameters.received_scans)
+        self._load = Load(parameters)
 
     @override
     def _sharing(self, start: Time, rng: np.random.Generator) -> Sharing:
-        return AlwaysOn(self._size)
+        return AlwaysOn(self._load)
 
 
 class AlwaysOn(Sharing):
     """Broadcasts of sensor data.
 
     Args:
-        size: of the sensor data of one scan [byte].
+        load: how they become messages.
     """
 
-    def __init__(self, size: int) -> None:
-        self._size = size
+    def __init__(self, load: Load) -> None:
+        self._load = load
         self._scans = Scans()
+        self._features = ScanFeatures(load)
 
     @override
     def messages(self, inputs: Signals, now: Time, h: Duration) -> list[Message]:
-        if not self._scans.update(inputs):
+        new_objects = self._scans.update(inputs)
+        if not self._features.update(inputs) and not new_objects:
             return []
         return [
-            Message(
-                kind=SENSOR_DATA,
-                time=now,
-                source=vehicle,
-                size=self._size,
-                content=self._scans.objects_of(vehicle),
-                access_category=2,
-            )
-            for vehicle in self._scans.senders(inputs)
+            self._message(vehicle, now)
+            for vehicle in self._scans.senders(inputs, self._features.vehicles())
+            if self._features.is_new_scan(vehicle, new_objects=new_objects)
         ]
 
     @override
-    def receive(self, message: Message, receiver: int, received: Received) -> None:
-        match message.content:
-            case np.ndarray() as objects:
-                received.replace_objects(message.source, message.time, objects)
+    def receive(self, arrival: Arrival, received: Received) -> None:
+        match arrival.message.content:
+            case SensorData() as data:
+                data.take_in(arrival, received)
+
+    def _message(self, vehicle: int, now: Time) -> Message:
+        features = self._features.of(vehicle)
+        return Message(
+            kind=SENSOR_DATA,
+            time=now,
+            source=vehicle,
+            size=self._load.size(features),
+            content=SensorData(objects=self._scans.objects_of(vehicle), features=features),
+            access_category=2,
+            granularity=self._load.granularity(features),
+        )

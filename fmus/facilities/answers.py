@@ -9,8 +9,10 @@ from typing import Final
 from typing_extensions import override
 
 from fmus.apm import decode
+from fmus.facilities.load import Load
+from fmus.facilities.sensor_data import SensorData
 from fmus.facilities.zones import NOWHERE, Zones, zones_in
-from orchestrator.signal import Array, Signals
+from orchestrator.signal import Signals
 
 ANSWER_HEADER: Final = 16
 """Of an answer to a request with zones [byte]: the time of that request and the time of the scan,
@@ -23,11 +25,11 @@ class Answer:
 
     Attributes:
         size: [byte].
-        objects: what the receiver learns, `OBJECT` records.
+        data: what the receiver learns.
     """
 
     size: int
-    objects: Array
+    data: SensorData
 
 
 class Answers(abc.ABC):
@@ -46,17 +48,17 @@ class Answers(abc.ABC):
         """
 
     @abc.abstractmethod
-    def is_due(self, *, new_apms: bool, new_objects: bool) -> bool:
-        """Whether sharers send now."""
+    def is_due(self, *, new_apms: bool, new_data: bool) -> bool:
+        """Whether a sharer sends now: its APM, or what it can share of its scan, is new."""
 
     @abc.abstractmethod
-    def answer(self, zones: Zones, apm: bytes | None, objects: Array) -> Answer:
+    def answer(self, zones: Zones, apm: bytes | None, data: SensorData) -> Answer:
         """What a sharer sends of its last scan.
 
         Args:
             zones: of the newest request that reached it.
             apm: the message with its newest APM; None if it has none.
-            objects: that it saw, `OBJECT` records.
+            data: all of the scan.
         """
 
 
@@ -64,23 +66,23 @@ class WholeAnswers(Answers):
     """All that the sharer saw, wherever it is (the paper).
 
     Args:
-        size: of the sensor data of one scan [byte].
+        load: how large it is.
     """
 
-    def __init__(self, size: int) -> None:
-        self._size = size
+    def __init__(self, load: Load) -> None:
+        self._load = load
 
     @override
     def asked(self, inputs: Signals, heading: float | None) -> Zones:
         return NOWHERE
 
     @override
-    def is_due(self, *, new_apms: bool, new_objects: bool) -> bool:
-        return new_objects
+    def is_due(self, *, new_apms: bool, new_data: bool) -> bool:
+        return new_data
 
     @override
-    def answer(self, zones: Zones, apm: bytes | None, objects: Array) -> Answer:
-        return Answer(size=self._size, objects=objects)
+    def answer(self, zones: Zones, apm: bytes | None, data: SensorData) -> Answer:
+        return Answer(size=self._load.size(data.features), data=data)
 
 
 class DemandedAnswers(Answers):
@@ -88,7 +90,8 @@ class DemandedAnswers(Answers):
 
     Sensor data, raw points or features of them, are so many bytes per point; so the size is
     that of a scan times the share of the sharer's index in the zones, rounded up, and a header.
-    An object is sent, whole, if its box reaches into a zone.
+    An object is sent, whole, if its box reaches into a zone. Features are paid for and not sent: an
+    encoder makes them of a whole scan.
 
     Args:
         size: of the sensor data of one scan [byte].
@@ -103,17 +106,15 @@ class DemandedAnswers(Answers):
         return NOWHERE if heading is None else zones_in(inputs, heading)
 
     @override
-    def is_due(self, *, new_apms: bool, new_objects: bool) -> bool:
+    def is_due(self, *, new_apms: bool, new_data: bool) -> bool:
         """After each scan, which is a new APM even where no object is seen."""
         return new_apms
 
     @override
-    def answer(self, zones: Zones, apm: bytes | None, objects: Array) -> Answer:
+    def answer(self, zones: Zones, apm: bytes | None, data: SensorData) -> Answer:
         share = Fraction(0) if apm is None else zones.share_of(decode(apm))
-        return Answer(
-            size=self.size_of(share),
-            objects=objects[zones.reached_by(objects["minimum"], objects["maximum"])],
-        )
+        reached = zones.reached_by(data.objects["minimum"], data.objects["maximum"])
+        return Answer(size=self.size_of(share), data=SensorData(objects=data.objects[reached]))
 
     def size_of(self, share: Fraction) -> int:
         """Size of an answer with this share of a scan [byte]."""

@@ -11,7 +11,7 @@ from fmus.facilities import cpm
 from fmus.facilities.cpm_rules import InclusionRules, Station
 from fmus.facilities.layer import FacilitiesLayer, LayerParameters
 from fmus.facilities.lower_layers import LowerLayers
-from fmus.facilities.outbox import Message
+from fmus.facilities.outbox import Arrival, Message
 from fmus.facilities.received import Received
 from fmus.facilities.sharing import Scans, Sharing
 from fmus.records import SENSOR_DATA
@@ -26,8 +26,8 @@ class CpmFacilities(FacilitiesLayer):
 
     Every equipped vehicle broadcasts BSMs; every vehicle with a lidar broadcasts the objects it
     tracks when they are new, have moved or changed their motion, or were not sent for a
-    second. There are no APMs, requests and relays. `received.objects` has what the ego read
-    from the messages that arrived, in the resolution of the messages.
+    second. There are no APMs, requests, relays and features. `received.objects` has what the ego
+    read from the messages that arrived, in the resolution of the messages.
     """
 
     @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,10 +161,10 @@ class CollectivePerception(Sharing):
         return made
 
     @override
-    def receive(self, message: Message, receiver: int, received: Received) -> None:
-        match message.content:
+    def receive(self, arrival: Arrival, received: Received) -> None:
+        match arrival.message.content:
             case bytes() as encoded:
-                received.update_objects(message.source, cpm.decode(encoded).objects)
+                received.update_objects(arrival.message.source, cpm.decode(encoded).objects)
 
     def _sender(self, vehicle: int, now: Time) -> _Sender:
         if vehicle not in self._senders:

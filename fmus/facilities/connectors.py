@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from fmus.records import APMS_MIME, OBJECTS_MIME, PACKETS_MIME, RECEPTIONS_MIME
+from fmus.records import APMS_MIME, FEATURES_MIME, OBJECTS_MIME, PACKETS_MIME, RECEPTIONS_MIME
 from orchestrator.signal import Causality, Connector
 
 _IN: Final = Causality.INPUT
@@ -24,6 +24,12 @@ CONNECTORS: Final[Mapping[str, Connector]] = {
     "ego.id": Connector(causality=_IN, dtype=np.int64, start=np.int64(-1)),
     "apms": Connector(causality=_IN, dtype=None, mime_type=APMS_MIME),
     "objects": Connector(causality=_IN, dtype=None, mime_type=OBJECTS_MIME),
+    "features": Connector(
+        causality=_IN,
+        dtype=None,
+        mime_type=FEATURES_MIME,
+        description="of the last scans, shared beside the objects; without them the objects alone",
+    ),
     "match.sharer": Connector(causality=_IN, dtype=np.int64, shape=("sharer",)),
     "match.trigger": Connector(causality=_IN, dtype=np.bool_),
     "blind_zone.center": Connector(causality=_IN, shape=("blind_zone", 2), unit="m"),
@@ -34,7 +40,7 @@ CONNECTORS: Final[Mapping[str, Connector]] = {
         causality=_OUT,
         dtype=None,
         mime_type=PACKETS_MIME,
-        feedthrough=frozenset({"vehicle.id", "apms", "objects"}),
+        feedthrough=frozenset({"vehicle.id", "apms", "objects", "features"}),
         description="packets that become ready for transmission in the next step",
     ),
     "received.apms": Connector(
@@ -50,6 +56,13 @@ CONNECTORS: Final[Mapping[str, Connector]] = {
         mime_type=OBJECTS_MIME,
         feedthrough=_RECEPTIONS,
         description="objects in the last sensor data that reached the ego, per sharer",
+    ),
+    "received.features": Connector(
+        causality=_OUT,
+        dtype=None,
+        mime_type=FEATURES_MIME,
+        feedthrough=_RECEPTIONS,
+        description="keypoints of the newest scans of each sharer that reached the ego so far",
     ),
     "received.sensor_data.count": Connector(
         causality=_OUT,

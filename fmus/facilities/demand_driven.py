@@ -1,5 +1,6 @@
 """Demand-driven sharing by abstract perception matrix matching (the paper)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -9,9 +10,10 @@ from typing_extensions import override
 from fmus.apm import read_header, split
 from fmus.facilities.answers import Answers, DemandedAnswers, WholeAnswers
 from fmus.facilities.layer import FacilitiesLayer
-from fmus.facilities.load import LoadParameters
-from fmus.facilities.outbox import Message
+from fmus.facilities.load import Load, LoadParameters
+from fmus.facilities.outbox import Arrival, Message
 from fmus.facilities.received import Received
+from fmus.facilities.sensor_data import ScanFeatures, SensorData
 from fmus.facilities.sharing import Changes, Sharing
 from fmus.facilities.zones import ZONE_SIZE, Zones
 from fmus.records import APM, NO_VEHICLE, OBJECT, REQUEST, SENSOR_DATA, unframe
@@ -50,13 +52,13 @@ class Facilities(FacilitiesLayer):
         )
 
     def __init__(self, parameters: Parameters) -> None:
-        super().__init__(parameters)
+        super().__init__(parameters, received_scans=parameters.received_scans)
         self._parameters = parameters
-        self._answers = _answers(parameters)
+        self._load = Load(parameters)
 
     @override
     def _sharing(self, start: Time, rng: np.random.Generator) -> Sharing:
-        return DemandDriven(self._parameters, self._answers, start)
+        return DemandDriven(self._parameters, self._load, start)
 
 
 @dataclass(slots=True)
@@ -72,35 +74,46 @@ class _Session:
 class DemandDriven(Sharing):
     """APMs to all, sensor data to who asked for them."""
 
-    def __init__(self, parameters: Facilities.Parameters, answers: Answers, start: Time) -> None:
+    def __init__(self, parameters: Facilities.Parameters, load: Load, start: Time) -> None:
         self._parameters = parameters
+        self._load = load
         self._request_period = nanoseconds(parameters.request_period)
         self._session = nanoseconds(parameters.session)
         self._next_request = start
-        self._answers = answers
+        self._answers = _answers(parameters.answer, load)
         self._sessions: dict[int, _Session] = {}
         self._scanned: dict[int, bytes] = {}
         self._changes = Changes()
+        self._features = ScanFeatures(load)
 
     @override
     def messages(self, inputs: Signals, now: Time, h: Duration) -> list[Message]:
         self._sessions = {v: s for v, s in self._sessions.items() if s.end > now}
         new_apms = self._changes.is_new("apms", inputs)
         new_objects = self._changes.is_new("objects", inputs)
-        is_due = self._answers.is_due(new_apms=new_apms, new_objects=new_objects)
+        self._features.update(inputs)
+        due = [
+            sharer
+            for sharer in self._sessions
+            if self._answers.is_due(
+                new_apms=new_apms,
+                new_data=self._features.is_new_scan(sharer, new_objects=new_objects),
+            )
+        ]
         return [
             *(self._apms(inputs, now) if new_apms else []),
             *self._requests(inputs, now),
-            *(self._sensor_data(inputs, now) if is_due and self._sessions else []),
+            *(self._sensor_data(sorted(due), inputs, now) if due else []),
         ]
 
     @override
-    def receive(self, message: Message, receiver: int, received: Received) -> None:
+    def receive(self, arrival: Arrival, received: Received) -> None:
+        message, receiver = arrival.message, arrival.receiver
         match message.content:
             case bytes() as apm:
                 received.keep_apm(message.source, message.time, apm)
-            case np.ndarray() as objects:
-                received.replace_objects(message.source, message.time, objects)
+            case SensorData() as data:
+                data.take_in(arrival, received)
             case _Session() as session:
                 self._sessions[receiver] = self._with_newest_zones(receiver, session)
 
@@ -157,13 +170,15 @@ class DemandDriven(Sharing):
             )
         ]
 
-    def _sensor_data(self, inputs: Signals, now: Time) -> list[Message]:
+    def _sensor_data(self, sharers: Sequence[int], inputs: Signals, now: Time) -> list[Message]:
         objects = unframe("OBJS", bytes(inputs["objects"]), OBJECT)
         made = []
-        for sharer, session in sorted(self._sessions.items()):
-            answer = self._answers.answer(
-                session.zones, self._scanned.get(sharer), objects[objects["sensor"] == sharer]
+        for sharer in sharers:
+            session = self._sessions[sharer]
+            data = SensorData(
+                objects=objects[objects["sensor"] == sharer], features=self._features.of(sharer)
             )
+            answer = self._answers.answer(session.zones, self._scanned.get(sharer), data)
             made.append(
                 Message(
                     kind=SENSOR_DATA,
@@ -172,8 +187,9 @@ class DemandDriven(Sharing):
                     destination=session.ego,
                     route=session.route,
                     size=answer.size,
-                    content=answer.objects,
+                    content=answer.data,
                     access_category=2,
+                    granularity=self._load.granularity(answer.data.features),
                 )
             )
         return made
@@ -185,7 +201,5 @@ class DemandDriven(Sharing):
         return replace(heard, zones=known.zones) if known and is_older else heard
 
 
-def _answers(parameters: Facilities.Parameters) -> Answers:
-    if parameters.answer == "demanded":
-        return DemandedAnswers(parameters.scan_size)
-    return WholeAnswers(parameters.scan_size)
+def _answers(answer: Literal["all", "demanded"], load: Load) -> Answers:
+    return DemandedAnswers(load.size(None)) if answer == "demanded" else WholeAnswers(load)

@@ -55,12 +55,17 @@ class FacilitiesLayer(Component):
     """The V2X facilities layer of all vehicles, whatever they share.
 
     Every equipped vehicle broadcasts BSMs; a `Sharing` decides about all other messages. Only
-    what the channel reports as received, all packets of a message, has any effect. Messages
-    become ready in the step after the one that makes them.
+    what the channel reports as received has any effect: all packets of a message, unless its
+    granularity says otherwise. Messages become ready in the step after the one that makes them.
+
+    Args:
+        parameters: of the component.
+        received_scans: most scans of one source in `received.features`.
     """
 
-    def __init__(self, parameters: LayerParameters) -> None:
+    def __init__(self, parameters: LayerParameters, received_scans: int = 1) -> None:
         self._common = parameters
+        self._received_scans = received_scans
 
     @abc.abstractmethod
     def _sharing(self, start: Time, rng: np.random.Generator) -> Sharing:
@@ -82,7 +87,7 @@ class FacilitiesLayer(Component):
         self._measurements = Measurements(given.power_filter, maximum_age)
         self._announcements = Announcements(maximum_age)
         self._outbox = Outbox(given.fragment_size, 2 * maximum_age)
-        self._received = Received(maximum_age)
+        self._received = Received(maximum_age, self._received_scans)
         self._sensor_data = np.array(0, np.int64)
         self._changes = Changes()
         self._ways = self._sharing(start, rng)
@@ -128,15 +133,16 @@ class FacilitiesLayer(Component):
         sensor_data = (rows["kind"] == SENSOR_DATA) & (rows["receiver"] == ego)
         if sensor_data.any():
             self._sensor_data = np.array(self._sensor_data + np.count_nonzero(sensor_data))
-        for message, receiver in self._outbox.arrivals(rows):
-            if message.destination not in {receiver, NO_VEHICLE}:
+        for arrival in self._outbox.arrivals(rows):
+            message = arrival.message
+            if message.destination not in {arrival.receiver, NO_VEHICLE}:
                 continue  # a relay has it; the ego may be one
             match message.content:
                 case Bsm() as bsm:
                     self._neighbourhood.receive(bsm.state)
                     self._announcements.receive(message.source, message.time, bsm.heard)
                 case _:
-                    self._ways.receive(message, receiver, self._received)
+                    self._ways.receive(arrival, self._received)
 
     def _safety_messages(self, inputs: Signals, now: Time, h: Duration) -> Broadcasts:
         times, states = self._bsm.due(inputs, now, now + h)

@@ -1,11 +1,13 @@
-"""How many bytes of sensor data a scan makes: a probe, or the features that a network shares."""
+"""Sensor data as messages: how many bytes a scan makes, and what a lost packet costs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final, Literal
 
+from fmus.facilities.granularity import ALL_PACKETS, EachGrain, FirstPacket, Granularity
 from fmus.facilities.layer import LayerParameters
+from fmus.features import COORDINATES, FeaturesMessage
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
 
@@ -36,10 +38,18 @@ class LoadParameters(LayerParameters):
     sensor_data_size: int = parameter(
         0, unit="B", minimum=0, doc="size of the sensor data of a scan; 0: what `load` says"
     )
+    loss_granularity: Literal["frame", "packets", "keypoint"] = parameter(
+        "packets",
+        doc="of sensor data: the first packet stands for all; all are needed; or, of features in "
+        "`load: full`, each packet brings whole keypoints",
+    )
+    received_scans: int = parameter(
+        3, minimum=1, doc="most scans of one sharer whose features are in `received.features`"
+    )
 
     @property
     def scan_size(self) -> int:
-        """Size of the sensor data of one scan [byte].
+        """Size of the sensor data of one scan without features, or with features unknown [byte].
 
         Raises:
             ComponentTypeError: the parameters contradict each other.
@@ -54,6 +64,59 @@ class LoadParameters(LayerParameters):
                 f"`load: full` and `sensor_data_size`, {self.sensor_data_size} B, both say how "
                 "large sensor data are; leave one of them out"
             )
+        if self.loss_granularity == "keypoint" and self.sensor_data_size:
+            raise ComponentTypeError(
+                f"`loss_granularity: keypoint` and `sensor_data_size`, {self.sensor_data_size} B: "
+                "packets of another size than the features carry no keypoints; use `load: full`"
+            )
         if self.sensor_data_size:
             return self.sensor_data_size
         return PROBE_SIZE if self.load == "probe" else FEATURE_SIZES[self.compression]
+
+
+class Load:
+    """How the sensor data of a scan become a message."""
+
+    def __init__(self, parameters: LoadParameters) -> None:
+        self._parameters = parameters
+        self._scan_size = parameters.scan_size
+
+    def size(self, features: FeaturesMessage | None) -> int:
+        """Bytes of a message with all of a scan.
+
+        Args:
+            features: of the scan, if there are any.
+        """
+        carried = self._carried(features)
+        return self._scan_size if carried is None else carried.size
+
+    def granularity(self, features: FeaturesMessage | None) -> Granularity:
+        """What a lost packet costs of a message with these features, or with none."""
+        carried = self._carried(features)
+        match self._parameters.loss_granularity:
+            case "frame":
+                return FirstPacket()
+            case "keypoint" if carried is not None:
+                return EachGrain(carried.keypoint_size)
+            case _:
+                return ALL_PACKETS
+
+    def check(self, features: FeaturesMessage) -> None:
+        """Refuse features of the other `compression`.
+
+        Raises:
+            ValueError: they contradict the parameters.
+        """
+        carried, given = self._carried(features), self._parameters.compression
+        for compression, size in FEATURE_SIZES.items():
+            if carried is not None and carried.size == size and compression != given:
+                raise ValueError(
+                    f"`features` of vehicle {carried.vehicle} have {carried.capacity} keypoints of "
+                    f"{COORDINATES} + {carried.dimensions} numbers, {size} B: that is "
+                    f"`compression: {compression}`, and the parameter is {given}; set it to "
+                    f"{compression}"
+                )
+
+    def _carried(self, features: FeaturesMessage | None) -> FeaturesMessage | None:
+        """The features, if the packets really have their bytes and do not stand for them."""
+        return features if self._parameters.load == "full" else None

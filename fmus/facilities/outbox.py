@@ -5,11 +5,13 @@ was sent until it can no longer arrive, and hands them over when the channel rep
 packets were received. Nothing that the channel lost is ever handed over.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 
+from fmus.facilities.granularity import ALL_PACKETS, Granularity
 from fmus.records import NO_VEHICLE, PACKET, frame
 from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time
@@ -24,7 +26,8 @@ class Message:
         time: handed to the radio [ns].
         size: of the message [byte].
         route: relays in order, at most two.
-        content: given to whoever receives the whole message.
+        content: given to whoever receives the message, or some of it.
+        granularity: what of it is of use when packets are lost; `size` is a multiple of its grain.
     """
 
     kind: int
@@ -35,6 +38,36 @@ class Message:
     destination: int = NO_VEHICLE
     route: tuple[int, ...] = ()
     access_category: int = 3
+    granularity: Granularity = ALL_PACKETS
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """What a receiver has of a message.
+
+    Attributes:
+        message: as it was sent.
+        receiver: a vehicle.
+        count: packets of the message.
+        usable: which of its packets 0 to `count - 1` count as arrived; at least one.
+    """
+
+    message: Message
+    receiver: int
+    count: int
+    usable: Collection[int]
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether nothing is missing."""
+        return len(self.usable) == self.count
+
+    def grains(self) -> Array:
+        """Which grains of the message are there; bool, shape (grain,)."""
+        total = self.message.size // self.message.granularity.grain
+        usable = np.zeros(self.count, np.bool_)
+        usable[list(self.usable)] = True
+        return usable.repeat(_shares(np.arange(self.count), total, self.count))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,14 +112,22 @@ class Broadcasts:
 
 
 @dataclass(slots=True)
+class _Fragments:
+    """The number of the first packet of several, and which of them reached each receiver."""
+
+    first: int
+    arrived: dict[int, set[int]] = field(default_factory=dict)
+
+
+@dataclass(slots=True, eq=False)
 class _Sent:
-    """Message `k` of `messages` in `count` packets, and which of them reached each receiver."""
+    """Message `k` of `messages` in `count` packets; `fragments` if there are several."""
 
     messages: Sequence[Message] | Broadcasts
     k: int
     time: Time
     count: int
-    arrived: dict[int, set[int]] = field(default_factory=dict)
+    fragments: _Fragments | None = None
 
     @property
     def message(self) -> Message:
@@ -95,7 +136,7 @@ class _Sent:
 
 
 class Outbox:
-    """Numbers packets, remembers contents, and reports messages that arrived whole."""
+    """Numbers packets, remembers contents, and reports what arrived."""
 
     def __init__(self, fragment_size: int, lifetime: Duration) -> None:
         self._fragment_size = fragment_size
@@ -107,50 +148,71 @@ class Outbox:
     def send(self, messages: Sequence[Message], broadcasts: Sequence[Broadcasts] = ()) -> bytes:
         """The packets of all messages as a "PKTS" signal, ordered by (time, id).
 
-        A message longer than the fragment size is cut into equal fragments; it arrives
-        when all of them have arrived. Of those handed over at the same time, broadcasts come first.
+        A message longer than the fragment size is cut into fragments that are as equal as their
+        grains allow; a grain that is longer by itself is not cut. Of messages handed over at the
+        same time, broadcasts come first.
         """
         headers = [each.headers() for each in broadcasts]
         if messages or not headers:
             headers.append(_headers(messages))
         whole = np.concatenate(headers) if len(headers) > 1 else headers[0]
         order = whole["time"].argsort(kind="stable")
+        grain = _grains(messages, order) if messages else _BYTE
         whole = whole.take(order)
-        size = np.maximum(whole["size"].astype(np.int64), 1)
-        count = -(-size // self._fragment_size)
+        size = np.maximum(whole["size"], 1, dtype=np.int64)
+        count = -(-size // self._longest(grain))
         sources: list[Sequence[Message] | Broadcasts] = [*broadcasts, messages]
         given = [(each, k) for each in sources for k in range(len(each))]
-        given = [given[place] for place in order.tolist()]
+        ordered = map(given.__getitem__, order.tolist())
         times, counts = whole["time"].tolist(), count.tolist()
         sent = [
             _Sent(source, k, time, pieces)
-            for (source, k), time, pieces in zip(given, times, counts, strict=True)
+            for (source, k), time, pieces in zip(ordered, times, counts, strict=True)
         ]
-        if len(sent) < count.sum():
-            whole, sent = _cut(whole, count), [each for each in sent for _ in range(each.count)]
+        if len(sent) < sum(counts):
+            firsts = (self._next + np.cumsum(count) - count).tolist()
+            for each, first in zip(sent, firsts, strict=True):
+                each.fragments = _Fragments(first) if each.count > 1 else None
+            whole = _cut(whole, count, grain)
+            sent = [each for each in sent for _ in range(each.count)]
         whole["id"] = numbers = np.arange(self._next, self._next + len(sent))
         self._by_packet.update(zip(numbers.tolist(), sent, strict=True))
         self._next += len(sent)
         return frame("PKTS", whole)
 
-    def arrivals(self, receptions: Array) -> list[tuple[Message, int]]:
-        """Messages whose last fragment is among `receptions`, with their receivers.
+    def arrivals(self, receptions: Array) -> list[Arrival]:
+        """What the receivers of `receptions` have now that they did not have before.
 
         Args:
             receptions: `RECEPTION` records of fragments received by an addressee of the
                 last hop, in order of time.
+
+        Returns:
+            First the messages that are whole, in the order in which they became so; then, once
+            for each receiver, the others of which something is of use.
         """
-        complete = []
+        whole: list[Arrival] = []
+        parts: dict[tuple[_Sent, int], set[int]] = {}
         packets, receivers = receptions["packet"].tolist(), receptions["receiver"].tolist()
         for packet, receiver in zip(packets, receivers, strict=True):
             sent = self._by_packet.get(packet)
             if sent is None:
                 continue
-            have = sent.arrived.setdefault(receiver, set())
-            have.add(packet)
-            if len(have) == sent.count:
-                complete.append((sent.message, receiver))
-        return complete
+            if sent.fragments is not None:
+                have = sent.fragments.arrived.setdefault(receiver, set())
+                have.add(packet - sent.fragments.first)
+                if len(have) < sent.count:
+                    parts[sent, receiver] = have
+                    continue
+            whole.append(Arrival(sent.message, receiver, sent.count, range(sent.count)))
+        return whole + _usable(parts) if parts else whole
+
+    def _longest(self, grain: Array) -> Array | int:
+        """Bytes of the longest packet: as many grains as fit, and at least one."""
+        if grain is _BYTE:
+            return self._fragment_size
+        longest: Array = np.maximum(self._fragment_size // grain, 1) * grain
+        return longest
 
     def forget(self, now: Time) -> None:
         """Drop contents older than the lifetime: they can no longer arrive.
@@ -162,12 +224,42 @@ class Outbox:
             self._oldest += 1
 
 
-def _cut(messages: Array, count: Array) -> Array:
+_BYTE: Final = np.ones((), np.int64)
+"""The grain of all messages, where none has another one."""
+
+
+def _usable(parts: Mapping[tuple[_Sent, int], set[int]]) -> list[Arrival]:
+    """What is of use of messages that may be incomplete, for each receiver."""
+    found = []
+    for (sent, receiver), have in parts.items():
+        if len(have) < sent.count:
+            message = sent.message
+            if usable := message.granularity.usable(have, sent.count):
+                found.append(Arrival(message, receiver, sent.count, frozenset(usable)))
+    return found
+
+
+def _grains(messages: Sequence[Message], order: Array) -> Array:
+    """The grains of all messages in their order [byte], int64; these were the last without it."""
+    given = [message.granularity.grain for message in messages]
+    if given.count(1) == len(given):
+        return _BYTE
+    grains = np.ones(len(order), np.int64)
+    grains[len(order) - len(messages) :] = given
+    return grains.take(order)
+
+
+def _shares(packet: Array, total: Array | int, count: Array | int) -> Array:
+    """How many of `total` grains packet `packet` of `count` carries; the first ones one more."""
+    return total // count + (packet < total % count)
+
+
+def _cut(messages: Array, count: Array, grain: Array) -> Array:
     """The packets of messages that are cut into so many fragments each."""
     packets = messages.repeat(count)
-    pieces = count.repeat(count)
+    grains = grain.repeat(count) if grain.ndim else grain
     fragment = np.arange(len(packets)) - (np.cumsum(count) - count).repeat(count)
-    packets["size"] = packets["size"] // pieces + (fragment < packets["size"] % pieces)
+    packets["size"] = grains * _shares(fragment, packets["size"] // grains, count.repeat(count))
     return packets
 
 

@@ -1,4 +1,4 @@
-"""What the ego knows from messages that arrived whole, while it is fresh."""
+"""What the ego knows from messages that arrived, while it is fresh."""
 
 from collections.abc import Mapping, Sequence
 
@@ -6,16 +6,24 @@ import numpy as np
 
 from fmus.apm import join
 from fmus.facilities.held import HeldSignal
+from fmus.facilities.received_features import ReceivedFeatures
+from fmus.features import FeaturesMessage
 from fmus.records import OBJECT, frame
 from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time
 
 
 class Received:
-    """The newest APM and the objects of each source; held, so that slow readers miss none."""
+    """The newest APM, objects and features of each source; held, so that slow readers miss none.
 
-    def __init__(self, maximum_age: Duration) -> None:
+    Args:
+        maximum_age: when things are forgotten [ns].
+        scans: most scans of one source whose features are known.
+    """
+
+    def __init__(self, maximum_age: Duration, scans: int = 1) -> None:
         self._maximum_age = maximum_age
+        self._features = ReceivedFeatures(maximum_age, scans)
         self._apms: dict[int, tuple[Time, bytes]] = {}
         self._objects: dict[int, Array] = {}
         self._scans: dict[int, Time] = {}
@@ -43,8 +51,12 @@ class Received:
         newest = {int(row["instance"]): row for row in by_time}
         self._objects[source] = np.array([newest[number] for number in sorted(newest)], OBJECT)
 
+    def add_keypoints(self, features: FeaturesMessage, arrived: Array) -> None:
+        """Of `features`, those keypoints `arrived`; bool, shape (keypoint,)."""
+        self._features.add(features, arrived)
+
     def outputs(self, now: Time) -> Mapping[str, bytes]:
-        """The connectors `received.apms` and `received.objects` at `now`, by ascending source."""
+        """The connectors `received.apms`, `.objects` and `.features` at `now`, by source."""
         self._apms = {
             source: (time, apm)
             for source, (time, apm) in self._apms.items()
@@ -59,6 +71,7 @@ class Received:
             "received.objects": self._objects_signal.of(
                 [self._objects[source] for source in sorted(self._objects)]
             ),
+            "received.features": self._features.output(now),
         }
 
     def _fresh(self, table: Array, now: Time) -> Array:

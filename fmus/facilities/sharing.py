@@ -1,11 +1,12 @@
 """The ways of sharing perception, as the facilities layer sees them."""
 
 import abc
+from collections.abc import Set
 
 import numpy as np
 
 from fmus.apm import split
-from fmus.facilities.outbox import Message
+from fmus.facilities.outbox import Arrival, Message
 from fmus.facilities.received import Received
 from fmus.records import APM_HEADER, OBJECT, unframe
 from orchestrator.signal import Array, Signal, Signals
@@ -30,12 +31,12 @@ class Sharing(abc.ABC):
         """
 
     @abc.abstractmethod
-    def receive(self, message: Message, receiver: int, received: Received) -> None:
-        """Take in a message that arrived whole.
+    def receive(self, arrival: Arrival, received: Received) -> None:
+        """Take in what arrived of a message.
 
         Args:
-            message: one of `messages`.
-            receiver: the ego, or whoever received a request.
+            arrival: of one of `messages`, at the ego or whoever received a request; parts of it
+                only if its granularity says so.
             received: what the ego knows, to be updated.
         """
 
@@ -78,10 +79,11 @@ class Scans:
         self._lidars = frozenset(sources | self._objects.keys())
         return True
 
-    def senders(self, inputs: Signals) -> list[int]:
-        """The vehicles with a lidar and a radio, ascending."""
+    def senders(self, inputs: Signals, others: Set[int] = frozenset()) -> list[int]:
+        """The vehicles with a lidar and a radio, ascending; `others` have a lidar too."""
         radios = np.asarray(inputs["vehicle.equipped"])
-        return sorted(self._lidars.intersection(np.asarray(inputs["vehicle.id"])[radios].tolist()))
+        lidars = self._lidars | others
+        return sorted(lidars.intersection(np.asarray(inputs["vehicle.id"])[radios].tolist()))
 
     def objects_of(self, vehicle: int) -> Array:
         """`OBJECT` records of the last scan of one vehicle."""

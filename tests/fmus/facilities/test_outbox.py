@@ -33,4 +33,4 @@ def test_what_is_too_old_cannot_arrive() -> None:
     rows = unframe("PKTS", outbox.send([old, young]), PACKET)
     outbox.forget(12)
     received = unframe("RCPT", delivered(rows, EGO), RECEPTION)
-    assert [arrived.content for arrived, _ in outbox.arrivals(received)] == [5]
+    assert [arrival.message.content for arrival in outbox.arrivals(received)] == [5]

@@ -6,6 +6,7 @@ import numpy as np
 
 from fmus.apm import Apm, encode
 from fmus.facilities.connectors import CONNECTORS
+from fmus.features import FeaturesMessage
 from fmus.records import OBJECT, OUTCOMES, PACKET, RECEPTION, frame, unframe
 from orchestrator.component import Component
 from orchestrator.signal import Array, Causality, Signal
@@ -81,3 +82,20 @@ def objects_of(sensor: int, time: int = 0) -> bytes:
     rows = np.zeros(2, OBJECT)
     rows["sensor"], rows["time"], rows["instance"] = sensor, time, (99, 98)
     return frame("OBJS", rows)
+
+
+def features_of(
+    vehicle: int, time: int = 0, *, sent: int = 6, capacity: int = 8, dimensions: int = 2
+) -> FeaturesMessage:
+    """`sent` keypoints whose first number says which one it is, and whose second says when."""
+    keypoints = np.zeros((sent, 3 + dimensions), np.float32)
+    keypoints[:, 0], keypoints[:, 1] = np.arange(sent), time / 1e6
+    return FeaturesMessage(
+        vehicle=vehicle,
+        time=time,
+        position=np.array([1.0, 2.0, 3.0]),
+        heading=0.25,
+        capacity=capacity,
+        dimensions=dimensions,
+        keypoints=keypoints,
+    )

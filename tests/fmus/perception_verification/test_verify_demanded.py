@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fmus.facilities.answers import ANSWER_HEADER, DemandedAnswers
+from fmus.facilities.sensor_data import SensorData
 from fmus.perception.interface import INTERFACE
 from fmus.perception_verification.bytes_on_air import FEATURES, RAW_POINT
 from fmus.perception_verification.demanded import Demanded, Matrices, demand
@@ -73,7 +74,8 @@ def test_the_size_is_that_of_the_answer_of_facilities(setting: Setting) -> None:
         "blind_zone.center": setting.match.centers, "blind_zone.range": setting.match.ranges
     }  # fmt: skip
     message = setting.matrices.message(setting.match.sharers[0])
-    sent = answers.answer(answers.asked(inputs, heading), message, np.empty(0, OBJECT))
+    nothing = SensorData(objects=np.empty(0, OBJECT))
+    sent = answers.answer(answers.asked(inputs, heading), message, nothing)
     assert found.answer(FEATURES) == sent.size
     assert found.answer(0) == ANSWER_HEADER + RAW_POINT * found.points
 
