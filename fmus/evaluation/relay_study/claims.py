@@ -1,14 +1,13 @@
 """The claims about relay policies, the paper's and ours, each with what the runs say."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 from fmus.evaluation.relay_study.paper import CLAIMED_ADVANTAGE, DIRECT_PER, RIVALS, TABLE_2
-from fmus.evaluation.relay_study.sample import Study, columns, differences, estimate
+from fmus.evaluation.relay_study.sample import Study
 from fmus.evaluation.relay_study.table2 import ORACLE
-from fmus.evaluation.relay_study.verdict import Range, verdict
-from orchestrator.intervals import Estimate
+from fmus.evaluation.study.claim import Claim, Comparison, percent
+from fmus.evaluation.study.estimates import differences, estimate
+from fmus.evaluation.study.verdict import Range
 
 IMPROVED: Final = "expected-prr"
 """Our improved policy."""
@@ -20,47 +19,9 @@ REGRET: Final = 3.0
 """The target of the improved policy: its PRR lies at most so far below the oracle's [points]."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
-    """A quantity, and the values of it that satisfy a claim.
-
-    Attributes:
-        quantity: what it is, in words.
-        unit: `points` (percentage points), `%` or empty.
-        found: its estimate, if it was measured.
-        n: the number of seeds.
-        wanted: the values that satisfy the claim.
-        paper: the paper's value, where it has one.
-    """
-
-    quantity: str
-    unit: str
-    found: Estimate | None
-    n: int
-    wanted: Range
-    paper: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class Claim:
-    """A sentence, and the comparisons that all have to hold for it.
-
-    Attributes:
-        name: for programs.
-        text: the sentence.
-        origin: whose claim it is.
-        comparisons: at least one.
-    """
-
-    name: str
-    text: str
-    origin: str
-    comparisons: Sequence[Comparison]
-
-
 def rows(study: Study) -> list[dict[str, Any]]:
     """One row per comparison, all at the base condition; `verdict` is that of the whole claim."""
-    return [row for claim in claims(study) for row in _rows(claim)]
+    return [row for claim in claims(study) for row in claim.rows()]
 
 
 def claims(study: Study) -> list[Claim]:
@@ -112,7 +73,7 @@ def _prr(study: Study, a: str, b: str, wanted: Range) -> Comparison:
     return Comparison(
         quantity=f"PRR of {a} minus {b}",
         unit="points",
-        found=_scaled(estimate(found)),
+        found=percent(estimate(found)),
         n=len(found),
         wanted=wanted,
         paper=100 * (TABLE_2[a].prr - TABLE_2[b].prr) if both else None,
@@ -138,44 +99,8 @@ def _direct(study: Study) -> Comparison:
     return Comparison(
         quantity="PER of the direct link",
         unit="%",
-        found=_scaled(estimate([1.0 - prr for prr in sample.values()])),
+        found=percent(estimate([1.0 - prr for prr in sample.values()])),
         n=len(sample),
         wanted=Range(low=middle - CALIBRATION, high=middle + CALIBRATION),
         paper=middle,
     )
-
-
-def _scaled(found: Estimate | None) -> Estimate | None:
-    """In percent."""
-    if found is None or found.low is None or found.high is None:
-        return None if found is None else Estimate(100 * found.value, None, None)
-    return Estimate(100 * found.value, 100 * found.low, 100 * found.high)
-
-
-def _rows(claim: Claim) -> Iterator[dict[str, Any]]:
-    parts = [one.wanted.judge(one.found) for one in claim.comparisons]
-    whole = verdict(parts)
-    for one, part in zip(claim.comparisons, parts, strict=True):
-        yield {
-            "claim": claim.name,
-            "text": claim.text,
-            "origin": claim.origin,
-            "quantity": one.quantity,
-            "unit": one.unit,
-            "n": one.n,
-            **columns("value", one.found),
-            "wanted": _wanted(one.wanted),
-            "paper": one.paper,
-            "mean_satisfies": None if one.found is None else one.wanted.has(one.found.value),
-            "part": part.value,
-            "verdict": whole.value,
-        }
-
-
-def _wanted(wanted: Range) -> str:
-    """The range in words."""
-    if wanted.high == float("inf"):
-        return f"{'more than' if wanted.is_open else 'at least'} {wanted.low:g}"
-    if wanted.low == float("-inf"):
-        return f"{'less than' if wanted.is_open else 'at most'} {wanted.high:g}"
-    return f"{wanted.low:.2f} to {wanted.high:.2f}"

@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
-from fmus.evaluation.relay_study.sample import METHOD, Condition, Study, columns, estimate
+from fmus.evaluation.relay_study.sample import METHOD, Condition, Study
+from fmus.evaluation.study.estimates import columns, estimate
 from orchestrator.scenario.units import parse_quantity
 
 FACTOR: Final = "density"

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from fmus.evaluation.relay_study import density
 from fmus.evaluation.relay_study.paper import TABLE_2
 from fmus.evaluation.relay_study.sample import METHOD, Study
-from fmus.evaluation.relay_study.style import Look, looks, styled, write
+from fmus.evaluation.study.style import Look, looks, styled, write
 
 _DODGE: Final = 0.25
 """Between methods at the same density [vehicles per km and lane], so that no bar hides another."""

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from fmus.evaluation.relay_study import distribution
 from fmus.evaluation.relay_study.paper import TABLE_2
 from fmus.evaluation.relay_study.sample import METHOD, Study
-from fmus.evaluation.relay_study.style import Look, looks, styled, write
+from fmus.evaluation.study.style import Look, looks, styled, write
 from orchestrator.signal import Array
 
 _COLUMNS: Final = 4

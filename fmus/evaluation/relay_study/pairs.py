@@ -7,13 +7,8 @@ less than the rates themselves, and are known better than two intervals side by 
 import itertools
 from typing import Any
 
-from fmus.evaluation.relay_study.sample import (
-    Condition,
-    Study,
-    columns,
-    differences,
-    estimate,
-)
+from fmus.evaluation.relay_study.sample import Condition, Study
+from fmus.evaluation.study.estimates import columns, differences, estimate
 
 
 def rows(study: Study) -> list[dict[str, Any]]:

@@ -16,10 +16,11 @@ from typing import Any, Final
 
 from typing_extensions import override
 
-from fmus.evaluation.relay_study import claims, csv_file, density, distribution, pairs, table2
-from fmus.evaluation.relay_study.origin import origin
+from fmus.evaluation.relay_study import claims, density, distribution, pairs, table2
+from fmus.evaluation.relay_study.provenance import provenance
 from fmus.evaluation.relay_study.sample import METHOD, Condition, Study, condition_of
-from fmus.evaluation.relay_study.text import columns_of_text, interval
+from fmus.evaluation.study import csv_file
+from fmus.evaluation.study.text import columns_of_text, interval
 from orchestrator.experiment.plan import Experiment
 from orchestrator.experiment.report import (
     ExperimentFindings,
@@ -76,7 +77,7 @@ class RelayStudy(ExperimentReport):
             csv_file.write(directory / f"{name}.csv", table)
         csv_file.write(directory / "figure8.csv", distribution.rows(study))
         csv_file.write(directory / "relay_runs.csv", _runs(results))
-        write_json(directory / PROVENANCE, origin(results, study.base))
+        write_json(directory / PROVENANCE, provenance(results, study.base))
         _draw(study, directory)
         return ExperimentFindings(tables=tables, text=_text(tables, study.base))
 

@@ -10,10 +10,10 @@ from typing import Any, Final
 
 from typing_extensions import override
 
-from fmus.evaluation.relay_study import csv_file
-from fmus.evaluation.relay_study.origin import origin
+from fmus.evaluation.relay_study.provenance import provenance
 from fmus.evaluation.relay_study.sample import METHOD
-from fmus.evaluation.relay_study.text import columns_of_text, interval
+from fmus.evaluation.study import csv_file
+from fmus.evaluation.study.text import columns_of_text, interval
 from orchestrator.experiment import tables
 from orchestrator.experiment.plan import Experiment
 from orchestrator.experiment.report import (
@@ -54,7 +54,7 @@ class RelaySensitivity(ExperimentReport):
     def write(self, results: Results, directory: Path) -> ExperimentFindings:
         table = tables.summary(results.experiment, list(results.rows))
         csv_file.write(directory / TABLE, table)
-        write_json(directory / PROVENANCE, origin(results, {}))
+        write_json(directory / PROVENANCE, provenance(results, {}))
         return ExperimentFindings(tables={NAME: table}, text=_text(table))
 
 

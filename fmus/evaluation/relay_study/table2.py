@@ -3,14 +3,8 @@
 from typing import Any, Final
 
 from fmus.evaluation.relay_study.paper import TABLE_2
-from fmus.evaluation.relay_study.sample import (
-    METHOD,
-    Condition,
-    Study,
-    columns,
-    differences,
-    estimate,
-)
+from fmus.evaluation.relay_study.sample import METHOD, Condition, Study
+from fmus.evaluation.study.estimates import columns, differences, estimate
 from orchestrator.intervals import share
 
 ORACLE: Final = "oracle"

@@ -7,7 +7,7 @@ from hypothesis import given, strategies as st
 
 from fmus.evaluation.relay_study import claims
 from fmus.evaluation.relay_study.sample import Study
-from fmus.evaluation.relay_study.verdict import Part, Range, Verdict, verdict
+from fmus.evaluation.study.verdict import Part, Range, Verdict, verdict
 from orchestrator.intervals import Estimate
 from tests.fmus.evaluation.relay_study.synthetic import experiment, results, run
 

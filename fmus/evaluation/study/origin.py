@@ -3,25 +3,22 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
-from fmus.evaluation.relay_study.sample import METHOD, Condition
 from orchestrator.experiment.report import Results, Row
 from orchestrator.scenario.units import duration
 
 _VERSIONS: Final = ("nlosim", "python", "numpy", "libsumo", "matplotlib", "distributed")
 
 
-def origin(results: Results, base: Condition) -> dict[str, Any]:
+def origin(results: Results) -> dict[str, Any]:
     """Everything that a reader needs to make the numbers again; no name of a host."""
     failed = sum(row["error"] is not None for row in results.rows)
     return {
         "experiment": str(results.experiment.path),
-        "base": dict(base),
         "seeds": seeds_text(results.experiment.seeds),
         "planned": len(results.experiment.runs()),
         "runs": len(results.rows),
         "failed": failed,
         "sessions": [_session(session) for session in results.sessions],
-        "cost": _cost(results),
     }
 
 
@@ -45,8 +42,8 @@ def _session(session: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _cost(results: Results) -> list[dict[str, Any]]:
-    """Wall time of one worker process over simulated time, per method and of all runs.
+def cost(results: Results, factor: str) -> list[dict[str, Any]]:
+    """Wall time of one worker process over simulated time, per level and of all runs.
 
     Start, simulation and metrics of the run are in it; workers have one thread each, so it is
     processor time as long as every worker has a core for itself.
@@ -58,20 +55,20 @@ def _cost(results: Results) -> list[dict[str, Any]]:
     done = [row for row in results.rows if row["error"] is None]
     factors = results.experiment.factors
 
-    def cost(name: str, rows: Iterable[Row]) -> dict[str, Any]:
+    def of(name: str, rows: Iterable[Row]) -> dict[str, Any]:
         times = [(row["wall_s"], simulated[tuple(row[f] for f in factors)]) for row in rows]
         wall, time = sum(one[0] for one in times), sum(one[1] for one in times)
         return {
-            METHOD: name,
+            factor: name,
             "runs": len(times),
             "wall_s": wall,
             "simulated_s": time,
             "wall_s_per_simulated_s": wall / time if time else None,
         }
 
-    methods = results.experiment.levels[METHOD]
-    each = [cost(name, [row for row in done if row[METHOD] == name]) for name in methods]
-    return [*each, cost("all", done)]
+    levels = results.experiment.levels[factor]
+    each = [of(name, [row for row in done if row[factor] == name]) for name in levels]
+    return [*each, of("all", done)]
 
 
 def _simulated(scenario: Mapping[str, Any]) -> float:

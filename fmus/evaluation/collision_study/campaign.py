@@ -1,0 +1,70 @@
+"""All experiments of the campaign together."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from fmus.evaluation.collision_study.condition import CONSTANT, COOPERATIVE, SIMULATED
+from fmus.evaluation.collision_study.curves import is_usual
+from fmus.evaluation.collision_study.runs import SUFFIX, Point, read
+
+POLICIES: Final = "collision_policies"
+CONSTANT_PER: Final = "collision_constant_per"
+RELAY: Final = "collision_relay"
+LOAD: Final = "collision_load"
+
+EXPERIMENTS: Final[Mapping[str, str]] = {
+    POLICIES: "driving policies under perfect communication",
+    CONSTANT_PER: "constant packet error rates",
+    RELAY: "relay methods over the simulated channel",
+    LOAD: "loads and loss granularities",
+}
+"""By the name of the experiment file, which is that of the files of its report."""
+
+
+@dataclass(frozen=True, slots=True)
+class Campaign:
+    """What was run.
+
+    Attributes:
+        points: of all experiments.
+        missing: experiments that were not run.
+    """
+
+    points: Sequence[Point]
+    missing: Sequence[str]
+
+    @staticmethod
+    def read(folder: Path) -> "Campaign":
+        """Whatever of the experiments the reports wrote to `folder`.
+
+        Raises:
+            FileNotFoundError: there is nothing of any experiment.
+            ValueError: a file is not what a report wrote.
+        """
+        missing = [name for name in EXPERIMENTS if not (folder / f"{name}{SUFFIX}").is_file()]
+        if len(missing) == len(EXPERIMENTS):
+            raise FileNotFoundError(2, "nothing", str(folder / f"{POLICIES}{SUFFIX}"))
+        there = [name for name in EXPERIMENTS if name not in missing]
+        return Campaign([point for name in there for point in read(folder, name)], missing)
+
+    def perfect(self, policy: str, compression: int | None = None) -> Point | None:
+        """A policy that gets every packet, at the speed of most runs."""
+        return self._find(policy=policy, compression=compression, channel=CONSTANT, per=0.0)
+
+    def relayed(self, relay: str, compression: int, speed_kmh: float) -> Point | None:
+        """The cooperative policy over the simulated channel."""
+        wanted = {"policy": COOPERATIVE, "channel": SIMULATED, "relay": relay}
+        return self._find(**wanted, compression=compression, speed_kmh=speed_kmh)
+
+    def _find(self, **wanted: Any) -> Point | None:
+        """The one with the most runs, none of them with another load than usual."""
+        found = [
+            point
+            for point in self.points
+            if all(getattr(point.condition, name) == value for name, value in wanted.items())
+            and (point.condition.policy != COOPERATIVE or is_usual(point.condition))
+            and point.runs
+        ]
+        return max(found, key=lambda point: len(point.runs), default=None)

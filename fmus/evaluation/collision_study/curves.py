@@ -1,0 +1,91 @@
+"""Which points belong to one curve over the packet error rate."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from fmus.evaluation.collision_study.condition import CONSTANT, COOPERATIVE, Condition
+from fmus.evaluation.collision_study.runs import Point
+
+PROBE: Final = "probe"
+FRAME: Final = "frame"
+DIRECT: Final = "direct"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CurveName:
+    """What the points of a curve have in common.
+
+    Attributes:
+        channel: `constant`: over rates that are set; `simulated`: over relay methods.
+        compression: of the features.
+        speed_kmh: of the ego [km/h].
+    """
+
+    channel: str
+    compression: int | None
+    speed_kmh: float
+
+    def columns(self) -> dict[str, Any]:
+        """For tables."""
+        return {
+            "channel": self.channel,
+            "compression": self.compression,
+            "speed_kmh": self.speed_kmh,
+        }
+
+
+def distinct(points: Sequence[Point]) -> list[Point]:
+    """One point per condition: what several experiments have is taken from that of most runs."""
+    chosen: dict[Condition, Point] = {}
+    for point in points:
+        if len(point.runs) > len(_runs(chosen.get(point.condition))):
+            chosen[point.condition] = point
+    return list(chosen.values())
+
+
+def curves(points: Sequence[Point]) -> dict[CurveName, list[Point]]:
+    """Of the cooperative policy, with the load of a probe and losses of whole messages.
+
+    Only curves of two points or more, and only points whose packet error rate is known; those over
+    constant rates are of the direct link.
+    """
+    found: dict[CurveName, list[Point]] = {}
+    for point in distinct(points):
+        if _belongs(point):
+            found.setdefault(name_of(point.condition), []).append(point)
+    return {name: each for name, each in found.items() if len(each) > 1}
+
+
+def name_of(condition: Condition) -> CurveName:
+    """The curve that a condition belongs to, if its load and granularity do."""
+    return CurveName(
+        channel=condition.channel,
+        compression=condition.compression,
+        speed_kmh=condition.speed_kmh,
+    )
+
+
+def constant_curve(curves_: dict[CurveName, list[Point]], like: Condition) -> list[Point] | None:
+    """The curve over constant rates of the compression and speed of `like`."""
+    name = CurveName(channel=CONSTANT, compression=like.compression, speed_kmh=like.speed_kmh)
+    return curves_.get(name)
+
+
+def is_usual(condition: Condition) -> bool:
+    """Whether one packet stands for a message, as in the paper (load `probe`)."""
+    return condition.load == PROBE and condition.granularity in (FRAME, "")
+
+
+def _belongs(point: Point) -> bool:
+    """Over a relay two losses make one: there the rate that is set is not the one end to end."""
+    condition = point.condition
+    if condition.policy != COOPERATIVE or not is_usual(condition):
+        return False
+    if condition.channel == CONSTANT:
+        return condition.relay == DIRECT
+    return any(run.per is not None for run in point.runs.values())
+
+
+def _runs(point: Point | None) -> tuple[int, ...]:
+    return () if point is None else tuple(point.runs)

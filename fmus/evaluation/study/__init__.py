@@ -1,0 +1,1 @@
+"""What studies of experiments share: estimates, claims with verdicts, tables, figures, pages."""

@@ -1,0 +1,85 @@
+"""What the experiment files of the campaign promise."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fmus.evaluation.collision_study.campaign import EXPERIMENTS
+from fmus.evaluation.collision_study.names import policy_name
+from fmus.evaluation.collision_study.runs import METRICS
+from orchestrator.experiment import skip
+from orchestrator.experiment.schema import ExperimentFile
+from orchestrator.intervals import share
+from orchestrator.scenario.document import Document
+
+FOLDER = Path(__file__).parents[4] / "experiments"
+
+
+def read(name: str) -> ExperimentFile:
+    return ExperimentFile.model_validate(Document.read(FOLDER / f"{name}.yaml").data)
+
+
+def levels(name: str) -> list[Any]:
+    """Of all combinations."""
+    file = read(name)
+    factors = {factor: list(each) for factor, each in file.factors.items()}
+    return list(skip.combinations(factors, file.skip))
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_it_measures_what_the_report_needs_with_enough_seeds_that_nobody_trained_with(
+    name: str,
+) -> None:
+    file = read(name)
+    assert file.metrics == METRICS
+    assert file.report is not None
+    assert file.report.type == "collision-study"
+    assert len(file.seeds) >= 300
+    assert min(file.seeds) > 100
+
+
+@pytest.mark.parametrize("name", ["collision_policies", "collision_relay"])
+def test_less_than_one_percent_can_come_out(name: str) -> None:
+    high = share([False] * len(read(name).seeds)).high
+    assert high is not None
+    assert high < 0.01
+
+
+def test_the_policies() -> None:
+    found = [each["policy"] for each in levels("collision_policies")]
+    assert found == [
+        "expert",
+        "blind",
+        "blind-rule",
+        "rule-based",
+        "object-list",
+        "early-fusion",
+        "cooperative-16",
+        "cooperative-32",
+    ]
+    for policy in found[:-2]:  # each has a name for readers
+        assert policy_name({"policy": policy, "compression": None}) != policy
+
+
+def test_the_constant_rates_are_those_that_their_names_say() -> None:
+    factor = read("collision_constant_per").factors["per"]
+    rates = {
+        name: settings["components.channel.parameters.per"] for name, settings in factor.items()
+    }
+    assert rates == {f"{10 * k} %": pytest.approx(k / 10) for k in range(11)}
+
+
+def test_the_relay_methods_compressions_and_speeds_of_the_paper() -> None:
+    assert len(levels("collision_relay")) == 4 * 2 * 2
+
+
+def test_the_granularities_of_a_single_packet_are_one() -> None:
+    found = [(each["load"], each["granularity"]) for each in levels("collision_load")]
+    assert set(found) == {
+        ("probe", "frame"),
+        ("full", "frame"),
+        ("full", "packets"),
+        ("full", "keypoint"),
+    }
+    assert len(found) == 8
