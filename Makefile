@@ -3,7 +3,7 @@
 # from the package index.
 PYTHON ?= python3
 
-.PHONY: demo test lint docs bench paper paper-sensitivity verify verify-perception network fmus clean
+.PHONY: demo test lint docs bench paper paper-relay paper-collision paper-sensitivity train verify verify-perception network fmus clean
 
 demo: .venv-demo/installed  ## run the red-light scenario, closed loop, from nothing
 	.venv-demo/bin/nlosim run scenarios/red_light.yaml
@@ -37,20 +37,33 @@ bench: .venv-bench/installed  ## measure, and make docs/benchmarks.md; keep the 
 	mkdir -p docs/results
 	.venv-bench/bin/nlosim bench channel --json > docs/results/bench-channel.json
 	.venv-bench/bin/nlosim bench lidar --json > docs/results/bench-lidar.json
-	.venv-bench/bin/python -m benchmarks.page docs/benchmarks.md docs/results/bench-channel.json docs/results/bench-lidar.json
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/nlosim bench policy --json > docs/results/bench-policy.json
+	.venv-bench/bin/python -m benchmarks.page docs/benchmarks.md docs/results/bench-*.json
 
 .venv-paper/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/common/*.py')
 	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
 	$(PYTHON) -m venv .venv-paper
-	.venv-paper/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[experiment]'
+	.venv-paper/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[experiment,cpm]'
 	touch $@
 
-# SEEDS=1..5 is a quick look in a directory of its own, without docs; without SEEDS it is the study.
-# Both go on where they were interrupted; remove the directory to begin anew.
+# SEEDS=1..5 is a quick look in directories of its own, without docs; without SEEDS it is the study.
+# Both go on where they were interrupted; remove the directories to begin anew.
+SUFFIX = $(if $(SEEDS),-$(SEEDS))
 RELAY_PAGE = .venv-paper/bin/python -m fmus.evaluation.relay_study docs/relay-study.md docs/results docs/results/relay-analysis.md
-PAPER = runs/paper_relay$(if $(SEEDS),-$(SEEDS))
+PAPER = runs/paper_relay$(SUFFIX)
+COLLISION_PAGE = .venv-paper/bin/python -m fmus.evaluation.collision_study docs/collision-study.md docs/results docs/results/collision-analysis.md
+COLLISION = collision_policies collision_constant_per collision_relay collision_load
 
-paper: .venv-paper/installed  ## Table II, Figures 7 and 8 of the paper, and docs/relay-study.md
+define run_collision
+.venv-paper/bin/nlosim experiment experiments/$(1).yaml --out runs/$(1)$(SUFFIX) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard runs/$(1)$(SUFFIX)/experiment.json),--resume)
+
+endef
+
+paper:  ## the paper's Table II and Figures 7 to 10, docs/relay-study.md and docs/collision-study.md
+	$(MAKE) paper-relay
+	$(MAKE) paper-collision
+
+paper-relay: .venv-paper/installed  ## Table II, Figures 7 and 8 of the paper, and docs/relay-study.md
 	.venv-paper/bin/nlosim experiment experiments/paper_relay.yaml --out $(PAPER) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard $(PAPER)/experiment.json),--resume)
 ifdef SEEDS
 	.venv-paper/bin/python -m fmus.evaluation.relay_study $(PAPER)/relay-study.md $(PAPER)/report
@@ -60,10 +73,43 @@ else
 	$(RELAY_PAGE)
 endif
 
+paper-collision: .venv-paper/installed  ## Figures 9 and 10 of the paper, and docs/collision-study.md
+	$(foreach name,$(COLLISION),$(call run_collision,$(name)))
+ifdef SEEDS
+	mkdir -p runs/collision$(SUFFIX)
+	cp $(foreach name,$(COLLISION),runs/$(name)$(SUFFIX)/report/*) runs/collision$(SUFFIX)/
+	.venv-paper/bin/python -m fmus.evaluation.collision_study runs/collision$(SUFFIX)/collision-study.md runs/collision$(SUFFIX)
+else
+	mkdir -p docs/results
+	cp $(foreach name,$(COLLISION),runs/$(name)/report/*) docs/results/
+	$(COLLISION_PAGE)
+endif
+
 paper-sensitivity: .venv-paper/installed  ## what the result of the relay study depends on, for its page
 	.venv-paper/bin/nlosim experiment experiments/relay_sensitivity.yaml --out runs/relay_sensitivity $(if $(wildcard runs/relay_sensitivity/experiment.json),--resume)
 	cp runs/relay_sensitivity/report/* docs/results/
 	$(RELAY_PAGE)
+
+.venv-train/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/common/*.py')
+	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
+	$(PYTHON) -m venv .venv-train
+	.venv-train/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[train]'
+	touch $@
+
+# All networks that come with the package, or some: make train NETWORKS='bev_32 blind'. It goes on where it was
+# interrupted; remove runs/train-* to begin anew.
+NETWORKS ?= bev_16 bev_32
+TRAINED = training.csv training.svg phases.csv provenance.json
+
+define run_training
+.venv-train/bin/nlosim train training/$(1).yaml --out runs/train-$(1) $(if $(wildcard runs/train-$(1)/training.json),--resume)
+mkdir -p docs/results/training
+$(foreach file,$(TRAINED),cp runs/train-$(1)/$(file) docs/results/training/$(1)-$(file)
+)
+endef
+
+train: .venv-train/installed  ## the networks in fmus/network/checkpoints, by the recipes in training/
+	$(foreach name,$(NETWORKS),$(call run_training,$(name)))
 
 verify: .venv-demo/installed  ## compare the channel with golden data; GOLDEN=DIR also makes docs/validation-channel.md
 	.venv-demo/bin/nlosim verify channel --golden $(or $(GOLDEN),tests/fmus/channel_verification/golden) $(if $(GOLDEN),--figures docs/validation)

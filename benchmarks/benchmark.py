@@ -95,6 +95,18 @@ class Benchmark(abc.ABC):
         """Who the peer is, and where its numbers come from; empty if there is none."""
         return ""
 
+    @property
+    def settings(self) -> Mapping[str, str]:
+        """What `--set` can change, and its values now; by name."""
+        return {}
+
+    def configure(self, settings: Mapping[str, str]) -> None:
+        """Take other values; called once, before everything else.
+
+        Args:
+            settings: by names that `settings` has.
+        """
+
     def require(self) -> None:
         """Raise a `CosimError` if something is missing that the cases need; called first."""
 

@@ -1,14 +1,18 @@
 """`nlosim bench`, found by the entry point group `orchestrator.commands`."""
 
 import argparse
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from benchmarks import offers
+from benchmarks.benchmark import Benchmark
 from benchmarks.harness import Result, measure
 from benchmarks.machine import environment
 from benchmarks.table import table
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome
+from orchestrator.errors import CosimError
+from orchestrator.suggestion import suggestion
 
 REPEAT: Final = 5
 """Repetitions unless the user says otherwise; odd, so that the median is one of them."""
@@ -21,7 +25,12 @@ better than the peer. Ctrl-C prints what was measured until then.
 examples:
   nlosim bench --list
   nlosim bench channel --repeat 3
-  nlosim bench channel --case 'grid200*' --json"""
+  nlosim bench channel --case 'grid200*' --json
+  nlosim bench policy --set network=mine.safetensors"""
+
+
+class SettingError(CosimError):
+    """A setting that no benchmark has, or one that is not well formed. Exit code 2."""
 
 
 def add_command(commands: Any) -> None:
@@ -48,6 +57,13 @@ def add_command(commands: Any) -> None:
         metavar="PATTERN",
         help="only cases that match, with the wildcards of a shell",
     )
+    bench.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="change a setting of the benchmark; may be repeated",
+    )
     bench.add_argument("--json", action="store_true", help="print one JSON object")
     bench.set_defaults(execute=execute)
 
@@ -71,13 +87,14 @@ def execute(arguments: argparse.Namespace) -> Outcome:
     texts: list[str] = []
     is_complete = True
     benchmarks = {name: offers.benchmark(name) for name in names}
+    settings = _settings(arguments.set, arguments.name, benchmarks)
     for benchmark in benchmarks.values():
         benchmark.require()  # before the first of them is measured
     with stopping():  # SIGTERM, too, is Ctrl-C
         for name, benchmark in benchmarks.items():
             result = measure(benchmark, repeat=arguments.repeat, pattern=arguments.case, label=name)
             description, peer = benchmark.description, benchmark.peer
-            found.append(_data(name, description, peer, result))
+            found.append({**_data(name, description, peer, result), "settings": settings})
             texts += [f"{name}: {description}", *table(result.rows), *([peer] if peer else []), ""]
             is_complete = result.is_complete
             if not is_complete:
@@ -86,6 +103,32 @@ def execute(arguments: argparse.Namespace) -> Outcome:
     data = {**found[0], **where} if arguments.name else {"benchmarks": found, **where}
     text = "\n".join([*texts, _machine_text(where)])
     return Outcome(text=text, data=data) if is_complete else _interrupted(text, data)
+
+
+def _settings(
+    texts: Sequence[str], name: str | None, benchmarks: Mapping[str, Benchmark]
+) -> Mapping[str, str]:
+    """What was set, after telling the benchmark `name`.
+
+    Raises:
+        SettingError: there is no such setting, or nobody whose setting it is.
+    """
+    if not texts:
+        return {}
+    if name is None:
+        raise SettingError("`--set` changes a setting of one benchmark: give its name, too")
+    known = benchmarks[name].settings
+    found = {}
+    for text in texts:
+        key, sign, value = text.partition("=")
+        if not sign or not value:
+            raise SettingError(f"`--set {text}` is no NAME=VALUE")
+        if key not in known:
+            what = f"the benchmark `{name}` has no setting `{key}`; {suggestion(key, known)}"
+            raise SettingError(what)
+        found[key] = value
+    benchmarks[name].configure(found)
+    return found
 
 
 def _data(name: str, description: str, peer: str, result: Result) -> dict[str, Any]:

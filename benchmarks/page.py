@@ -42,12 +42,14 @@ def _section(result: Mapping[str, Any]) -> str:
     machine = result["machine"]
     memory = "" if machine["memory_gib"] is None else f"{machine['memory_gib']} GiB, "
     host = f"{machine['cpu']}, {machine['cpus']} CPUs, {memory}{machine['platform']}"
+    settings = "".join(f" --set {key}={value}" for key, value in result.get("settings", {}).items())
+    command = f"nlosim bench {result['name']}{settings} --repeat {result['repetitions']} --json"
     lines = [
         f"## {result['name']}",
         "",
         f"{result['description'][0].upper()}{result['description'][1:]}.",
         "",
-        f"* command: `nlosim bench {result['name']} --repeat {result['repetitions']} --json`",
+        f"* command: `{command}`",
         f"* commit: {result['commit']}, {result['created']}",
         f"* machine: {host}, load average {machine['load_average']}",
         f"* versions: {', '.join(map(' '.join, result['versions'].items()))}",

@@ -11,6 +11,8 @@ from fmus.evaluation.traces import COLLISION, EGO, ROLE_WORDS, SHARING, Array, T
 from fmus.records import LINKS, NO_VEHICLE, OBJECT, OUTCOMES, unframe
 
 _RECEIVED: Final = OUTCOMES.index("R")
+_PEDAL: Final = 0.1
+"""More than this share of the full brake is no correction of the speed."""
 _OUTCOME: Final = ("collision", "collision_time", "collision_partner", "completion_time")
 """Outputs of the traffic, beneath `ego`, that say how the encounter ended."""
 _NEVER: Final = -1.0
@@ -116,14 +118,20 @@ def _hidden(traces: Traces, roles: Roles) -> dict[str, Any]:
 
 
 def _braking(traces: Traces) -> dict[str, Any]:
-    """The first brake for a hazard: when, for what, seen by whom, how old the data were."""
+    """The first brake for a hazard: when, for what, seen by whom, how old the data were.
+
+    A network does not say what it brakes for: then only `pedal`, the time of the first real use
+    of the brake, is known.
+    """
+    pedal = _first_brake(traces)
     times, tracks = traces.scalars("policy.hazard.instance")
     braked = np.flatnonzero(tracks >= 0)
     if len(braked) == 0:
-        return {"time": None, "object": None, "seen_by": None, "data_age": None}
+        return {"pedal": pedal, "time": None, "object": None, "seen_by": None, "data_age": None}
     k = int(braked[0])
     sensor = int(traces.scalars("policy.hazard.sensor")[1][k])
     return {
+        "pedal": pedal,
         "time": float(times[k]),
         "object": _tracked(traces, round(float(times[k]) * 1e9), sensor, int(tracks[k])),
         "seen_by": sensor,
@@ -131,8 +139,22 @@ def _braking(traces: Traces) -> dict[str, Any]:
     }
 
 
+def _first_brake(traces: Traces) -> float | None:
+    """When the brake was first used by more than `_PEDAL` [s]."""
+    commands = traces.series("policy.command")
+    for k, time in enumerate(commands.times.tolist()):
+        if commands[k][1] > _PEDAL:
+            return float(time / 1e9)
+    return None
+
+
 def _tracked(traces: Traces, time: int, sensor: int, track: int) -> int | None:
-    """The vehicle that a sensor's track is, as known to the ego at `time` [ns]."""
+    """The vehicle that a sensor's track is, as known to the ego at `time` [ns].
+
+    Who knows the truth names no sensor, and the vehicle itself.
+    """
+    if sensor == NO_VEHICLE:
+        return track
     for name in ("perception.objects", "facilities.received.objects"):
         known = unframe("OBJS", bytes(traces.at(name, time)), OBJECT)
         known = known[(known["sensor"] == sensor) & (known["instance"] == track)]

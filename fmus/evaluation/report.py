@@ -8,6 +8,7 @@ from typing_extensions import override
 
 from fmus.evaluation import metrics
 from fmus.evaluation.traces import Traces
+from fmus.records import NO_VEHICLE
 from orchestrator.recording import Recording
 from orchestrator.report import Report
 
@@ -55,8 +56,15 @@ def _encounter(metrics: Mapping[str, Any]) -> list[str]:
         first = f"no collision, smallest gap {gap:.2f} m at {time}"
     first += f"; {_completion(metrics)}"
     braking = metrics["braking"]
+    if braking["time"] is None and braking["pedal"] is not None:
+        return [first, f"braking        at {_seconds(braking['pedal'])}, for nothing it names"]
     if braking["time"] is None:
         return [first, "braking        never for a hazard"]
+    if braking["seen_by"] == NO_VEHICLE:  # the expert reads the truth
+        return [
+            first,
+            f"braking        at {_seconds(braking['time'])} for vehicle {braking['object']}",
+        ]
     return [
         first,
         (

@@ -8,27 +8,30 @@ from typing import Final, TypeAlias
 import numpy as np
 from typing_extensions import override
 
+from fmus.policy.command import NOTHING, Hazard, ego_of, outputs
 from fmus.policy.conflict import Bodies, Ego, Prediction, overlapping
-from fmus.policy.connectors import CONNECTORS, OUTPUTS
+from fmus.policy.connectors import EGO, connectors
+from fmus.policy.steering import SteeringParameters, follow, has_route
 from fmus.records import OBJECT, unframe
 from orchestrator.component import Component
 from orchestrator.parameters import parameter
 from orchestrator.signal import Array, Connector, Signals
 from orchestrator.timebase import Duration, Time
 
-_NOTHING: Final[Signals] = {name: output.start_value() for name, output in OUTPUTS.items()}
+_BLIND: Final = connectors(EGO | {"objects"})
+_RULE_BASED: Final = connectors(EGO | {"objects", "received.objects"})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Hazard:
+class _Meeting:
+    """How far ahead of the ego's front [m] it meets what."""
+
     distance: float
-    instance: int
-    sensor: int
-    age: float
+    hazard: Hazard
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Parameters:
+class Parameters(SteeringParameters):
     """Parameters of the rule-based policies."""
 
     cruise_speed: float = parameter(30.0 / 3.6, unit="m/s", minimum=0.1, doc="speed to keep")
@@ -75,25 +78,26 @@ class _Driver:
 
     def drive(self, inputs: Signals, seen: Array, received: Array, now: Time) -> Signals:
         """The outputs at `now`, given the objects that the ego sees and those it received."""
-        ego = _ego(inputs)
-        usable = len(ego.route) > 1 and bool((np.ptp(ego.route, axis=0) > 0).any())
-        hazard = self._hazard(ego, seen, received, now) if usable else None
-        self._confirmed = self._confirmed + 1 if hazard else 0
-        if hazard and self._confirmed >= self._parameters.confirmations:
-            demand = self._deceleration(ego, hazard.distance)
+        ego = ego_of(inputs)
+        steer = follow(inputs, self._parameters)
+        meeting = self._meeting(ego, seen, received, now) if has_route(inputs) else None
+        self._confirmed = self._confirmed + 1 if meeting else 0
+        if meeting and self._confirmed >= self._parameters.confirmations:
+            demand = self._deceleration(ego, meeting.distance)
             if demand >= self._parameters.comfortable or ego.speed < self._parameters.moving:
-                return _outputs(0.0, min(demand / self._parameters.braking, 1.0), hazard)
+                brake = min(demand / self._parameters.braking, 1.0)
+                return outputs(accelerate=0.0, brake=brake, steer=steer, hazard=meeting.hazard)
         wanted = (self._parameters.cruise_speed - ego.speed) / 1.0  # within one second
-        if wanted >= 0:
-            return _outputs(min(wanted / self._parameters.acceleration, 1.0), 0.0, None)
-        return _outputs(0.0, min(-wanted / self._parameters.braking, 1.0), None)
+        accelerate = min(max(0.0, wanted) / self._parameters.acceleration, 1.0)
+        brake = min(max(0.0, -wanted) / self._parameters.braking, 1.0)
+        return outputs(accelerate=accelerate, brake=brake, steer=steer, hazard=None)
 
     def _deceleration(self, ego: Ego, distance: float) -> float:
         """What it takes to stop `stop_margin` before a conflict [m/s^2]."""
         room = max(distance - self._parameters.stop_margin, 0.1)
         return max(ego.speed**2 / (2.0 * room), self._parameters.comfortable / 2.0)
 
-    def _hazard(self, ego: Ego, seen: Array, received: Array, now: Time) -> _Hazard | None:
+    def _meeting(self, ego: Ego, seen: Array, received: Array, now: Time) -> _Meeting | None:
         """The object whose conflict comes first; received ones may be the ego itself."""
         if len(received):
             others = received.compress(~overlapping(ego, self._moved(received, now)))
@@ -112,19 +116,19 @@ class _Driver:
             velocity=velocity,
         )
 
-    def _worst(self, ego: Ego, objects: Array, now: Time) -> _Hazard | None:
+    def _worst(self, ego: Ego, objects: Array, now: Time) -> _Meeting | None:
         if len(objects) == 0:
             return None
         conflicts = self._prediction.first_conflicts(ego, self._moved(objects, now))
         first = int(np.argmin(conflicts.time))
         if np.isinf(conflicts.time[first]):
             return None
-        return _Hazard(
-            distance=float(conflicts.distance[first]),
+        hazard = Hazard(
             instance=int(objects["instance"][first]),
             sensor=int(objects["sensor"][first]),
             age=float((now - objects["time"][first]) / 1e9),
         )
+        return _Meeting(distance=float(conflicts.distance[first]), hazard=hazard)
 
 
 class _RulePolicy(Component):
@@ -139,15 +143,10 @@ class _RulePolicy(Component):
     def _received(self, inputs: Signals) -> Array:
         """The objects of others that are considered as well, `OBJECT` records."""
 
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return CONNECTORS
-
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         self._driver = _Driver(self._parameters)
-        self._outputs = _NOTHING
+        self._outputs = NOTHING
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
@@ -166,6 +165,11 @@ class RuleBased(_RulePolicy):
     comfortable deceleration. What others see where the ego is, is the ego.
     """
 
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return _RULE_BASED
+
     @override
     def _received(self, inputs: Signals) -> Array:
         return unframe("OBJS", bytes(inputs["received.objects"]), OBJECT)
@@ -174,31 +178,17 @@ class RuleBased(_RulePolicy):
 class Blind(_RulePolicy):
     """The rule-based policy without V2X: it brakes for what the ego's own lidar sees."""
 
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return _BLIND
+
     @override
     def _received(self, inputs: Signals) -> Array:
         return np.empty(0, OBJECT)
-
-
-def _ego(inputs: Signals) -> Ego:
-    size = np.asarray(inputs["ego.size"])
-    return Ego(
-        speed=float(np.asarray(inputs["ego.speed"])),
-        length=float(size[0]),
-        width=float(size[1]),
-        route=np.asarray(inputs["ego.route"]),
-    )
 
 
 def _seen(inputs: Signals) -> Array:
     """The objects of the ego's own sensor."""
     objects = unframe("OBJS", bytes(inputs["objects"]), OBJECT)
     return np.asarray(objects.compress(objects["sensor"] == int(np.asarray(inputs["ego.id"]))))
-
-
-def _outputs(accelerate: float, brake: float, hazard: _Hazard | None) -> Signals:
-    return {
-        "command": np.array([accelerate, brake, 0.0]),
-        "hazard.instance": np.array(hazard.instance if hazard else -1, np.int64),
-        "hazard.sensor": np.array(hazard.sensor if hazard else -1, np.int64),
-        "hazard.age": np.array(hazard.age if hazard else 0.0),
-    }

@@ -92,7 +92,10 @@ class Prediction:
         follows is the one to keep the distance.
         """
         times = np.arange(0.0, self.horizon + self.step / 2, self.step)
-        motions = (ego.speed * times, self._taking_up_speed(ego.speed, times))
+        motions = (
+            ego.speed * times,
+            taking_up_speed(ego, self.cruise, self.acceleration, times),
+        )
         reach = ego.length / 2 + self.longitudinal_margin
         side = ego.width / 2 + self.lateral_margin
         behind, beyond = np.min(motions) - reach, np.max(motions) + reach
@@ -115,13 +118,19 @@ class Prediction:
         conflicts.time[rows], conflicts.distance[rows] = time, distance
         return conflicts
 
-    def _taking_up_speed(self, speed: float, times: Array) -> Array:
-        until = max(self.cruise - speed, 0.0) / self.acceleration
-        ramp = np.minimum(times, until)
-        cruise = np.maximum(speed, self.cruise)
-        rest = np.maximum(times - until, 0.0)
-        travelled: Array = speed * ramp + 0.5 * self.acceleration * ramp**2 + cruise * rest
-        return travelled
+
+def taking_up_speed(ego: Ego, cruise: float, acceleration: float, times: Array) -> Array:
+    """How far the ego comes [m] at `times` [s] if it takes up the speed `cruise` [m/s].
+
+    It accelerates with `acceleration` [m/s^2], or keeps a speed that is higher.
+    """
+    until = max(cruise - ego.speed, 0.0) / acceleration
+    ramp = np.minimum(times, until)
+    rest = np.maximum(times - until, 0.0)
+    travelled: Array = (
+        ego.speed * ramp + 0.5 * acceleration * ramp**2 + np.maximum(ego.speed, cruise) * rest
+    )
+    return travelled
 
 
 def overlapping(ego: Ego, bodies: Bodies) -> Array:

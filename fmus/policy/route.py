@@ -62,6 +62,12 @@ class Segments:
         across = np.copysign(distance[nearest], side[nearest])
         return along.reshape(points.shape[:-1]), across.reshape(points.shape[:-1])
 
+    def at(self, distance: float) -> Array:
+        """The point [m], shape (2,), at `distance` [m] along the route, which goes on straight."""
+        part = max(int(np.searchsorted(self.begin, distance, side="right")) - 1, 0)
+        point: Array = self.start[part] + (distance - self.begin[part]) * self.direction[part]
+        return point
+
     def box(self, first: float, last: float, side: float) -> "Box":
         """The box around what lies within `side` of the route from `first` to `last` along it [m].
 

@@ -79,6 +79,19 @@ class InterruptedBenchmark(CountingBenchmark):
         super().__init__(before=interrupt_at(3))
 
 
+class NamedBenchmark(CountingBenchmark):
+    """Its cases have the name that it is told."""
+
+    @property
+    @override
+    def settings(self) -> Mapping[str, str]:
+        return {"name": "nobody"}
+
+    @override
+    def configure(self, settings: Mapping[str, str]) -> None:
+        object.__setattr__(self, "names", (settings["name"],))
+
+
 class NeedyBenchmark(CountingBenchmark):
     """Needs what is not there."""
 

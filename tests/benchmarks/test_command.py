@@ -39,6 +39,17 @@ def test_one_benchmark_as_json(install: Any, capsys: pytest.CaptureFixture[str])
     assert (two["peer"], two["peer_name"], two["ratio"]) == (None, None, None)
 
 
+def test_a_setting_reaches_the_benchmark_and_its_result(
+    install: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install(("named", "NamedBenchmark"))
+    assert main(["bench", "named", "--set", "name=a=b", "--repeat", "1", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    jsonschema.validate(found, ONE)
+    assert found["settings"] == {"name": "a=b"}
+    assert [row["case"] for row in found["rows"]] == ["a=b"]
+
+
 def test_without_a_name_all_benchmarks_run(
     install: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -107,6 +118,13 @@ def test_an_interrupted_benchmark_says_so_and_prints_what_it_has(
         (["count", "--repeat", "0"], "must be a whole number from 1 on, got '0'"),
         (["count", "--repeat", "few"], "must be a whole number from 1 on, got 'few'"),
         (["broken"], "benchmark `broken`: `tests.benchmarks.fakes:no_benchmark` makes no `Bench"),
+        (["named", "--set", "nmae=a"], "`named` has no setting `nmae`; did you mean `name`?"),
+        (
+            ["count", "--set", "name=a"],
+            "the benchmark `count` has no setting `name`; there are none",
+        ),
+        (["named", "--set", "name"], "`--set name` is no NAME=VALUE"),
+        (["--set", "name=a"], "`--set` changes a setting of one benchmark: give its name, too"),
         (["missing"], "cannot load the benchmark `missing` from `tests.benchmarks.fakes:nobody`"),
         (["twice"], "is offered several times"),
     ],
@@ -114,7 +132,9 @@ def test_an_interrupted_benchmark_says_so_and_prints_what_it_has(
 def test_wrong_input_has_a_message_and_exit_code_2(
     arguments: list[str], message: str, install: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    offered = [("count", "CountingBenchmark"), ("broken", "no_benchmark"), ("missing", "nobody")]
+    offered = [("count", "CountingBenchmark"), ("named", "NamedBenchmark")]
+    if "--set" not in arguments:
+        offered += [("broken", "no_benchmark"), ("missing", "nobody")]
     twice = [("twice", "CountingBenchmark"), ("twice", "InterruptedBenchmark")]
     install(*offered, *(twice if arguments == ["twice"] else []))
     assert main(["bench", *arguments]) == 2

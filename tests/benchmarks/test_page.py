@@ -7,6 +7,7 @@ from pathlib import Path
 import jsonschema  # type: ignore[import-untyped]
 import pytest
 
+from benchmarks import offers
 from benchmarks.page import main, page
 from tests.benchmarks.schema import ONE
 
@@ -15,7 +16,9 @@ RESULTS = sorted((ROOT / "docs" / "results").glob("bench-*.json"))
 
 
 def test_there_is_a_result_of_each_benchmark() -> None:
-    assert [path.name for path in RESULTS] == ["bench-channel.json", "bench-lidar.json"]
+    names = {path.name for path in RESULTS}
+    assert {"bench-channel.json", "bench-lidar.json"} <= names
+    assert names <= {f"bench-{name}.json" for name in offers.installed()}
 
 
 @pytest.mark.parametrize("path", RESULTS, ids=lambda path: path.name)
@@ -34,6 +37,13 @@ def test_every_row_is_on_the_page() -> None:
     text = page(RESULTS)
     cases = {row["case"] for path in RESULTS for row in json.loads(path.read_text())["rows"]}
     assert set(re.findall(r"^\| ([^ |][^|]*[^ |]) \|", text, re.MULTILINE)) >= cases
+
+
+def test_settings_are_part_of_the_command(tmp_path: Path) -> None:
+    result = {**json.loads(RESULTS[0].read_text()), "settings": {"network": "mine"}}
+    path = tmp_path / "bench.json"
+    path.write_text(json.dumps(result))
+    assert "`nlosim bench channel --set network=mine --repeat" in page([path])
 
 
 def test_remarks_follow_the_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

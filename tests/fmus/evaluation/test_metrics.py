@@ -122,6 +122,7 @@ def recording() -> dict[str, Samples]:
         "perception.blind_zone.center": [np.zeros((2, 2))] * 3,
         "perception.blind_zone.range": [np.array([5.0, 0.0])] * 3,
         "facilities.received.objects": [b"", b"", frame("OBJS", seen(3, 40, TENTH))],
+        "policy.command": [np.zeros(3), np.array([0.0, 0.05, 0.0]), np.array([0.0, 0.4, 0.0])],
         "policy.hazard.instance": [np.array(-1), np.array(-1), np.array(40)],
         "policy.hazard.sensor": [np.array(-1), np.array(-1), np.array(3)],
         "policy.hazard.age": [np.array(0.0), np.array(0.0), np.array(0.15)],
@@ -161,6 +162,7 @@ def test_metrics_of_a_known_run() -> None:
         "received_by_ego": pytest.approx(0.2),
     }
     assert found["braking"] == {
+        "pedal": pytest.approx(0.2),
         "time": pytest.approx(0.2),
         "object": 2,
         "seen_by": 3,

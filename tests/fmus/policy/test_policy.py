@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from fmus.policy import Blind, RuleBased
+from fmus.policy import Blind, Expert, RuleBased
 from fmus.policy.conflict import Bodies, Conflicts, Ego, Prediction, overlapping, project
 from fmus.records import OBJECT, frame, unframe
+from orchestrator.component import Component
 from orchestrator.signal import Causality, Signal
 from orchestrator.testing import check_component
 
@@ -90,7 +91,7 @@ def test_projection_on_a_straight_route_is_the_identity(along: float, left: floa
     assert found[1] == pytest.approx(left, abs=1e-9)
 
 
-def inputs(policy: RuleBased | Blind, **changes: Any) -> dict[str, Signal]:
+def inputs(policy: Component, **changes: Any) -> dict[str, Signal]:
     values: dict[str, Signal] = {
         name: connector.start_value()
         for name, connector in policy.connectors.items()
@@ -98,6 +99,7 @@ def inputs(policy: RuleBased | Blind, **changes: Any) -> dict[str, Signal]:
     }
     values |= {
         "ego.id": np.array(1),
+        "ego.heading": np.array(np.pi / 2),
         "ego.speed": np.array(30 / 3.6),
         "ego.size": np.array([4.5, 1.8, 1.5]),
         "ego.route": np.array([[0.0, 0.0], [0.0, 100.0]]),
@@ -195,6 +197,36 @@ def test_it_keeps_the_cruising_speed() -> None:
     np.testing.assert_array_equal(command(policy)["command"], np.zeros(3))
     assert np.asarray(command(policy, ego_speed=np.array(5.0))["command"])[0] > 0
     assert np.asarray(command(policy, ego_speed=np.array(12.0))["command"])[1] > 0
+
+
+def test_it_steers_back_to_its_route() -> None:
+    for policy in (RuleBased(RuleBased.Parameters()), Blind(Blind.Parameters())):
+        right = command(policy, ego_position=np.array([1.0, 0.0]))
+        assert np.asarray(right["command"])[2] > 0.05
+        left = command(policy, ego_heading=np.array(0.5 * np.pi + 0.1))
+        assert np.asarray(left["command"])[2] < -0.05
+
+
+@pytest.mark.parametrize(
+    "policy",
+    [RuleBased(RuleBased.Parameters()), Blind(Blind.Parameters()), Expert(Expert.Parameters())],
+    ids=["rule-based", "blind", "expert"],
+)
+def test_a_policy_reads_what_its_outputs_depend_on_and_nothing_else(policy: Component) -> None:
+    """Without the other inputs it drives as before; without one of its own it cannot."""
+    policy.setup(0, np.random.default_rng(0))
+    reads = policy.connectors["command"].feedthrough
+    everything = inputs(policy) | {
+        "vehicle.id": np.array([1]),
+        "vehicle.position": np.zeros((1, 3)),
+        "vehicle.heading": np.zeros(1),
+        "vehicle.velocity": np.zeros((1, 2)),
+        "vehicle.size": np.ones((1, 3)),
+    }
+    policy.step({name: everything[name] for name in reads}, 0, STEP)
+    for name in reads:
+        with pytest.raises(KeyError, match=name):
+            policy.step({n: everything[n] for n in reads - {name}}, 0, STEP)
 
 
 def test_contract() -> None:

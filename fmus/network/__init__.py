@@ -1,0 +1,1 @@
+"""Driving networks: encoder, messages of keypoints, fusion and head, in NumPy."""

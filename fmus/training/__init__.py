@@ -1,0 +1,1 @@
+"""Training of driving policies in the co-simulation: behaviour cloning, then DAgger."""

@@ -1,0 +1,1 @@
+"""Learning of driving networks from samples, with PyTorch."""

@@ -1,0 +1,115 @@
+"""The shape of a training file."""
+
+from typing import Annotated, Any, Final, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from orchestrator.experiment.schema import Settings
+from orchestrator.scenario.schema import Name, Text
+
+MAXIMUM_RUNS: Final = 500_000
+"""Runs to train on, or to validate with, of one training; its seeds leave room for so many."""
+
+MAXIMUM_SEED: Final = 1_000_000
+"""The largest `seed`; the seeds of its runs lie a million times above."""
+
+Runs = Annotated[int, Field(ge=1, le=MAXIMUM_RUNS)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class _Mapping(BaseModel):
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, use_attribute_docstrings=True
+    )
+
+
+class Expert(_Mapping):
+    """Behaviour cloning: the expert drives, the network learns what it did."""
+
+    runs: Runs
+    """How many."""
+
+
+class Dagger(_Mapping):
+    """DAgger: the network drives, and learns what the expert would have done."""
+
+    rounds: Annotated[int, Field(ge=0, le=1000)]
+    """How many times the network drives and learns; 0 leaves it at behaviour cloning."""
+
+    runs: Runs
+    """How many in each round."""
+
+    beta: Share = 0.5
+    """How often the expert's command is taken instead of the network's, in the first round."""
+
+    decay: Share = 0.5
+    """By what `beta` is multiplied from round to round."""
+
+
+class Validation(_Mapping):
+    """Scenes that are never learned from."""
+
+    runs: Runs
+    """How many, driven by the expert; the loss in them ends a round."""
+
+    drives: Annotated[int, Field(ge=0, le=MAXIMUM_RUNS)] = 0
+    """In how many of these scenes the network drives alone after each round. The round with the
+    best drives gives the checkpoint; without drives, the last."""
+
+
+class OptimisationSection(_Mapping):
+    """How the network is optimised in every round."""
+
+    epochs: Annotated[int, Field(ge=1, le=100_000)]
+    """At most, in each round."""
+
+    batch: Annotated[int, Field(ge=1)]
+    """Samples in one step."""
+
+    rate: Annotated[float, Field(gt=0.0, le=10.0, allow_inf_nan=False)]
+    """Learning rate."""
+
+    weight_decay: Annotated[float, Field(ge=0.0, le=10.0, allow_inf_nan=False)] = 0.0
+    """Factor of the penalty on the weights."""
+
+    patience: Annotated[int, Field(ge=1)]
+    """A round ends after so many epochs without a better validation loss."""
+
+
+class TrainingFile(_Mapping):
+    """What is driven, by whom, and what learns from it."""
+
+    version: Annotated[Literal[1], Field(alias="schema")]
+    """The version of the form of this file."""
+
+    scenario: Text
+    """The scenario file, relative to this file. Its component `policy` has the parameters `network`
+    and `beta`, and the recorded output `sample`."""
+
+    seed: Annotated[int, Field(ge=0, le=MAXIMUM_SEED)] = 1
+    """Of initial weights, batches, and of the seeds and scenes of all runs."""
+
+    network: Annotated[dict[Text, Any], Field(min_length=1)]
+    """`type`, an installed learner (entry points `orchestrator.learners`), and its parameters."""
+
+    scenes: dict[Name, Annotated[dict[Text, Settings], Field(min_length=1)]] = {}
+    """What varies from run to run: by the name of the factor and of the level, the values that it
+    sets. Each run draws one level of every factor."""
+
+    expert: Expert
+    """The runs of behaviour cloning."""
+
+    dagger: Dagger
+    """The rounds after it."""
+
+    validation: Validation
+    """What early stopping looks at."""
+
+    optimisation: OptimisationSection
+    """The same in every round."""
+
+    device: Literal["auto", "cpu", "cuda"] = "auto"
+    """Where to learn; `auto` is `cuda` where there is one."""
+
+    checkpoint: Text
+    """Where the trained network goes, relative to this file; an older one is replaced."""
