@@ -115,7 +115,7 @@ def batch_of(
         ),
         ego=torch.from_numpy(moments["numbers"].copy()).to(device),
         expert=torch.from_numpy(moments["expert"].copy()).to(device),
-        yields=torch.from_numpy(moments["yields"].copy()).to(device),
+        yields=torch.from_numpy(moments["yields"] != 0).to(device),
         vehicle=tensor(rows["vehicle"]),
         moving=tensor(rows["moving"]),
         velocity=tensor(rows["velocity"]),

@@ -180,7 +180,7 @@ def cloud_batch_of(
         place=tensor(_place(known, arrived.scans, moments)),
         circumstances=tensor(_circumstances(known, arrived.scans, moments)),
         ego=tensor(moments["numbers"]),
-        yields=tensor(moments["yields"]),
+        yields=tensor(moments["yields"] != 0),
         expert=tensor(moments["expert"]),
     )
 

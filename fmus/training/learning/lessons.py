@@ -55,7 +55,7 @@ MOMENT: Final = np.dtype(
         ("place", "<f8", 3),  # of the ego vehicle
         ("numbers", "<f4", EGO),
         ("expert", "<f4", 3),
-        ("yields", "?"),  # whether the expert yields to somebody
+        ("yields", "<i4"),  # 1 if the expert yields to somebody
         ("own", "<i4"),  # index of the scan; -1 if there is none
         ("others", "<i4", MESSAGES),  # the newest first; -1 where there is none
         ("time", "<i8"),
