@@ -1,6 +1,7 @@
 """What all learned driving networks share: fusion, head, and the loss against the expert."""
 
 from collections.abc import Mapping
+from typing import Final
 
 import numpy as np
 import torch
@@ -72,6 +73,12 @@ def decide(
     return layers.dense("head.second", head)
 
 
+_TAKING_UP_SPEED: Final = 0.1
+"""More of the accelerator than this is no correction of the speed."""
+_WEIGHT_OF_TAKING_UP_SPEED: Final = 3.0
+"""Such moments are rare, too; a network that misses them stays where it has stopped."""
+
+
 def imitation_loss(
     command: Tensor, expert: Tensor, yields: Tensor, sees_threat: Tensor, yielding_weight: float
 ) -> Tensor:
@@ -79,7 +86,7 @@ def imitation_loss(
 
     Moments in which the expert yields to a vehicle that the network can see count
     `yielding_weight` times. Where it cannot see it they do not count at all: there is nothing to
-    learn from them but fear of such places.
+    learn from them but fear of such places. Moments in which it takes up speed count three times.
 
     Args:
         command: of the network, shape (batch, 3).
@@ -88,6 +95,8 @@ def imitation_loss(
         sees_threat: whether the network can see that vehicle, shape (batch,).
         yielding_weight: at least 1.
     """
-    weight = torch.where(yields, yielding_weight * sees_threat, 1.0)
+    speeding_up = expert[:, 0] > _TAKING_UP_SPEED
+    weight = torch.where(speeding_up, _WEIGHT_OF_TAKING_UP_SPEED, 1.0)
+    weight = torch.where(yields, yielding_weight * sees_threat, weight)
     error = functional.l1_loss(command, expert, reduction="none")
     return (error.sum(dim=1) * weight).sum() / weight.sum().clamp(min=1.0)
