@@ -1,9 +1,8 @@
 """The learner of BEV networks: the expert's commands, and what the truth says of each place."""
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -13,11 +12,10 @@ from torch.nn import functional
 from typing_extensions import override
 
 from fmus.network.architecture import Architecture
-from fmus.network.checkpoint import Checkpoint
-from fmus.training.learner import EpochResult, Learner, Optimisation, RecordedRun
+from fmus.training.learner import RecordedRun
 from fmus.training.learning.batches import Batch, batch_of, delivered
 from fmus.training.learning.decision import imitation_loss
-from fmus.training.learning.descent import Descent
+from fmus.training.learning.imitation import ImitationLearner, Numbers
 from fmus.training.learning.lessons import Lessons, lessons
 from fmus.training.learning.model import Answer, DrivingModel
 from fmus.training.learning.sample import read_sample
@@ -57,75 +55,43 @@ class BevParameters:
         return Architecture(**{name: getattr(self, name) for name in names})
 
 
-class BevLearner(Learner):
-    """Learns commands of the expert from keypoints of the BEV encoder, as the radio delivers them.
-
-    In each epoch messages are lost anew, with a rate drawn for each moment. Weights and order of
-    the samples depend on the seed, the round and the epoch only.
-    """
+class BevLearner(ImitationLearner[BevParameters, DrivingModel, Lessons]):
+    """Learns from keypoints of the BEV encoder, and from the truth about each place."""
 
     Parameters: TypeAlias = BevParameters
-
-    def __init__(
-        self, parameters: BevParameters, optimisation: Optimisation, seed: int, device: str
-    ) -> None:
-        torch.set_num_threads(1)
-        self._parameters = parameters
-        self._seed = seed
-        self._device = torch.device(device)
-        self._architecture = parameters.architecture
-        torch.manual_seed(seed)
-        self._model = DrivingModel(self._architecture).to(self._device)
-        self._descent = Descent(self._model, optimisation, seed)
-        self._training: Lessons | None = None
-        self._validation: Lessons | None = None
+    name = "bev"
+    parts = ("accelerate", "brake", "steer", "vehicle", "truth")
+    validated = 512
 
     @override
-    def add(self, runs: Iterable[RecordedRun]) -> None:
-        known = [] if self._training is None else [self._training]
-        self._training = Lessons.of([*known, *map(self._lessons, runs)])
+    def _network(self) -> DrivingModel:
+        return DrivingModel(self._architecture)
 
     @override
-    def add_validation(self, runs: Iterable[RecordedRun]) -> None:
-        self._validation = Lessons.of([self._lessons(run) for run in runs])
+    def _weights(self) -> dict[str, Array]:
+        return self._model.layers.weights()
 
     @override
-    def begin_round(self, number: int) -> None:
-        self._descent.begin_round(number)
-
-    @override
-    def epoch(self) -> EpochResult:
-        known = self._training
-        if known is None or self._validation is None:
-            raise RuntimeError("there is nothing to learn from yet")
-
-        def loss(rows: Array, rng: np.random.Generator) -> Tensor:
-            batch = self._batch(known, rows, rng)
-            return self._loss(batch, self._model(batch.seen, batch.ego))
-
-        training = self._descent.epoch(len(known), loss)
-        validation, parts = self._validated(self._validation)
-        return EpochResult(training=training, validation=validation, parts=parts)
-
-    @override
-    def state(self) -> bytes:
-        return self._descent.state()
-
-    @override
-    def restore(self, state: bytes) -> None:
-        self._descent.restore(state)
-
-    @override
-    def export(self, path: Path) -> None:
-        Checkpoint(
-            architecture=self._architecture,
-            weights=self._model.layers.weights(),
-            origin={"learner": "bev", "seed": str(self._seed), "round": str(self._descent.round)},
-        ).write(path)
-
     def _lessons(self, run: RecordedRun) -> Lessons:
         rng = np.random.default_rng([self._seed, run.seed])
         return lessons(map(read_sample, run.samples), self._architecture, rng)
+
+    @override
+    def _joined(self, parts: Sequence[Lessons]) -> Lessons:
+        return Lessons.of(parts)
+
+    @override
+    def _measured(self, known: Lessons, rows: Array, rng: np.random.Generator) -> Numbers:
+        batch = self._batch(known, rows, rng)
+        answer = self._model(batch.seen, batch.ego)
+        given, truth = self._parameters, _truth_loss(batch, answer)
+        imitation = imitation_loss(
+            answer.command, batch.expert, batch.yields, batch.sees_threat, given.yielding_weight
+        )
+        errors = (answer.command - batch.expert).abs().mean(dim=0)
+        right = ((answer.judgements[..., 0] > 0.0) == batch.vehicle)[batch.there]
+        share = right.sum() / max(len(right), 1)
+        return imitation + given.truth_weight * truth, *errors, share, truth
 
     def _batch(self, known: Lessons, rows: Array, rng: np.random.Generator) -> Batch:
         moments = known.moments[rows]
@@ -134,35 +100,6 @@ class BevLearner(Learner):
         arrived = delivered(moments, messages, given.keypoints, rng)
         columns = rng.permutation(given.keypoints)[: given.looked_at or given.keypoints]
         return batch_of(known, moments, arrived, columns, self._device)
-
-    def _loss(self, batch: Batch, answer: Answer) -> Tensor:
-        given = self._parameters
-        imitation = imitation_loss(
-            answer.command,
-            batch.expert,
-            batch.yields,
-            batch.sees_threat,
-            given.yielding_weight,
-        )
-        return imitation + given.truth_weight * _truth_loss(batch, answer)
-
-    def _validated(self, known: Lessons) -> tuple[float, dict[str, float]]:
-        """Mean loss over all moments and its parts; the same messages are lost every time."""
-        rng = np.random.default_rng([self._seed, 1 << 32])
-        sums = np.zeros(6)
-        with torch.no_grad():
-            for first in range(0, len(known), 512):
-                rows = np.arange(first, min(first + 512, len(known)))
-                batch = self._batch(known, rows, rng)
-                answer = self._model(batch.seen, batch.ego)
-                errors = (answer.command - batch.expert).abs().mean(dim=0)
-                right = ((answer.judgements[..., 0] > 0.0) == batch.vehicle)[batch.there]
-                share = right.sum() / max(len(right), 1)
-                numbers = [self._loss(batch, answer), *errors, share, _truth_loss(batch, answer)]
-                sums += len(rows) * np.array([float(number) for number in numbers])
-        means = (sums / len(known)).tolist()
-        names = ("accelerate", "brake", "steer", "vehicle", "truth")
-        return means[0], dict(zip(names, means[1:], strict=True))
 
 
 def _truth_loss(batch: Batch, answer: Answer) -> Tensor:
