@@ -3,11 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from fmus.evaluation.collision_study.condition import CONSTANT, COOPERATIVE, SIMULATED
 from fmus.evaluation.collision_study.curves import is_usual
 from fmus.evaluation.collision_study.runs import SUFFIX, Point, read
+
+T = TypeVar("T")
 
 POLICIES: Final = "collision_policies"
 CONSTANT_PER: Final = "collision_constant_per"
@@ -21,6 +23,25 @@ EXPERIMENTS: Final[Mapping[str, str]] = {
     LOAD: "loads and loss granularities",
 }
 """By the name of the experiment file, which is that of the files of its report."""
+
+
+_LIKE: Final = ("policy", "relay", "compression", "speed_kmh")
+
+
+def of_loads(table: Sequence[Mapping[str, T]]) -> list[Mapping[str, T]]:
+    """Rows of the table of all conditions that show what loads do.
+
+    The relay experiment has the runs in which a single packet stands for a message; they come
+    first, as far as others are there to be compared with them.
+    """
+    others = [row for row in table if row["experiment"] == LOAD]
+    wanted = [[row[name] for name in _LIKE] for row in others]
+    single = [
+        row
+        for row in table
+        if row["experiment"] == RELAY and [row[name] for name in _LIKE] in wanted
+    ]
+    return [*single, *others]
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ def draw(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     """Draw to `path`, without suffix: collision and packet error rates under every load.
 
     Args:
-        rows: of `rates.rows`, of the experiment.
+        rows: of `rates.rows`, those of loads.
         path: without suffix.
     """
     cases = list(dict.fromkeys((row["load"], row["granularity"]) for row in rows))

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from fmus.evaluation.collision_study import results
-from fmus.evaluation.collision_study.campaign import EXPERIMENTS, LOAD, POLICIES
+from fmus.evaluation.collision_study.campaign import EXPERIMENTS, LOAD, POLICIES, of_loads
 from fmus.evaluation.collision_study.page_tables import (
     assumed,
     conditions,
@@ -158,7 +158,7 @@ def _over_per(folder: Path, link: str) -> list[str]:
 
 
 def _load(table: Sequence[Mapping[str, str]], link: str) -> list[str]:
-    rows = [row for row in table if row["experiment"] == LOAD]
+    rows = of_loads(table)
     picture = f"![Loads]({link}/{LOAD}.svg)\n\n" if rows else ""
     return _section("Loads and losses", picture + _LOAD, loads(rows))
 

@@ -26,7 +26,7 @@ from fmus.evaluation.collision_study import (
     partners,
     rates,
 )
-from fmus.evaluation.collision_study.campaign import LOAD, POLICIES, Campaign
+from fmus.evaluation.collision_study.campaign import LOAD, POLICIES, Campaign, of_loads
 from fmus.evaluation.collision_study.curves import curves
 from fmus.evaluation.study import csv_file
 
@@ -60,6 +60,7 @@ def write(campaign: Campaign, folder: Path) -> None:
         csv_file.write(folder / f"{name}.csv", rows)
     if over_per:
         figure_per.draw(over_per, folder / FIGURE)
-    for name, draw in ((POLICIES, figure_policies.draw), (LOAD, figure_load.draw)):
-        if rows := [row for row in table if row["experiment"] == name]:
-            draw(rows, folder / name)
+    if rows := [row for row in table if row["experiment"] == POLICIES]:
+        figure_policies.draw(rows, folder / POLICIES)
+    if loads := of_loads(table):
+        figure_load.draw(loads, folder / LOAD)

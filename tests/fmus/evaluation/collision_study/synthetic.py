@@ -108,14 +108,13 @@ def relay(seeds: int = 20) -> Experiment:
 
 
 def load(seeds: int = 20) -> Experiment:
-    cases = [("probe", "frame"), ("full", "frame"), ("full", "packets"), ("full", "keypoint")]
     each = [
         (
-            {"method": method, "load": size, "granularity": loss},
-            scenario(relay=method, load=size, granularity=loss),
+            {"method": method, "granularity": loss},
+            scenario(relay=method, load="full", granularity=loss),
         )
         for method in ("mohed", "direct")
-        for size, loss in cases
+        for loss in ("frame", "packets", "keypoint")
     ]
     return experiment(LOAD, each, seeds=seeds)
 

@@ -12,6 +12,7 @@ import scenarios
 from fmus.evaluation.collision_study import CollisionStudy, results as files
 from fmus.evaluation.collision_study.__main__ import main
 from fmus.evaluation.collision_study.campaign import EXPERIMENTS, Campaign
+from fmus.evaluation.collision_study.names import relay_name
 from fmus.evaluation.collision_study.page import page
 from fmus.evaluation.collision_study.runs import points, read, table
 from fmus.evaluation.study import csv_file
@@ -29,6 +30,7 @@ from tests.fmus.evaluation.collision_study.synthetic import (
 )
 
 PRR = {"mohed": 0.9, "signal-strength": 0.8, "random": 0.6, "direct": 0.4}
+NAMES = [relay_name(method) for method in ("mohed", "direct")]
 PLANS = {
     "collision_policies": synthetic.policies,
     "collision_constant_per": synthetic.constant_per,
@@ -143,6 +145,14 @@ def test_the_page_has_the_numbers_and_keeps_what_was_written_by_hand(
         assert f"## {title}\n" in text
     analysis.unlink()
     assert "Because" not in page(copy, "results", analysis)
+
+
+def test_loads_stand_beside_the_single_packets_of_the_relay_experiment(copy: Path) -> None:
+    written(copy)
+    text = page(copy, "results").split("## Loads and losses\n")[1].split("\n## ")[0]
+    rows = [line.split(" | ")[:2] for line in text.splitlines() if line.startswith("| ")]
+    cases = ("probe, frame", "full, frame", "full, packets", "full, keypoint")
+    assert sorted(rows[2:]) == sorted([f"| {case}", name] for case in cases for name in NAMES)
 
 
 @pytest.mark.parametrize("missing", EXPERIMENTS)
