@@ -3,7 +3,7 @@
 import importlib.util
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -98,19 +98,12 @@ def require_installed(architecture: Architecture) -> None:
 
 
 def _said(metadata: Mapping[str, str]) -> Mapping[str, Any]:
-    """Format, architecture and origin; as one text, or, in older files, each value by itself."""
-    if _METADATA in metadata:
-        try:
-            said = json.loads(metadata[_METADATA])
-        except ValueError:
-            said = None
-        return said if isinstance(said, dict) else {}
-    names = {field.name for field in fields(Architecture)}
-    return {
-        "format": metadata.get("format"),
-        "architecture": {k: v for k, v in metadata.items() if k in names},
-        "origin": {k: v for k, v in metadata.items() if k not in names and k != "format"},
-    }
+    """Format, architecture and origin, which are one text; empty if there is none."""
+    try:
+        said = json.loads(metadata.get(_METADATA, ""))
+    except ValueError:
+        said = None
+    return said if isinstance(said, dict) else {}
 
 
 def _checked(path: Path, said: Mapping[str, Any], weights: Mapping[str, Array]) -> Checkpoint:

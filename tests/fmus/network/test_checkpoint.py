@@ -77,15 +77,6 @@ def test_equal_checkpoints_are_equal_bytes(tmp_path: Path) -> None:
     assert len({path.read_bytes() for path in tmp_path.iterdir()}) == 1
 
 
-def test_metadata_with_a_key_for_each_value_are_read_too(tmp_path: Path) -> None:
-    path = tmp_path / "a.safetensors"
-    tensors = {n: w.astype(np.float32) for n, w in network().weights.items()}
-    said = {"format": "nlosim-driving-1", **SMALL.as_text(), "seed": "7", "learner": "bev"}
-    save_file(tensors, path, metadata=said)
-    found = read_network(str(path))
-    assert (found.architecture, found.origin) == (SMALL, {"seed": "7", "learner": "bev"})
-
-
 def test_an_unknown_network_is_refused_with_the_known_ones(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
