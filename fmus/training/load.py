@@ -3,7 +3,7 @@
 import contextlib
 import itertools
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, Final
@@ -25,15 +25,14 @@ from fmus.training.plan import (
     SAMPLE,
     Training,
     driver_texts,
-    setting_texts,
 )
 from fmus.training.schema import MAXIMUM_RUNS, TrainingFile
-from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
+from orchestrator.errors import ComponentTypeError, ScenarioError
 from orchestrator.scenario import diagnosis
 from orchestrator.scenario.build import load_scenario
-from orchestrator.scenario.document import Address, Document, Place
+from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.model import Scenario
-from orchestrator.scenario.overrides import Override
+from orchestrator.scenario.settings_file import SettingsFile
 from orchestrator.scenario.wiring import Assembly, assemble
 from orchestrator.signal import Causality
 
@@ -56,36 +55,33 @@ def load_training(path: Path) -> Training:
     except ValidationError as error:
         found = diagnosis.problems(document, TrainingFile, error, whole="the training")
         raise ScenarioError(sorted(found, key=lambda p: p.where)) from None
-    return _Load(path, document, file).training()
+    return _Load(path, SettingsFile(document), file).training()
 
 
 @dataclass(slots=True)
 class _Load:
-    """One reading of a training file, collecting problems."""
+    """One reading of a training file."""
 
     path: Path
-    document: Document
+    source: SettingsFile
     file: TrainingFile
-    problems: list[Problem] = field(default_factory=list)
-    _places: dict[str, Place] = field(default_factory=dict)
-    """Of each setting of a level, by the file name that its locations carry."""
 
     def training(self) -> Training:
         scenario = (self.path.parent / self.file.scenario).absolute()
         if not scenario.is_file():
             what = f"there is no file {scenario} (the path is relative to this file)"
-            self._add(("scenario",), what)
+            self.source.add(("scenario",), what)
         checkpoint = (self.path.parent / self.file.checkpoint).absolute()
         self._check_checkpoint(checkpoint)
         self._check_counts()
-        self._check_paths()
+        self.source.check_paths(self._settings(), _reserved)
         learner = self._learner()
         parameters = {} if learner is None else self._parameters(learner)
-        self._stop_at_problems()
+        self.source.stop_at_problems()
         assert learner is not None  # noqa: S101 - or there was a problem
         self._check_learner(learner, parameters)
         first = self._scenes(scenario)
-        self._stop_at_problems()
+        self.source.stop_at_problems()
         assert first is not None  # noqa: S101 - or there was a problem
         return self._planned(first, checkpoint, learner, parameters)
 
@@ -126,68 +122,42 @@ class _Load:
     def _optimisation(self) -> Optimisation:
         return Optimisation(**self.file.optimisation.model_dump())
 
-    def _add(self, address: Address, what: str, *, at_key: bool = False) -> None:
-        where = self.document.key(address) if at_key else self.document.value(address)
-        self.problems.append(Problem(where, f"{diagnosis.spell(address)}: {what}"))
-
-    def _stop_at_problems(self) -> None:
-        if self.problems:
-            raise ScenarioError(sorted(set(self.problems), key=lambda p: (p.where, p.what)))
-
     def _check_checkpoint(self, checkpoint: Path) -> None:
         if checkpoint.is_dir():
-            self._add(("checkpoint",), f"{checkpoint} is a folder; write the name of a file")
+            self.source.add(("checkpoint",), f"{checkpoint} is a folder; write the name of a file")
         elif not checkpoint.parent.is_dir():
-            self._add(("checkpoint",), f"there is no folder {checkpoint.parent}; create it")
+            self.source.add(("checkpoint",), f"there is no folder {checkpoint.parent}; create it")
 
     def _check_counts(self) -> None:
         file = self.file
         runs = file.expert.runs + file.dagger.rounds * file.dagger.runs
         if runs > MAXIMUM_RUNS:
             what = f"{runs} runs to learn from are more than {MAXIMUM_RUNS}"
-            self._add(("dagger", "rounds"), what)
+            self.source.add(("dagger", "rounds"), what)
         if file.validation.drives > file.validation.runs:
             what = f"more than the {file.validation.runs} scenes of `validation.runs`"
-            self._add(("validation", "drives"), what)
-
-    def _check_paths(self) -> None:
-        """Each value is set by the levels of one factor, and not if training sets it."""
-        owners: dict[tuple[str, ...], str] = {}
-        for factor, address in self._settings():
-            path = str(address[-1])
-            keys = tuple(path.split("."))
-            if "=" in path or not all(keys):
-                what = f"`{path}` is not a path; write keys with dots, e.g. `time.stop`"
-                self._add(address, what, at_key=True)
-            if reason := _reserved(keys):
-                self._add(address, f"{reason}; remove it", at_key=True)
-            for other, known in owners.items():
-                n = min(len(keys), len(other))
-                if known != factor and keys[:n] == other[:n]:
-                    what = f"the factor `{known}` sets `{'.'.join(other)}`, too"
-                    self._add(address, what, at_key=True)
-            owners.setdefault(keys, factor)
+            self.source.add(("validation", "drives"), what)
 
     def _settings(self) -> Iterator[tuple[str, Address]]:
-        """Every path that a level sets: its factor, and its address."""
+        """Every path that a level sets: who sets it, and its address."""
         for factor, levels in self.file.scenes.items():
             for level, settings in levels.items():
                 for path in settings:
-                    yield factor, ("scenes", factor, level, path)
+                    yield f"the factor `{factor}`", ("scenes", factor, level, path)
 
     def _learner(self) -> type[Learner] | None:
         name = self.file.network.get(TYPE)
         if not isinstance(name, str):
             at_key = name is None
             what = "`type` is missing" if at_key else f"expected text, got {diagnosis.show(name)}"
-            self._add(("network",) if at_key else ("network", TYPE), what, at_key=at_key)
+            self.source.add(("network",) if at_key else ("network", TYPE), what, at_key=at_key)
             return None
         try:
             return learner_type(name)
         except ComponentTypeError as error:
             is_absent = isinstance(error.__cause__, ImportError)
             hint = "; our learners need: pip install 'nlosim[train]'" if is_absent else ""
-            self._add(("network", TYPE), f"{error}{hint}")
+            self.source.add(("network", TYPE), f"{error}{hint}")
             return None
 
     def _parameters(self, learner: type[Learner]) -> Mapping[str, Any]:
@@ -195,7 +165,7 @@ class _Load:
         given = {name: value for name, value in self.file.network.items() if name != TYPE}
         found = converted(declared_parameters(learner), given, self.path.parent)
         for problem in found.problems:
-            self._add(("network", *problem.address), problem.what, at_key=problem.at_key)
+            self.source.add(("network", *problem.address), problem.what, at_key=problem.at_key)
         return found.values
 
     def _check_learner(self, learner: type[Learner], parameters: Mapping[str, Any]) -> None:
@@ -203,7 +173,7 @@ class _Load:
         try:
             create_learner(learner, parameters, self._optimisation, self.file.seed, "cpu")
         except (ValueError, ImportError) as error:
-            self._add(("network",), str(error), at_key=True)
+            self.source.add(("network",), str(error), at_key=True)
 
     def _scenes(self, scenario: Path) -> Scenario | None:
         """Load the scenario with every level once; the one with all first levels is returned."""
@@ -221,7 +191,11 @@ class _Load:
     def _scene(self, path: Path, levels: Mapping[str, str]) -> Scenario | None:
         """The scenario, driven by the expert; problems of settings are problems of this file."""
         overrides = [
-            text for factor, level in levels.items() for text in self._texts(factor, level)
+            text
+            for factor, level in levels.items()
+            for text in self.source.overrides(
+                self.file.scenes[factor][level], ("scenes", factor, level)
+            )
         ]
         try:
             plain = load_scenario(path, overrides)
@@ -231,60 +205,45 @@ class _Load:
             with contextlib.closing(assemble(scenario)) as assembly:
                 self._check_sample(scenario, assembly)
         except ScenarioError as error:
-            self.problems += [self._placed(problem, levels) for problem in error.problems]
+            self.source.add_of_scenario(error.problems, levels)
             return None
         return scenario
-
-    def _texts(self, factor: str, level: str) -> list[str]:
-        settings = self.file.scenes[factor][level]
-        texts = list(setting_texts(settings))
-        for path, text in zip(settings, texts, strict=True):
-            place = self.document.places[("scenes", factor, level, path)]
-            self._places[Override(text).file] = place
-        return texts
 
     def _is_trainable(self, scenario: Scenario) -> bool:
         use = scenario.components.get(COMPONENT)
         if use is None:
             what = f"the scenario has no component `{COMPONENT}`, which training drives with"
-            self._add(("scenario",), what)
+            self.source.add(("scenario",), what)
             return False
         missing = [n for n in (NETWORK, BETA) if n not in use.type.parameters]
         if missing:
             named = " and ".join(f"`{name}`" for name in missing)
             what = f"`{COMPONENT}` of the scenario is of the type `{use.origin()}`, which has no "
             what += f"parameter {named}; training needs one that has, such as `policy-dagger`"
-            self._add(("scenario",), what)
+            self.source.add(("scenario",), what)
         return not missing
 
     def _check_sample(self, scenario: Scenario, assembly: Assembly) -> None:
         name = f"{COMPONENT}.{SAMPLE}"
         connector = assembly.system.connectors[COMPONENT].get(SAMPLE)
         if connector is None or connector.causality is not Causality.OUTPUT:
-            self._add(("scenario",), f"there is no output `{name}`, which training learns from")
+            self.source.add(
+                ("scenario",), f"there is no output `{name}`, which training learns from"
+            )
         elif not connector.is_binary:
-            self._add(("scenario",), f"`{name}` is {connector.kind()}; training reads bytes")
+            what = f"`{name}` is {connector.kind()}; training reads bytes"
+            self.source.add(("scenario",), what)
         elif not _is_recorded(scenario, name):
-            self._add(("scenario",), f"its `recording` leaves `{name}` out; include it")
-
-    def _placed(self, problem: Problem, levels: Mapping[str, str]) -> Problem:
-        """A problem of a setting, where it is written."""
-        place = self._places.get(problem.where.file)
-        if place is None:
-            named = ", ".join(f"{factor} {level}" for factor, level in levels.items())
-            return replace(problem, what=problem.what + (f" (with {named})" if named else ""))
-        text = problem.where.file.removeprefix("--set ")
-        is_key = problem.where.column <= text.index("=")
-        return Problem(place.key if is_key else place.value, problem.what)
+            self.source.add(("scenario",), f"its `recording` leaves `{name}` out; include it")
 
 
 def _reserved(keys: tuple[str, ...]) -> str:
     """Why a level must not set the value with this path; empty if it may."""
     if keys == ("seed",):
-        return "training draws the seeds of its runs from its own `seed`"
+        return "training draws the seeds of its runs from its own `seed`; remove it"
     is_network = len(keys) == 4 and (keys[0], *keys[2:]) == ("components", "parameters", NETWORK)
     if is_network or keys == ("components", COMPONENT, "parameters", BETA):
-        return "training sets it"
+        return "training sets it; remove it"
     return ""
 
 

@@ -6,8 +6,7 @@ validation. No run of two trainings, and none of an evaluation with seeds below 
 same.
 """
 
-import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -16,6 +15,7 @@ from fmus.training.learner import Learner, Optimisation
 from fmus.training.schema import MAXIMUM_RUNS
 from orchestrator.experiment.schema import Settings
 from orchestrator.randomness import stream
+from orchestrator.scenario.settings_file import setting_texts
 
 COMPONENT: Final = "policy"
 """The component of the scenario that drives."""
@@ -146,12 +146,6 @@ class Training:
 
     def _first_seed(self) -> int:
         return (self.seed + 1) * 2 * MAXIMUM_RUNS
-
-
-def setting_texts(settings: Settings) -> Iterator[str]:
-    """`PATH=VALUE` of each setting."""
-    for path, value in settings.items():
-        yield f"{path}={json.dumps(value, ensure_ascii=False)}"
 
 
 def driver_texts(users: Sequence[str], network: Path | None, beta: float) -> tuple[str, ...]:
