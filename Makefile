@@ -98,7 +98,7 @@ paper-sensitivity: .venv-paper/installed  ## what the result of the relay study 
 
 # All networks that come with the package, or some: make train NETWORKS='bev_32 blind'. It goes on where it was
 # interrupted; remove runs/train-* to begin anew.
-NETWORKS ?= bev_16 bev_32
+NETWORKS ?= bev_16 bev_32 blind early_fusion
 TRAINED = training.csv training.svg phases.csv provenance.json
 
 define run_training

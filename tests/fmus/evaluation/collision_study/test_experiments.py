@@ -51,8 +51,10 @@ def test_the_policies() -> None:
     assert found == [
         "expert",
         "blind-rule",
+        "blind",
         "rule-based",
         "object-list",
+        "early-fusion",
         "cooperative-16",
         "cooperative-32",
     ]
@@ -73,12 +75,13 @@ def test_the_relay_methods_compressions_and_speeds_of_the_paper() -> None:
     assert len(levels("collision_relay")) == 4 * 2 * 2
 
 
-def test_the_granularities_of_a_single_packet_are_one() -> None:
-    found = [(each["load"], each["granularity"]) for each in levels("collision_load")]
-    assert set(found) == {
-        ("probe", "frame"),
-        ("full", "frame"),
-        ("full", "packets"),
-        ("full", "keypoint"),
-    }
-    assert len(found) == 8
+def test_full_load_has_a_single_packet_to_be_compared_with() -> None:
+    file = read("collision_load")
+    assert file.fixed["components.facilities.parameters.load"] == "full"
+    assert len(levels("collision_load")) == 2 * 3
+    whole = read("collision_relay")
+    assert whole.fixed["components.facilities.parameters.load"] == "probe"
+    assert set(file.factors["method"]) < set(whole.factors["method"])
+    assert file.seeds == whole.seeds
+    compression = whole.factors["compression"]["32"]
+    assert all(file.fixed[name] == value for name, value in compression.items())
