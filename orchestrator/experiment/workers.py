@@ -106,6 +106,9 @@ def local_workers(count: int | None, scratch: Path) -> Iterator[Workers]:
         "distributed.scheduler.allowed-failures": 0,  # `results` tries again
         "distributed.scheduler.worker-saturation": 1.0,  # no queue dies with a worker
         "distributed.worker.preload": ["orchestrator.experiment.preload"],
+        "distributed.worker.profile.enabled": False,
+        # Dask has freed memory returned at once, only to be asked for again: arrays of every step
+        "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,
     }
     with (
         dask.config.set(settings),
