@@ -62,8 +62,15 @@ def read_network(name: str) -> Checkpoint:
 
     Raises:
         ComponentTypeError: there is none, it is none of a driving network, or it needs PyTorch,
-            which is not installed.
+            which is not installed. Its text begins with `network`, the parameter of that name.
     """
+    try:
+        return _read(name)
+    except ComponentTypeError as error:
+        raise ComponentTypeError(f"`network`: {error}") from error.__cause__
+
+
+def _read(name: str) -> Checkpoint:
     path = SHIPPED / f"{name}{_SUFFIX}"
     if name not in shipped():
         path = Path(name)

@@ -71,7 +71,7 @@ class _Load:
         if not scenario.is_file():
             what = f"there is no file {scenario} (the path is relative to this file)"
             self.source.add(("scenario",), what)
-        checkpoint = (self.path.parent / self.file.checkpoint).absolute()
+        checkpoint = (self.path.parent / self.file.checkpoint).resolve()
         self._check_checkpoint(checkpoint)
         self._check_counts()
         self.source.check_paths(self._settings(), _reserved)

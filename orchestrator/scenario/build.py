@@ -18,6 +18,7 @@ from orchestrator.scenario import diagnosis, extension, overrides as overriding,
 from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.model import ComponentUse, ConnectionUse, Scenario
 from orchestrator.scenario.units import format_duration
+from orchestrator.scenario.wiring import problems_of_sound_parts
 from orchestrator.suggestion import suggestion
 from orchestrator.system import Endpoint
 from orchestrator.timebase import CommunicationGrid
@@ -41,12 +42,13 @@ def load_scenario(path: Path, overrides: Sequence[str] = ()) -> Scenario:
 
 @dataclass(slots=True)
 class _Build:
-    """One reading of a document, collecting problems."""
+    """One reading of a document, collecting problems, and the components that have none."""
 
     path: Path
     overrides: tuple[str, ...]
     document: Document
     problems: list[Problem] = field(default_factory=list)
+    sound: dict[str, ComponentUse] = field(default_factory=dict)
     remarks: list[Problem] = field(default_factory=list)
 
     def scenario(self) -> Scenario:
@@ -60,7 +62,7 @@ class _Build:
             file = None
         components = self._components()
         if file is None:
-            raise self._error()
+            raise self._error(())
         self._check_times(file.time, components)
         self._check_names(file)
         if file.report is not None:
@@ -68,8 +70,9 @@ class _Build:
                 report.report_type(file.report)
             except ComponentTypeError as error:
                 self._add(("report",), str(error))
+        connections = tuple(ConnectionUse(c.source, c.target) for c in file.connections)
         if self.problems:
-            raise self._error()
+            raise self._error(connections)
         return Scenario(
             path=self.path,
             overrides=self.overrides,
@@ -82,7 +85,7 @@ class _Build:
             algorithm=_algorithm(file.coupling),
             coupling=MappingProxyType(file.coupling.model_dump(exclude_none=True)),
             components=MappingProxyType(components),
-            connections=tuple(ConnectionUse(c.source, c.target) for c in file.connections),
+            connections=connections,
             include=tuple(file.recording.include),
             exclude=tuple(file.recording.exclude),
             report=file.report,
@@ -90,15 +93,18 @@ class _Build:
             document=self.document,
         )
 
-    def _error(self) -> ScenarioError:
-        return ScenarioError(sorted(set(self.problems), key=lambda p: (p.where, p.what)))
+    def _error(self, connections: Sequence[ConnectionUse]) -> ScenarioError:
+        """All problems, in the order of the file; also those that only components can tell."""
+        problems = set(self.problems)
+        problems.update(problems_of_sound_parts(self.document, self.sound, connections))
+        return ScenarioError(sorted(problems, key=lambda p: (p.where, p.what)))
 
     def _add(self, address: Address, what: str, *, at_key: bool = False) -> None:
         where = self.document.key(address) if at_key else self.document.value(address)
         self.problems.append(Problem(where, f"{diagnosis.spell(address)}: {what}"))
 
     def _components(self) -> dict[str, ComponentUse]:
-        """The components that are sound, also when others, or other parts, are not."""
+        """The components of a known type, also when others, or other parts, are not."""
         data = self.document.data
         entries = data.get("components") if isinstance(data, dict) else None
         found = {}
@@ -107,9 +113,12 @@ class _Build:
                 entry = schema.ComponentEntry.model_validate(raw)
             except ValidationError:
                 continue  # reported by the validation of the whole file
+            before = len(self.problems)
             use = self._component(name, entry)
             if use is not None:
                 found[name] = use
+                if len(self.problems) == before:
+                    self.sound[name] = use
         return found
 
     def _component(self, name: str, entry: schema.ComponentEntry) -> ComponentUse | None:

@@ -20,8 +20,8 @@ from orchestrator.errors import (
 )
 from orchestrator.recording.recorder import select
 from orchestrator.scenario.diagnosis import spell
-from orchestrator.scenario.document import Address
-from orchestrator.scenario.model import ComponentUse, Scenario
+from orchestrator.scenario.document import Address, Document
+from orchestrator.scenario.model import ComponentUse, ConnectionUse, Scenario
 from orchestrator.system import Connection, System, expand
 
 Place: TypeAlias = Callable[[ComponentUse], Component]
@@ -66,9 +66,15 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
         ComponentError: a component cannot be created, for a reason of its own.
     """
     with _closing_on_error() as components:
-        _create(scenario, place, components)
+        problems = _create(scenario.document, scenario.components, place, components)
+        if problems:
+            raise ScenarioError(problems)
         problems = _ending_problems(scenario, components)
-        origins = _connections(scenario, components, problems)
+        origins, wrong = _connections(
+            scenario.document, dict(enumerate(scenario.connections)), components
+        )
+        if wrong:
+            raise ScenarioError([*problems, *wrong])
         step_sizes = {name: use.step for name, use in scenario.components.items()}
         where = _Places(scenario, origins)
         try:
@@ -100,29 +106,64 @@ def _closing_on_error() -> Iterator[dict[str, Component]]:
     try:
         yield components
     except BaseException:
-        for component in components.values():
-            with suppress(Exception):  # the first error is the one to report
-                component.close()
+        _close(components)
         raise
 
 
-def _create(scenario: Scenario, place: Place, components: dict[str, Component]) -> None:
-    """Fill `components`; parameters that a type refuses are problems of the scenario."""
+def _close(components: Mapping[str, Component]) -> None:
+    for component in components.values():
+        with suppress(Exception):  # there is another error, which is the one to report
+            component.close()
+
+
+def problems_of_sound_parts(
+    document: Document, components: Mapping[str, ComponentUse], connections: Sequence[ConnectionUse]
+) -> list[Problem]:
+    """What is wrong with the sound components of an unsound scenario, and between them.
+
+    They are created in this process and closed again.
+
+    Args:
+        document: the scenario.
+        components: those with nothing wrong so far, by name.
+        connections: those of the scenario; of these the ones between `components` are checked.
+    """
+    created: dict[str, Component] = {}
+    try:
+        problems = _create(document, components, in_process, created)
+        between = {
+            index: use
+            for index, use in enumerate(connections)
+            if {use.source.partition(".")[0], use.target.partition(".")[0]} <= set(created)
+        }
+        return problems + _connections(document, between, created)[1]
+    except CosimError:
+        return []  # no mistake of the scenario: reported once that is sound
+    finally:
+        _close(created)
+
+
+def _create(
+    document: Document,
+    uses: Mapping[str, ComponentUse],
+    place: Place,
+    components: dict[str, Component],
+) -> list[Problem]:
+    """Fill `components`; the problems are parameters that a type refuses."""
     problems = []
-    for name, use in scenario.components.items():
+    for name, use in uses.items():
         address = ("components", name)
         try:
             components[name] = place(use)
         except (ComponentTypeError, ValueError) as error:
-            where = scenario.document.key((*address, "parameters", *_named(str(error), use)))
+            where = document.key((*address, "parameters", *_named(str(error), use)))
             problems.append(Problem(where, f"{spell(address)}: {error}"))
         except CosimError:
             raise
         except Exception as error:  # anything else is a defect of the component
             reason = f"cannot be created: {type(error).__name__}: {error}"
             raise ComponentError(name, None, reason) from error
-    if problems:
-        raise ScenarioError(problems)
+    return problems
 
 
 def _named(what: str, use: ComponentUse) -> tuple[str, ...]:
@@ -141,18 +182,22 @@ def _ending_problems(scenario: Scenario, components: Mapping[str, Component]) ->
 
 
 def _connections(
-    scenario: Scenario, components: Mapping[str, Component], others: Sequence[Problem]
-) -> dict[Connection, Location]:
-    """Every connection and the place in the file that asks for it.
+    document: Document,
+    connections: Mapping[int, ConnectionUse],
+    components: Mapping[str, Component],
+) -> tuple[dict[Connection, Location], list[Problem]]:
+    """Every connection with the place in the file that asks for it, and the problems.
 
-    Raises:
-        ScenarioError: a connection is wrong; `others` are reported with it.
+    Args:
+        document: the scenario.
+        connections: by their place in the list of the file.
+        components: by name.
     """
     found: dict[Connection, Location] = {}
     problems: list[Problem] = []
-    for index, use in enumerate(scenario.connections):
+    for index, use in connections.items():
         address = ("connections", index)
-        where = scenario.document.value(address)
+        where = document.value(address)
         try:
             expanded = expand(components, use.source, use.target)
         except SystemStructureError as error:
@@ -163,9 +208,7 @@ def _connections(
                 what = f"{connection} is connected in line {found[connection].line} already"
                 problems.append(Problem(where, f"{spell(address)}: {what}"))
             found[connection] = where
-    if problems:
-        raise ScenarioError([*others, *problems])
-    return found
+    return found, problems
 
 
 @dataclass(frozen=True, slots=True)

@@ -88,6 +88,38 @@ def test_parameters_that_a_type_refuses_are_problems_of_the_scenario(scenario_fi
         assemble(scenario)
 
 
+def test_what_only_components_can_tell_is_reported_with_everything_else(
+    scenario_file: Path,
+) -> None:
+    """A mistake in one component hides nothing that the others have to say."""
+    with pytest.raises(ScenarioError) as error:
+        load_scenario(
+            scenario_file,
+            [
+                "components.base.parameters.gian=2",
+                "components.car.parameters.mode=slow",
+                "components.car.parameters.count=9",
+                "components.bell={type: alarm, step: 50 ms}",
+                "connections=[{from: bell.rnig, to: bell.u}, {from: car.x, to: base.u}]",
+            ],
+        )
+    found = [problem.what for problem in error.value.problems]
+    assert len(found) == 3, found
+    wanted = [
+        "there is no parameter `gian`",
+        "`slow` allows for 5",
+        "cannot connect `bell.rnig` to `bell.u`",
+    ]
+    for text in wanted:
+        assert any(text in what for what in found), (text, found)
+
+
+def test_a_component_that_is_broken_hides_no_mistake_of_the_scenario(scenario_file: Path) -> None:
+    broken = "components.bad={type: broken, step: 1 s}"
+    with pytest.raises(ScenarioError, match="there is no parameter `gian`"):
+        load_scenario(scenario_file, [broken, "components.base.parameters.gian=2"])
+
+
 def test_a_component_that_cannot_be_created_is_a_component_error(scenario_file: Path) -> None:
     scenario = load_scenario(scenario_file, ["components.bad={type: broken, step: 1 s}"])
     with pytest.raises(ComponentError, match="`bad`: cannot be created: ZeroDivisionError: oops"):
