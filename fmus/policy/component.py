@@ -11,7 +11,8 @@ from typing_extensions import override
 from fmus.policy.command import NOTHING, Hazard, ego_of, outputs
 from fmus.policy.conflict import Bodies, Ego, Prediction, overlapping
 from fmus.policy.connectors import EGO, connectors
-from fmus.policy.steering import SteeringParameters, follow, has_route
+from fmus.policy.driving import DrivingParameters
+from fmus.policy.steering import follow, has_route
 from fmus.records import OBJECT, unframe
 from orchestrator.component import Component
 from orchestrator.parameters import parameter
@@ -31,22 +32,13 @@ class _Meeting:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Parameters(SteeringParameters):
+class Parameters(DrivingParameters):
     """Parameters of the rule-based policies."""
 
-    cruise_speed: float = parameter(30.0 / 3.6, unit="m/s", minimum=0.1, doc="speed to keep")
     horizon: float = parameter(4.0, unit="s", minimum=0.1, doc="how far to predict")
-    prediction_step: float = parameter(0.1, unit="s", minimum=0.01, doc="of the prediction")
-    lateral_margin: float = parameter(
-        0.4, unit="m", minimum=0.0, doc="room to keep beside the ego's body"
-    )
-    longitudinal_margin: float = parameter(
-        2.0, unit="m", minimum=0.0, doc="room to keep before and behind the ego's body"
-    )
     stop_margin: float = parameter(
         2.0, unit="m", minimum=0.0, doc="where to stop before a conflict"
     )
-    acceleration: float = parameter(2.0, unit="m/s^2", minimum=0.1, doc="taking up speed")
     braking: float = parameter(
         8.0, unit="m/s^2", minimum=0.1, doc="deceleration of full brake; the actuator's limit"
     )

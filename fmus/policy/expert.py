@@ -11,9 +11,10 @@ from typing_extensions import override
 from fmus.policy.command import NOTHING, Hazard, ego_of, outputs
 from fmus.policy.conflict import Ego, taking_up_speed
 from fmus.policy.connectors import EGO, VEHICLES, connectors
+from fmus.policy.driving import DrivingParameters
 from fmus.policy.occupancy import Vehicles, occupancy, others, reaching
 from fmus.policy.route import Segments
-from fmus.policy.steering import SteeringParameters, follow, has_route
+from fmus.policy.steering import follow, has_route
 from fmus.records import NO_VEHICLE
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
@@ -29,11 +30,9 @@ _CLOSEST: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ExpertParameters(SteeringParameters):
+class ExpertParameters(DrivingParameters):
     """Parameters of the expert; vehicle and actuators as in `sumo-traffic`."""
 
-    cruise_speed: float = parameter(30.0 / 3.6, unit="m/s", minimum=0.1, doc="speed to keep")
-    acceleration: float = parameter(2.0, unit="m/s^2", minimum=0.1, doc="taking up speed")
     comfortable: float = parameter(
         3.0, unit="m/s^2", minimum=0.1, doc="deceleration with which it brakes for a conflict"
     )
@@ -45,13 +44,6 @@ class ExpertParameters(SteeringParameters):
     )
     max_braking: float = parameter(8.0, unit="m/s^2", minimum=0.1, doc="of the ego at full brake")
     horizon: float = parameter(6.0, unit="s", minimum=0.2, doc="how far to predict")
-    prediction_step: float = parameter(0.1, unit="s", minimum=0.01, doc="of the prediction")
-    lateral_margin: float = parameter(
-        0.4, unit="m", minimum=0.0, doc="room to keep beside the ego's body"
-    )
-    longitudinal_margin: float = parameter(
-        2.0, unit="m", minimum=0.0, doc="room to keep before and behind the ego's body"
-    )
     stop_margin: float = parameter(
         3.0, unit="m", minimum=0.0, doc="where to stop before a conflict"
     )
