@@ -12,10 +12,10 @@ from typing import Any, Final
 from tqdm import tqdm
 
 from orchestrator.experiment import findings, tables
-from orchestrator.experiment.journal import Journal
+from orchestrator.experiment.journal import Journal, ResumeError
 from orchestrator.experiment.plan import Experiment, RunKey
 from orchestrator.experiment.report import ExperimentFindings
-from orchestrator.experiment.work import Work
+from orchestrator.experiment.work import Result, Work
 from orchestrator.experiment.workers import Workers, local_workers, require, scheduled_workers
 from orchestrator.run import claim_directory, new_directory
 
@@ -112,13 +112,16 @@ def _journal(experiment: Experiment, options: Options) -> tuple[Path, Journal]:
 
 
 def _run(experiment: Experiment, options: Options, directory: Path, journal: Journal) -> None:
-    keys = [key for key in experiment.runs() if key not in journal.results]
-    if not keys:
+    missing = [key for key in experiment.runs() if key not in journal.results]
+    if not missing:
         return
+    repeated = journal.of_combinations({key.combination for key in missing})
     with _workers(options) as (workers, scratch):
-        work = [(key, _work(experiment, key, options, directory, scratch)) for key in keys]
+        work = [(key, _work(experiment, key, None, scratch)) for key in repeated]
+        kept = directory / KEPT if options.keep_runs else None
+        work += [(key, _work(experiment, key, kept, scratch)) for key in missing]
         bar = tqdm(
-            total=len(keys) + len(journal.results),
+            total=len(work) + len(journal.results),
             initial=len(journal.results),
             file=sys.stderr,
             unit=" runs",
@@ -127,10 +130,28 @@ def _run(experiment: Experiment, options: Options, directory: Path, journal: Jou
         )
         with bar, contextlib.closing(workers.results(work)) as results:
             for key, result in results:
+                bar.update()
+                if key in repeated:
+                    _compare(experiment, directory, key, journal.results[key], result)
+                    continue
                 journal.add(key, result)
                 if result.error is None:
                     tables.selected(experiment, result.metrics)  # a misspelt one stops it at once
-                bar.update()
+
+
+def _compare(
+    experiment: Experiment, directory: Path, key: RunKey, former: Result, result: Result
+) -> None:
+    """Refuse to put runs into one table that the same files would not give any more."""
+    if result.fingerprint == former.fingerprint:
+        return
+    now = f"fails now: {result.error}" if result.error else f"is {result.fingerprint} now"
+    raise ResumeError(
+        f"`{directory}` holds runs that come out differently now: the recording of "
+        f"{experiment.name(key)} had the fingerprint {former.fingerprint}, and {now}. Code, "
+        "libraries or a file that a component reads have changed since; go back to them, or "
+        "choose another --out, without --resume"
+    )
 
 
 @contextlib.contextmanager
@@ -148,15 +169,13 @@ def _workers(options: Options) -> Iterator[tuple[Workers, Path | None]]:
         shutil.rmtree(scratch, ignore_errors=True)
 
 
-def _work(
-    experiment: Experiment, key: RunKey, options: Options, directory: Path, scratch: Path | None
-) -> Work:
+def _work(experiment: Experiment, key: RunKey, kept: Path | None, scratch: Path | None) -> Work:
     combination = experiment.combinations[key.combination]
     name = "-".join([str(key.combination + 1), f"seed-{key.seed}"])
     return Work(
         scenario=str(experiment.scenario),
         overrides=(*combination.overrides, f"seed={key.seed}"),
-        keep=str((directory / KEPT / name).absolute()) if options.keep_runs else None,
+        keep=None if kept is None else str((kept / name).absolute()),
         scratch=None if scratch is None else str(scratch),
     )
 

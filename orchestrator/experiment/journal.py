@@ -7,7 +7,7 @@ runs.jsonl        one line of JSON per finished run, with all its metrics, in th
 import json
 import logging
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, TextIO
@@ -87,6 +87,11 @@ class Journal:
         self._file.write(_line(key, result))
         self._file.flush()
         os.fsync(self._file.fileno())
+
+    def of_combinations(self, combinations: Collection[int]) -> list[RunKey]:
+        """Of each of `combinations` the finished run that was noted last, if there is one."""
+        found = {key.combination: key for key in self.results if key.combination in combinations}
+        return sorted(found.values())
 
     def close(self) -> None:
         """Close the file."""

@@ -273,6 +273,23 @@ def test_results_of_two_commits_are_remarked_upon(laboratory: Laboratory) -> Non
     assert second["command"].endswith(f"--out {laboratory.folder / 'out'}")
 
 
+def test_runs_that_come_out_differently_are_not_gone_on_with(laboratory: Laboratory) -> None:
+    """One table holds no runs of two states of code, libraries or files."""
+    laboratory.run("out", "--workers", "1")
+    journal = laboratory.folder / "out" / JOURNAL
+    rows = [json.loads(line) for line in journal.read_text().splitlines()]
+    last = next(row for row in reversed(rows) if row["combination"] == 1)
+    former, last["fingerprint"] = last["fingerprint"], "f" * 64
+    journal.write_text("".join(f"{json.dumps(row)}\n" for row in rows))
+    laboratory.change("seeds: 3", "seeds: 4")
+    message = laboratory.run("out", "--resume", code=2)["error"]["message"]
+    assert f"the recording of seed {last['seed']}, noise exact had the fingerprint" in message
+    assert f"{'f' * 64}, and is {former} now" in message
+    last["fingerprint"] = former
+    journal.write_text("".join(f"{json.dumps(row)}\n" for row in rows))
+    assert laboratory.run("out", "--resume")["runs"] == 8
+
+
 def test_a_directory_of_another_version_is_refused(laboratory: Laboratory) -> None:
     laboratory.run("out", "--workers", "1")
     identity = laboratory.folder / "out" / "experiment.json"
