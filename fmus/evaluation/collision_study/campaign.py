@@ -5,7 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
-from fmus.evaluation.collision_study.condition import CONSTANT, COOPERATIVE, SIMULATED
+from fmus.evaluation.collision_study.condition import (
+    CONSTANT,
+    COOPERATIVE,
+    SIMULATED,
+    USUAL_AGE,
+)
 from fmus.evaluation.collision_study.curves import is_usual
 from fmus.evaluation.collision_study.runs import SUFFIX, Point, read
 
@@ -13,12 +18,14 @@ T = TypeVar("T")
 
 POLICIES: Final = "collision_policies"
 CONSTANT_PER: Final = "collision_constant_per"
+MEMORY: Final = "collision_memory"
 RELAY: Final = "collision_relay"
 LOAD: Final = "collision_load"
 
 EXPERIMENTS: Final[Mapping[str, str]] = {
     POLICIES: "driving policies under perfect communication",
     CONSTANT_PER: "constant packet error rates",
+    MEMORY: "constant packet error rates for a policy that forgets",
     RELAY: "relay methods over the simulated channel",
     LOAD: "loads and loss granularities",
 }
@@ -80,12 +87,13 @@ class Campaign:
         return self._find(**wanted, compression=compression, speed_kmh=speed_kmh)
 
     def _find(self, **wanted: Any) -> Point | None:
-        """The one with the most runs, none of them with another load than usual."""
+        """The one with the most runs; loads and what a policy remembers are as usual."""
         found = [
             point
             for point in self.points
             if all(getattr(point.condition, name) == value for name, value in wanted.items())
             and (point.condition.policy != COOPERATIVE or is_usual(point.condition))
+            and point.condition.maximum_age in (None, USUAL_AGE)
             and point.runs
         ]
         return max(found, key=lambda point: len(point.runs), default=None)

@@ -19,6 +19,9 @@ CONSTANT: Final = "constant"
 SIMULATED: Final = "simulated"
 """Channels: one that loses frames at a constant rate, and all others."""
 
+USUAL_AGE: Final = 1.0
+"""What the cooperative policy remembers unless an experiment is about that [s]."""
+
 _CONSTANT_TYPE: Final = "channel-constant-per"
 
 
@@ -35,6 +38,7 @@ class Condition:
         per: packet error rate that is set at a constant channel, 0 to 1; `None` at others.
         load: `probe`, `full`, or empty where facilities have none (CPMs).
         granularity: of losses (`loss_granularity`): `frame`, `packets`, `keypoint`, or empty.
+        maximum_age: up to which the policy uses features [s]; `None` if it does not drive by them.
     """
 
     policy: str
@@ -45,6 +49,7 @@ class Condition:
     per: float | None
     load: str
     granularity: str
+    maximum_age: float | None
 
 
 def condition_of(levels: Mapping[str, str], scenario: Mapping[str, Any], policy: str) -> Condition:
@@ -67,11 +72,12 @@ def condition_of(levels: Mapping[str, str], scenario: Mapping[str, Any], policy:
         policy=COOPERATIVE if drives_by_features else name,
         relay=str(_component(scenario, "relay").get("type")).removeprefix("relay-"),
         compression=int(parameters["compression"]) if drives_by_features else None,
-        speed_kmh=_speed(scenario),
+        speed_kmh=round(_quantity(scenario, "traffic", "ego_speed") * 3.6, 6),
         channel=CONSTANT if is_constant else SIMULATED,
         per=float(channel["parameters"]["per"]) if is_constant else None,
         load=str(parameters.get("load", "")),
         granularity=str(parameters.get("loss_granularity", "")),
+        maximum_age=_quantity(scenario, "policy", "maximum_age") if drives_by_features else None,
     )
 
 
@@ -84,9 +90,12 @@ def _component(scenario: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     return found
 
 
-def _speed(scenario: Mapping[str, Any]) -> float:
-    parameters = _component(scenario, "traffic")["parameters"]
-    if "ego_speed" not in parameters:
-        what = "the component `traffic` has no parameter `ego_speed`, thus the speed is not known"
-        raise ValueError(what)
-    return round(float(parse_quantity(parameters["ego_speed"]).number) * 3.6, 6)
+def _quantity(scenario: Mapping[str, Any], component: str, name: str) -> float:
+    """In its SI unit."""
+    parameters = _component(scenario, component)["parameters"]
+    if name not in parameters:
+        raise ValueError(
+            f"the component `{component}` has no parameter `{name}`, "
+            "which tells the condition of a run"
+        )
+    return float(parse_quantity(parameters[name]).number)

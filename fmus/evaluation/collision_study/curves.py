@@ -1,10 +1,15 @@
 """Which points belong to one curve over the packet error rate."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from fmus.evaluation.collision_study.condition import CONSTANT, COOPERATIVE, Condition
+from fmus.evaluation.collision_study.condition import (
+    CONSTANT,
+    COOPERATIVE,
+    USUAL_AGE,
+    Condition,
+)
 from fmus.evaluation.collision_study.runs import Point
 
 PROBE: Final = "probe"
@@ -20,11 +25,13 @@ class CurveName:
         channel: `constant`: over rates that are set; `simulated`: over relay methods.
         compression: of the features.
         speed_kmh: of the ego [km/h].
+        maximum_age: up to which the policy uses features [s].
     """
 
     channel: str
     compression: int | None
     speed_kmh: float
+    maximum_age: float | None = USUAL_AGE
 
     def columns(self) -> dict[str, Any]:
         """For tables."""
@@ -32,6 +39,7 @@ class CurveName:
             "channel": self.channel,
             "compression": self.compression,
             "speed_kmh": self.speed_kmh,
+            "maximum_age": self.maximum_age,
         }
 
 
@@ -63,13 +71,13 @@ def name_of(condition: Condition) -> CurveName:
         channel=condition.channel,
         compression=condition.compression,
         speed_kmh=condition.speed_kmh,
+        maximum_age=condition.maximum_age,
     )
 
 
 def constant_curve(curves_: dict[CurveName, list[Point]], like: Condition) -> list[Point] | None:
-    """The curve over constant rates of the compression and speed of `like`."""
-    name = CurveName(channel=CONSTANT, compression=like.compression, speed_kmh=like.speed_kmh)
-    return curves_.get(name)
+    """The curve over constant rates of what else is like `like`."""
+    return curves_.get(replace(name_of(like), channel=CONSTANT))
 
 
 def is_usual(condition: Condition) -> bool:

@@ -7,7 +7,7 @@ from typing import Any, Final
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fmus.evaluation.collision_study.condition import CONSTANT
+from fmus.evaluation.collision_study.condition import CONSTANT, USUAL_AGE
 from fmus.evaluation.collision_study.published import (
     COMPRESSION_32_RATE,
     MOHED_PER,
@@ -64,21 +64,31 @@ def _draw_speed(axes: Axes, rows: Rows, relays: list[str]) -> None:
         shift = (k - (len(compressions) - 1) / 2) * _DODGE
         colour = _COLOURS.get(compression, _OTHER)
         own = [row for row in rows if row["compression"] == compression]
-        constant = sorted((r for r in own if r["channel"] == CONSTANT), key=lambda r: r["per"])
-        if constant:
-            _draw_constant(axes, constant, colour, f"constant PER, compression {compression}")
+        for age in sorted({row["maximum_age"] for row in own}, reverse=True):
+            curve = [r for r in own if r["channel"] == CONSTANT and r["maximum_age"] == age]
+            label = f"constant PER, compression {compression}"
+            if age == USUAL_AGE:
+                _draw_constant(axes, curve, colour=colour, line="-", label=label)
+            else:
+                label = f"{label},\nscans of the last {age:g} s"
+                _draw_constant(axes, curve, colour=colour, line="--", label=label)
         for relay, look in looks(relays).items():
             points = [r for r in own if r["channel"] != CONSTANT and r["relay"] == relay]
             label = f"{look.name}, compression {compression}"
             _draw_points(axes, points, shift, colour=colour, marker=look.marker, label=label)
 
 
-def _draw_constant(axes: Axes, rows: Rows, colour: str, label: str) -> None:
+def _draw_constant(axes: Axes, rows: Rows, *, colour: str, line: str, label: str) -> None:
+    if not rows:
+        return
+    rows = sorted(rows, key=lambda row: row["per"])
     x = [100 * row["per"] for row in rows]
     low, high = ([100 * row[name] for row in rows] for name in ("low", "high"))
     axes.fill_between(x, low, high, color=colour, alpha=0.15, lw=0)
     rates = [100 * row["rate"] for row in rows]
-    axes.plot(x, rates, color=colour, lw=1.2, marker=".", markersize=4.0, label=label, zorder=2)
+    axes.plot(
+        x, rates, color=colour, lw=1.2, ls=line, marker=".", markersize=4.0, label=label, zorder=2
+    )
 
 
 def _draw_points(

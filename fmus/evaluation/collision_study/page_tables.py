@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from fmus.evaluation.collision_study.campaign import EXPERIMENTS
+from fmus.evaluation.collision_study.condition import USUAL_AGE
 from fmus.evaluation.collision_study.names import policy_key, policy_name, relay_name
 from fmus.evaluation.collision_study.published import COOPERNAUT
 from fmus.evaluation.collision_study.runs import SUFFIX
@@ -122,12 +123,13 @@ def partners(rows: Rows) -> str:
 
 def conditions(rows: Rows) -> str:
     """Every condition of every experiment."""
-    head = ("experiment", "policy", "relay", "km/h", "channel", "load", "PER [%]", "runs",
-            "collisions [%]", "success [%]", "completion [s]")  # fmt: skip
+    head = ("experiment", "policy", "uses [s]", "relay", "km/h", "channel", "load", "PER [%]",
+            "runs", "collisions [%]", "success [%]", "completion [s]")  # fmt: skip
     body = [
         [
             row["experiment"],
             policy_name(row),
+            row["maximum_age"],
             relay_name(row["relay"]),
             _plain(row["speed_kmh"]),
             row["channel"],
@@ -178,7 +180,9 @@ def _per(row: Row) -> str:
 
 
 def _curve(row: Row) -> str:
-    return f"{row['channel']}, compression {row['compression']}, {_plain(row['speed_kmh'])} km/h"
+    name = f"{row['channel']}, compression {row['compression']}, {_plain(row['speed_kmh'])} km/h"
+    age = float(row["maximum_age"])
+    return name if age == USUAL_AGE else f"{name}, scans of the last {age:g} s"
 
 
 def _load(row: Row) -> str:

@@ -64,6 +64,7 @@ def _row(point: Point, times: Times) -> dict[str, Any]:
         "channel": condition.channel,
         "load": condition.load,
         "granularity": condition.granularity,
+        "maximum_age": condition.maximum_age,
         "per_low": measured["per_low"],
         "per_high": measured["per_high"],
         **columns("success", success),

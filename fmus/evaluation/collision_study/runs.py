@@ -128,6 +128,7 @@ _KINDS: Final[Mapping[str, Callable[[str], Any]]] = {
     "per": _number,
     "load": str,
     "granularity": str,
+    "maximum_age": _number,
     "seed": int,
     "collision": _truth,
     "collision_partner": str,

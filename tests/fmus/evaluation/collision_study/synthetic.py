@@ -4,7 +4,13 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fmus.evaluation.collision_study.campaign import CONSTANT_PER, LOAD, POLICIES, RELAY
+from fmus.evaluation.collision_study.campaign import (
+    CONSTANT_PER,
+    LOAD,
+    MEMORY,
+    POLICIES,
+    RELAY,
+)
 from fmus.evaluation.collision_study.condition import Condition
 from fmus.evaluation.collision_study.runs import METRICS, Point, Run
 from orchestrator.experiment.plan import Combination, Experiment, ReportPlan
@@ -36,6 +42,7 @@ def scenario(
     speed: float = 30.0,
     load: str = "probe",
     granularity: str = "frame",
+    maximum_age: float = 1.0,
 ) -> dict[str, Any]:
     """Resolved, with what tells the condition."""
     sharing = {"compression": compression, "load": load, "loss_granularity": granularity}
@@ -51,6 +58,10 @@ def scenario(
             "facilities": {"type": "facilities", "parameters": sharing},
             "relay": {"type": f"relay-{relay}", "parameters": {}},
             "channel": radio,
+            "policy": {
+                "type": "policy-network",
+                "parameters": {"maximum_age": f"{maximum_age} s"},
+            },
         },
     }
 
@@ -92,6 +103,14 @@ def constant_per(seeds: int = 20) -> Experiment:
         for size in (16, 32)
     ]
     return experiment(CONSTANT_PER, each, seeds=seeds)
+
+
+def memory(seeds: int = 20) -> Experiment:
+    each = [
+        ({"per": level}, scenario(per=float(level.split()[0]) / 100, maximum_age=0.15))
+        for level in PERS
+    ]
+    return experiment(MEMORY, each, seeds=seeds)
 
 
 def relay(seeds: int = 20) -> Experiment:
@@ -163,6 +182,7 @@ def condition(**changed: Any) -> Condition:
         "per": 0.0,
         "load": "probe",
         "granularity": "frame",
+        "maximum_age": 1.0,
     }
     return Condition(**{**usual, **changed})
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from fmus.evaluation.collision_study import claims
+from fmus.evaluation.collision_study import claims, critical
 from fmus.evaluation.collision_study.campaign import Campaign
 from fmus.evaluation.collision_study.runs import Point
 from tests.fmus.evaluation.collision_study.synthetic import first, point
@@ -79,6 +79,33 @@ def test_nothing_at_all_decides_nothing() -> None:
     assert set(verdicts([]).values()) == {"undecided"}
 
 
+def test_mohed_is_judged_by_the_runs_of_both_speeds() -> None:
+    """600 runs without a collision show less than 1 %; 300 do not."""
+    fast, slow = (
+        point(
+            first(0, 300),
+            channel="simulated",
+            per=None,
+            relay="mohed",
+            compression=16,
+            speed_kmh=speed,
+        )
+        for speed in claims.SPEEDS
+    )
+    assert verdicts([fast])["mohed-below-1"] == "undecided"
+    assert verdicts([fast, slow])["mohed-below-1"] == "reproduced"
+
+
+def test_a_policy_that_forgets_has_a_curve_of_its_own() -> None:
+    usual = [point(first(k * 10, 100), per=k / 10) for k in range(11)]
+    short = [point(first(100 - k, 100), per=k / 10, maximum_age=0.15) for k in range(11)]
+    both = claims.rows(Campaign([*usual, *short], []))
+    assert both == claims.rows(Campaign(usual, []))
+    found = critical.rows([*usual, *short])
+    assert {row["maximum_age"] for row in found} == {1.0, 0.15}
+    assert [row for row in found if row["maximum_age"] == 1.0] == critical.rows(usual)
+
+
 def test_three_hundred_runs_without_a_collision_do_not_show_less_than_one_percent() -> None:
     short = point(first(0, 300), compression=16)
     long = point(first(0, 400), compression=16)
@@ -106,6 +133,7 @@ def test_perfect_communication_is_taken_from_most_runs_and_no_other_load() -> No
             point(first(0, 300), compression=16),
             point(first(0, 400), compression=16),
             point(first(9, 500), compression=16, load="full"),
+            point(first(9, 500), compression=16, maximum_age=0.15),
         ],
         [],
     )

@@ -71,6 +71,18 @@ def test_the_constant_rates_are_those_that_their_names_say() -> None:
     assert {0.0, 1.0} <= set(rates.values())
 
 
+def test_a_policy_that_forgets_differs_in_nothing_else() -> None:
+    whole, file = read("collision_constant_per"), read("collision_memory")
+    fixed = dict(file.fixed)
+    assert fixed.pop("components.policy.parameters.maximum_age") == "150 ms"
+    assert fixed == whole.fixed
+    assert file.seeds == whole.seeds
+    rates = file.factors["per"]
+    assert {"0 %", "100 %"} <= set(rates)
+    for name, settings in rates.items():
+        assert whole.factors["per"].get(name, settings) == settings
+
+
 def test_the_relay_methods_compressions_and_speeds_of_the_paper() -> None:
     assert len(levels("collision_relay")) == 4 * 2 * 2
 

@@ -34,6 +34,7 @@ NAMES = [relay_name(method) for method in ("mohed", "direct")]
 PLANS = {
     "collision_policies": synthetic.policies,
     "collision_constant_per": synthetic.constant_per,
+    "collision_memory": synthetic.memory,
     "collision_relay": synthetic.relay,
     "collision_load": synthetic.load,
 }
@@ -49,7 +50,7 @@ def outcome(levels: Levels, seed: int) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """All four reports."""
+    """All reports."""
     folder = tmp_path_factory.mktemp("results")
     for plan in PLANS.values():
         CollisionStudy().write(results(plan(), outcome), folder)
@@ -231,10 +232,12 @@ def test_conditions_that_the_study_cannot_tell_apart_are_a_problem() -> None:
     )
     ((_, what),) = problems(found)
     assert what.startswith("the combinations (spacing 20 m) and (spacing 30 m) are the same")
-    assert what.endswith("policy, relay, compression, speed_kmh, channel, per, load, granularity")
+    assert what.endswith(
+        "policy, relay, compression, speed_kmh, channel, per, load, granularity, maximum_age"
+    )
 
 
-@pytest.mark.parametrize("name", ["facilities", "channel", "relay", "traffic"])
+@pytest.mark.parametrize("name", ["facilities", "channel", "relay", "traffic", "policy"])
 def test_a_scenario_that_does_not_tell_the_condition_is_a_problem(name: str) -> None:
     made = scenario()
     del made["components"][name]
