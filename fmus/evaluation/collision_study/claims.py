@@ -1,6 +1,5 @@
 """The claims about collisions, the paper's and ours, each with what the runs say."""
 
-from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -16,7 +15,7 @@ from fmus.evaluation.collision_study.rates import collision_rate, difference
 from fmus.evaluation.collision_study.runs import Point
 from fmus.evaluation.study.claim import Claim, Comparison, percent
 from fmus.evaluation.study.verdict import Range
-from orchestrator.intervals import Estimate, share
+from orchestrator.intervals import Estimate
 
 SPEEDS: Final = (30.0, 25.0)
 """Of the ego, those of the paper [km/h]."""
@@ -52,13 +51,14 @@ def claims(campaign: Campaign) -> list[Claim]:
 
 
 def _of_the_paper(campaign: Campaign) -> list[Claim]:
+    first, _ = SPEEDS
     bends = linearity.rows(campaign.points)
     return [
         Claim(
             "mohed-below-1",
             "With MoHeD less than 1 % collide (compression 16).",
             "paper",
-            [_relayed(campaign, "mohed", BELOW)],
+            [_relayed(campaign, "mohed", speed, BELOW) for speed in SPEEDS],
         ),
         Claim(
             "only-mohed",
@@ -66,8 +66,8 @@ def _of_the_paper(campaign: Campaign) -> list[Claim]:
             "(compression 16).",
             "paper",
             [
-                _relayed(campaign, "mohed", BELOW),
-                *(_relayed(campaign, rival, ABOVE) for rival in RIVALS),
+                _relayed(campaign, "mohed", first, BELOW),
+                *(_relayed(campaign, rival, first, ABOVE) for rival in RIVALS),
             ],
         ),
         Claim(
@@ -116,28 +116,20 @@ def _ours(campaign: Campaign) -> list[Claim]:
 
 
 def _rate(name: str, point: Point | None, wanted: Range, paper: float | None) -> Comparison:
-    return _rates(name, [] if point is None else [point], wanted, paper)
-
-
-def _rates(name: str, points: Sequence[Point], wanted: Range, paper: float | None) -> Comparison:
-    """Of the runs of all `points` together."""
-    runs = [run for point in points for run in point.runs.values()]
     return Comparison(
         quantity=f"collision rate, {name}",
         unit="%",
-        found=percent(share([run.collision for run in runs])) if runs else None,
-        n=len(runs),
+        found=None if point is None else percent(collision_rate(point)),
+        n=0 if point is None else len(point.runs),
         wanted=wanted,
         paper=paper,
     )
 
 
-def _relayed(campaign: Campaign, relay: str, wanted: Range) -> Comparison:
-    """At both speeds together: 300 runs of one are too few to say that less than 1 % collide."""
-    points = [campaign.relayed(relay, 16, speed) for speed in SPEEDS]
-    there = [point for point in points if point is not None]
-    speeds = " and ".join(f"{point.condition.speed_kmh:g}" for point in there) or "any"
-    return _rates(f"{relay_name(relay)}, {speeds} km/h", there, wanted, None)
+def _relayed(campaign: Campaign, relay: str, speed: float, wanted: Range) -> Comparison:
+    return _rate(
+        f"{relay_name(relay)}, {speed:g} km/h", campaign.relayed(relay, 16, speed), wanted, None
+    )
 
 
 def _compressed(campaign: Campaign) -> Comparison:

@@ -79,23 +79,6 @@ def test_nothing_at_all_decides_nothing() -> None:
     assert set(verdicts([]).values()) == {"undecided"}
 
 
-def test_mohed_is_judged_by_the_runs_of_both_speeds() -> None:
-    """600 runs without a collision show less than 1 %; 300 do not."""
-    fast, slow = (
-        point(
-            first(0, 300),
-            channel="simulated",
-            per=None,
-            relay="mohed",
-            compression=16,
-            speed_kmh=speed,
-        )
-        for speed in claims.SPEEDS
-    )
-    assert verdicts([fast])["mohed-below-1"] == "undecided"
-    assert verdicts([fast, slow])["mohed-below-1"] == "reproduced"
-
-
 def test_a_policy_that_forgets_has_a_curve_of_its_own() -> None:
     usual = [point(first(k * 10, 100), per=k / 10) for k in range(11)]
     short = [point(first(100 - k, 100), per=k / 10, maximum_age=0.15) for k in range(11)]
