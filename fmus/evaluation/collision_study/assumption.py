@@ -46,6 +46,7 @@ def _row(point: Point, constant: Sequence[Point]) -> dict[str, Any]:
         "speed_kmh": condition.speed_kmh,
         "load": condition.load,
         "granularity": condition.granularity,
+        "transmit_power": condition.transmit_power,
         **columns("per", interval(per)),
         **columns("rate", measured),
         **columns("assumed", assumed),

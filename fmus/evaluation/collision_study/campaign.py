@@ -20,6 +20,7 @@ POLICIES: Final = "collision_policies"
 CONSTANT_PER: Final = "collision_constant_per"
 MEMORY: Final = "collision_memory"
 RELAY: Final = "collision_relay"
+RADIO: Final = "collision_radio"
 LOAD: Final = "collision_load"
 
 EXPERIMENTS: Final[Mapping[str, str]] = {
@@ -27,6 +28,7 @@ EXPERIMENTS: Final[Mapping[str, str]] = {
     CONSTANT_PER: "constant packet error rates",
     MEMORY: "constant packet error rates for a policy that forgets",
     RELAY: "relay methods over the simulated channel",
+    RADIO: "weaker radios",
     LOAD: "loads and loss granularities",
 }
 """By the name of the experiment file, which is that of the files of its report."""
@@ -35,13 +37,13 @@ EXPERIMENTS: Final[Mapping[str, str]] = {
 _LIKE: Final = ("policy", "relay", "compression", "speed_kmh")
 
 
-def of_loads(table: Sequence[Mapping[str, T]]) -> list[Mapping[str, T]]:
-    """Rows of the table of all conditions that show what loads do.
+def beside_relay(table: Sequence[Mapping[str, T]], experiment: str) -> list[Mapping[str, T]]:
+    """Rows of the table of all conditions that show what `LOAD` or `RADIO` changed.
 
-    The relay experiment has the runs in which a single packet stands for a message; they come
-    first, as far as others are there to be compared with them.
+    The relay experiment has the runs with a single packet for a message and the usual power; they
+    come first, as far as others are there to be compared with them.
     """
-    others = [row for row in table if row["experiment"] == LOAD]
+    others = [row for row in table if row["experiment"] == experiment]
     wanted = [[row[name] for name in _LIKE] for row in others]
     single = [
         row

@@ -22,6 +22,9 @@ SIMULATED: Final = "simulated"
 USUAL_AGE: Final = 1.0
 """What the cooperative policy remembers unless an experiment is about that [s]."""
 
+USUAL_POWER: Final = 26.0
+"""Of every radio unless an experiment is about that [dBm]."""
+
 _CONSTANT_TYPE: Final = "channel-constant-per"
 
 
@@ -39,6 +42,7 @@ class Condition:
         load: `probe`, `full`, or empty where facilities have none (CPMs).
         granularity: of losses (`loss_granularity`): `frame`, `packets`, `keypoint`, or empty.
         maximum_age: up to which the policy uses features [s]; `None` if it does not drive by them.
+        transmit_power: of every radio [dBm]; `None` at a constant channel, which has none.
     """
 
     policy: str
@@ -50,6 +54,7 @@ class Condition:
     load: str
     granularity: str
     maximum_age: float | None
+    transmit_power: float | None
 
 
 def condition_of(levels: Mapping[str, str], scenario: Mapping[str, Any], policy: str) -> Condition:
@@ -78,6 +83,7 @@ def condition_of(levels: Mapping[str, str], scenario: Mapping[str, Any], policy:
         load=str(parameters.get("load", "")),
         granularity=str(parameters.get("loss_granularity", "")),
         maximum_age=_quantity(scenario, "policy", "maximum_age") if drives_by_features else None,
+        transmit_power=None if is_constant else _power(scenario),
     )
 
 
@@ -90,12 +96,22 @@ def _component(scenario: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     return found
 
 
+def _power(scenario: Mapping[str, Any]) -> float:
+    """Of the radios [dBm], in which scenarios are resolved."""
+    text = _parameter(scenario, "channel", "transmit_power")
+    return float(parse_quantity(text).number)
+
+
 def _quantity(scenario: Mapping[str, Any], component: str, name: str) -> float:
     """In its SI unit."""
+    return float(parse_quantity(_parameter(scenario, component, name)).number)
+
+
+def _parameter(scenario: Mapping[str, Any], component: str, name: str) -> Any:
     parameters = _component(scenario, component)["parameters"]
     if name not in parameters:
         raise ValueError(
             f"the component `{component}` has no parameter `{name}`, "
             "which tells the condition of a run"
         )
-    return float(parse_quantity(parameters[name]).number)
+    return parameters[name]

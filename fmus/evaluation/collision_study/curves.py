@@ -8,6 +8,7 @@ from fmus.evaluation.collision_study.condition import (
     CONSTANT,
     COOPERATIVE,
     USUAL_AGE,
+    USUAL_POWER,
     Condition,
 )
 from fmus.evaluation.collision_study.runs import Point
@@ -81,8 +82,12 @@ def constant_curve(curves_: dict[CurveName, list[Point]], like: Condition) -> li
 
 
 def is_usual(condition: Condition) -> bool:
-    """Whether one packet stands for a message, as in the paper (load `probe`)."""
-    return condition.load == PROBE and condition.granularity in (FRAME, "")
+    """Whether one packet stands for a message, as in the paper (load `probe`), at its power."""
+    return (
+        condition.load == PROBE
+        and condition.granularity in (FRAME, "")
+        and condition.transmit_power in (None, USUAL_POWER)
+    )
 
 
 def _belongs(point: Point) -> bool:

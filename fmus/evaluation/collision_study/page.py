@@ -6,7 +6,13 @@ from pathlib import Path
 from typing import Final
 
 from fmus.evaluation.collision_study import results
-from fmus.evaluation.collision_study.campaign import EXPERIMENTS, LOAD, POLICIES, of_loads
+from fmus.evaluation.collision_study.campaign import (
+    EXPERIMENTS,
+    LOAD,
+    POLICIES,
+    RADIO,
+    beside_relay,
+)
 from fmus.evaluation.collision_study.page_tables import (
     assumed,
     conditions,
@@ -16,6 +22,7 @@ from fmus.evaluation.collision_study.page_tables import (
     loads,
     partners,
     policies,
+    radio,
 )
 from fmus.evaluation.collision_study.report import PROVENANCE
 from fmus.evaluation.collision_study.runs import SUFFIX
@@ -80,6 +87,14 @@ Time of workers: wall time of the processes that ran, one thread each, from the 
 its metrics; runs that failed are not in it.
 """
 
+_RADIO: Final = """\
+All radios send with less power than elsewhere. First trigger: when the ego's perception first asks
+for sensor data, which it does when the sharing node's matrix has arrived. Scans without a message:
+of those since then the share of which no whole message reached the ego, whether it was lost or
+never sent, because no request arrived; all of them where fusion was never triggered. PER is of what
+was sent only. Line on the right: the constant PERs of Figures 9 and 10.
+"""
+
 _LOAD: Final = """\
 `probe`: one packet of 200 bytes stands for the message, as in the paper. `full`: all packets of a
 message are sent. `frame`, `packets`, `keypoint`: what the loss of packets does to a message
@@ -102,6 +117,7 @@ def page(folder: Path, link: str, analysis: Path | None = None) -> str:
         *_policies(table, link),
         f"## Claims\n\n{claims(_read(folder, results.CLAIMS))}\n\n{RULE}",
         *_over_per(folder, link),
+        *_radio(table, link),
         *_load(table, link),
         *([analysis.read_text(encoding="utf-8")] if analysis and analysis.is_file() else []),
         *_section("With whom", "", partners(_read(folder, results.PARTNERS))),
@@ -157,8 +173,14 @@ def _over_per(folder: Path, link: str) -> list[str]:
     ]
 
 
+def _radio(table: Sequence[Mapping[str, str]], link: str) -> list[str]:
+    rows = beside_relay(table, RADIO)
+    picture = f"![Weaker radios]({link}/{RADIO}.svg)\n\n" if rows else ""
+    return _section("Weaker radios", picture + _RADIO, radio(rows))
+
+
 def _load(table: Sequence[Mapping[str, str]], link: str) -> list[str]:
-    rows = of_loads(table)
+    rows = beside_relay(table, LOAD)
     picture = f"![Loads]({link}/{LOAD}.svg)\n\n" if rows else ""
     return _section("Loads and losses", picture + _LOAD, loads(rows))
 

@@ -78,13 +78,14 @@ def linearity(rows: Rows) -> str:
 
 def assumed(rows: Rows) -> str:
     """The simulated channel against a constant rate of the same mean."""
-    head = ("relay", "compression", "km/h", "load", "PER [%]", "collisions [%]", "assumed [%]",
-            "difference [points]")  # fmt: skip
+    head = ("relay", "compression", "km/h", "dBm", "load", "PER [%]", "collisions [%]",
+            "assumed [%]", "difference [points]")  # fmt: skip
     body = [
         [
             relay_name(row["relay"]),
             row["compression"],
             _plain(row["speed_kmh"]),
+            _plain(row["transmit_power"]),
             _load(row),
             *(_percent(numbers(row), name) for name in ("per", "rate", "assumed", "difference")),
         ]
@@ -110,6 +111,25 @@ def loads(rows: Rows) -> str:
     return _table(head, body)
 
 
+def radio(rows: Rows) -> str:
+    """Collisions with weaker radios."""
+    head = ("relay", "dBm", "runs", "PER [%]", "first trigger [s]",
+            "scans without a message [%]", "collisions [%]")  # fmt: skip
+    body = [
+        [
+            relay_name(row["relay"]),
+            _plain(row["transmit_power"]),
+            row["runs"],
+            _percent(numbers(row), "per"),
+            interval(numbers(row), "begin", ".1f"),
+            _percent(numbers(row), "unserved"),
+            _rate(numbers(row)),
+        ]
+        for row in rows
+    ]
+    return _table(head, body)
+
+
 def partners(rows: Rows) -> str:
     """With whom the ego collided, over all conditions of an experiment."""
     whom = sorted({row["partner"] for row in rows})
@@ -123,8 +143,8 @@ def partners(rows: Rows) -> str:
 
 def conditions(rows: Rows) -> str:
     """Every condition of every experiment."""
-    head = ("experiment", "policy", "uses [s]", "relay", "km/h", "channel", "load", "PER [%]",
-            "runs", "collisions [%]", "success [%]", "completion [s]")  # fmt: skip
+    head = ("experiment", "policy", "uses [s]", "relay", "km/h", "channel", "dBm", "load",
+            "PER [%]", "runs", "collisions [%]", "success [%]", "completion [s]")  # fmt: skip
     body = [
         [
             row["experiment"],
@@ -133,6 +153,7 @@ def conditions(rows: Rows) -> str:
             relay_name(row["relay"]),
             _plain(row["speed_kmh"]),
             row["channel"],
+            _plain(row["transmit_power"]),
             _load(row),
             _per(row),
             row["runs"],
@@ -190,7 +211,7 @@ def _load(row: Row) -> str:
 
 
 def _plain(number: str) -> str:
-    return f"{float(number):g}"
+    return f"{float(number):g}" if number else _NONE
 
 
 def _crossing(values: Numbers) -> str:

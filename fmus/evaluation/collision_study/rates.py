@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fmus.evaluation.collision_study.completion import Times, expert_times, weighted_successes
+from fmus.evaluation.collision_study.condition import COOPERATIVE
 from fmus.evaluation.collision_study.runs import Point, Run
 from fmus.evaluation.study.estimates import columns, estimate
 from orchestrator.intervals import Estimate, share
@@ -15,7 +16,10 @@ def rows(points: Sequence[Point]) -> list[dict[str, Any]]:
 
     `rate` is the share of runs with a collision and `success` that of successes, with the intervals
     of Wilson; `per` is the packet error rate that is set, or the mean of the measured ones, whose
-    interval `per_low` to `per_high` is (Student's t over runs). `sct` is the success weighted by
+    interval `per_low` to `per_high` is (Student's t over runs). `begin` [s] is the mean time of the
+    first trigger of fusion, `unserved` the mean share of scans since then of which no whole message
+    reached the cooperative policy, 1 in runs without a trigger: other than `per` it counts what was
+    never sent. `sct` is the success weighted by
     completion time, over `sct_n` seeds that the expert solved; without runs of the expert at that
     speed there is none. `completion_time` [s] is the mean over the runs that were completed.
     """
@@ -47,6 +51,8 @@ def _row(point: Point, times: Times) -> dict[str, Any]:
     rate, success = collision_rate(point), _share([run.success for run in runs])
     per = estimate([run.per for run in _by_seed(point) if run.per is not None])
     sct = weighted_successes(point, times)
+    begin = estimate([run.begin for run in _by_seed(point) if run.begin is not None])
+    unserved = _unserved(point)
     done = [r.completion_time for r in _by_seed(point) if r.completion_time is not None]
     measured = columns("per", per)
     return {
@@ -65,13 +71,22 @@ def _row(point: Point, times: Times) -> dict[str, Any]:
         "load": condition.load,
         "granularity": condition.granularity,
         "maximum_age": condition.maximum_age,
+        "transmit_power": condition.transmit_power,
         "per_low": measured["per_low"],
         "per_high": measured["per_high"],
+        **columns("begin", begin),
+        **columns("unserved", unserved),
         **columns("success", success),
         **columns("sct", estimate(sct)),
         "sct_n": len(sct),
         **columns("completion_time", estimate(done)),
     }
+
+
+def _unserved(point: Point) -> Estimate | None:
+    if point.condition.policy != COOPERATIVE:
+        return None
+    return estimate([1.0 - (run.served or 0.0) for run in _by_seed(point)])
 
 
 def _by_seed(point: Point) -> list[Run]:

@@ -37,8 +37,9 @@ class CollisionStudy(ExperimentReport):
     """Collisions under every condition of an experiment.
 
     Needs the metrics `METRICS`. The condition of a run is read from its scenario (relay,
-    compression, speed, channel, load, granularity, maximum age); the driving policy is the level
-    of the factor `policy`, or without one the parameter `policy` (by default `cooperative`).
+    compression, speed, channel, load, granularity, maximum age, transmit power); the driving policy
+    is the level of the factor `policy`, or without one the parameter `policy` (by default
+    `cooperative`).
     """
 
     @override
@@ -120,6 +121,7 @@ def _text(found: Sequence[Mapping[str, Any]]) -> str:
         "km/h",
         "load",
         "uses [s]",
+        "dBm",
         "PER",
         "runs",
         "collisions",
@@ -133,6 +135,7 @@ def _text(found: Sequence[Mapping[str, Any]]) -> str:
             f"{row['speed_kmh']:g}",
             " ".join(filter(None, (row["load"], row["granularity"]))) or "-",
             "-" if row["maximum_age"] is None else f"{row['maximum_age']:g}",
+            "-" if row["transmit_power"] is None else f"{row['transmit_power']:g}",
             "-" if row["per"] is None else f"{100 * row['per']:.1f}",
             str(row["runs"]),
             interval({**row, "rate_low": row["low"], "rate_high": row["high"]}, "rate", ".1f", 100),

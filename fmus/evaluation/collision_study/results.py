@@ -8,6 +8,7 @@ collision_assumption.csv   the simulated channel against a constant rate of the 
 collision_partners.csv     with whom the ego collided
 figure9_10.*               collision rate over packet error rate: points (CSV), picture (SVG, PNG)
 collision_policies.svg     driving policies under perfect communication; and PNG
+collision_radio.svg        weaker radios; and PNG
 collision_load.svg         loads and loss granularities; and PNG
 """
 
@@ -22,11 +23,19 @@ from fmus.evaluation.collision_study import (
     figure_load,
     figure_per,
     figure_policies,
+    figure_radio,
     linearity,
     partners,
     rates,
 )
-from fmus.evaluation.collision_study.campaign import LOAD, POLICIES, Campaign, of_loads
+from fmus.evaluation.collision_study.campaign import (
+    CONSTANT_PER,
+    LOAD,
+    POLICIES,
+    RADIO,
+    Campaign,
+    beside_relay,
+)
 from fmus.evaluation.collision_study.curves import curves
 from fmus.evaluation.study import csv_file
 
@@ -62,5 +71,8 @@ def write(campaign: Campaign, folder: Path) -> None:
         figure_per.draw(over_per, folder / FIGURE)
     if rows := [row for row in table if row["experiment"] == POLICIES]:
         figure_policies.draw(rows, folder / POLICIES)
-    if loads := of_loads(table):
-        figure_load.draw(loads, folder / LOAD)
+    if rows := beside_relay(table, RADIO):
+        constant = [row for row in table if row["experiment"] == CONSTANT_PER]
+        figure_radio.draw(rows, constant, folder / RADIO)
+    if rows := beside_relay(table, LOAD):
+        figure_load.draw(rows, folder / LOAD)

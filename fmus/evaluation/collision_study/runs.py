@@ -17,6 +17,8 @@ METRICS: Final = {
     "completion_time": "completion_time",
     "prr": "prr.end_to_end",
     "direct_prr": "prr.direct",
+    "begin": "session.begin",
+    "served": "session.served",
     "relay_switches": "relay_switches",
     "min_gap_m": "min_gap_m",
 }
@@ -36,6 +38,9 @@ class Run:
         success: whether the ego completed its way without a collision.
         completion_time: [s]; `None` if it did not complete.
         per: packet error rate of the sensor data end to end; `None` if none was sent.
+        begin: when fusion was first triggered [s]; `None` if it never was.
+        served: messages that reached the ego whole, per scan since fusion was first triggered;
+            `None` if it never was.
     """
 
     seed: int
@@ -44,6 +49,8 @@ class Run:
     success: bool
     completion_time: float | None
     per: float | None
+    begin: float | None
+    served: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,12 +136,15 @@ _KINDS: Final[Mapping[str, Callable[[str], Any]]] = {
     "load": str,
     "granularity": str,
     "maximum_age": _number,
+    "transmit_power": _number,
     "seed": int,
     "collision": _truth,
     "collision_partner": str,
     "success": _truth,
     "completion_time": _number,
     "prr": _number,
+    "begin": _number,
+    "served": _number,
     "error": lambda cell: cell or None,
 }
 
@@ -151,4 +161,6 @@ def _run(row: Mapping[str, Any]) -> Run:
         success=bool(row["success"]),
         completion_time=row["completion_time"],
         per=None if row["prr"] is None else 1.0 - row["prr"],
+        begin=row["begin"],
+        served=row["served"],
     )

@@ -9,6 +9,7 @@ from fmus.evaluation.collision_study.campaign import (
     LOAD,
     MEMORY,
     POLICIES,
+    RADIO,
     RELAY,
 )
 from fmus.evaluation.collision_study.condition import Condition
@@ -43,11 +44,12 @@ def scenario(
     load: str = "probe",
     granularity: str = "frame",
     maximum_age: float = 1.0,
+    power: float = 26.0,
 ) -> dict[str, Any]:
     """Resolved, with what tells the condition."""
     sharing = {"compression": compression, "load": load, "loss_granularity": granularity}
     radio = (
-        {"fmu": "channel", "parameters": {}}
+        {"fmu": "channel", "parameters": {"transmit_power": f"{power} dBm"}}
         if per is None
         else {"type": "channel-constant-per", "parameters": {"per": per}}
     )
@@ -126,6 +128,15 @@ def relay(seeds: int = 20) -> Experiment:
     return experiment(RELAY, each, seeds=seeds)
 
 
+def radio(seeds: int = 20) -> Experiment:
+    each = [
+        ({"method": method, "power": f"{power} dBm"}, scenario(relay=method, power=power))
+        for method in ("mohed", "direct")
+        for power in (20, 10)
+    ]
+    return experiment(RADIO, each, seeds=seeds)
+
+
 def load(seeds: int = 20) -> Experiment:
     each = [
         (
@@ -161,6 +172,8 @@ def run(collision: bool, *, time: float | None = 10.0, prr: float | None = 0.9) 
         "completion_time": None if collision else time,
         "prr": prr,
         "direct_prr": prr,
+        "begin": 3.0,
+        "served": prr,
         "relay_switches": 1,
         "min_gap_m": 0.0 if collision else 2.0,
     }
@@ -183,6 +196,7 @@ def condition(**changed: Any) -> Condition:
         "load": "probe",
         "granularity": "frame",
         "maximum_age": 1.0,
+        "transmit_power": None,
     }
     return Condition(**{**usual, **changed})
 
@@ -197,6 +211,8 @@ def point(collisions: Sequence[bool], name: str = CONSTANT_PER, **changed: Any) 
             success=not happened,
             completion_time=None if happened else 10.0,
             per=changed.get("per", 0.0),
+            begin=3.0,
+            served=1.0,
         )
         for seed, happened in enumerate(collisions, start=1)
     }

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from fmus.evaluation.collision_study.campaign import EXPERIMENTS
+from fmus.evaluation.collision_study.campaign import EXPERIMENTS, LOAD, RADIO
 from fmus.evaluation.collision_study.names import policy_name
 from fmus.evaluation.collision_study.runs import METRICS
 from orchestrator.experiment import skip
@@ -14,6 +14,10 @@ from orchestrator.intervals import share
 from orchestrator.scenario.document import Document
 
 FOLDER = Path(__file__).parents[4] / "experiments"
+
+
+FEWEST = {RADIO: 100, LOAD: 200}
+"""Runs of a point where fewer than those of Figures 9 and 10 are enough."""
 
 
 def read(name: str) -> ExperimentFile:
@@ -35,11 +39,11 @@ def test_it_measures_what_the_report_needs_with_enough_seeds_that_nobody_trained
     assert file.metrics == METRICS
     assert file.report is not None
     assert file.report.type == "collision-study"
-    assert len(file.seeds) >= 300
+    assert len(file.seeds) >= FEWEST.get(name, 300)
     assert min(file.seeds) > 100
 
 
-@pytest.mark.parametrize("name", ["collision_policies"])
+@pytest.mark.parametrize("name", ["collision_policies", "collision_relay"])
 def test_less_than_one_percent_can_come_out(name: str) -> None:
     high = share([False] * len(read(name).seeds)).high
     assert high is not None
@@ -94,6 +98,17 @@ def test_full_load_has_a_single_packet_to_be_compared_with() -> None:
     whole = read("collision_relay")
     assert whole.fixed["components.facilities.parameters.load"] == "probe"
     assert set(file.factors["method"]) < set(whole.factors["method"])
-    assert file.seeds == whole.seeds
+    assert set(file.seeds) < set(whole.seeds)
     compression = whole.factors["compression"]["32"]
     assert all(file.fixed[name] == value for name, value in compression.items())
+
+
+def test_weaker_radios_differ_in_nothing_else() -> None:
+    file, whole = read("collision_radio"), read("collision_relay")
+    compression, speed = whole.factors["compression"]["32"], whole.factors["speed"]["30 km/h"]
+    assert file.fixed == {**whole.fixed, **compression, **speed}
+    for name, settings in file.factors["method"].items():
+        assert whole.factors["method"][name] == settings
+    assert set(file.seeds) < set(whole.seeds)
+    for name, settings in file.factors["power"].items():
+        assert settings == {"components.channel.parameters.transmit_power": name}

@@ -32,6 +32,8 @@ def timed(policy: str, runs: list[tuple[bool, float]], *, speed: float = 30.0) -
             success=success,
             completion_time=time if success else None,
             per=0.0,
+            begin=3.0,
+            served=1.0,
         )
         for seed, (success, time) in enumerate(runs)
     }
@@ -161,3 +163,17 @@ def test_a_rate_that_never_occurred_is_not_certain() -> None:
     assert row["difference"] == 0.0
     assert row["difference_low"] < -0.05
     assert row["difference_high"] > 0.05
+
+
+def test_what_was_never_sent_is_not_served_either() -> None:
+    """Two of three runs got half of the messages, in one fusion was never triggered."""
+    usual = point(first(0, 3))
+    served = (0.5, 0.5, None)
+    runs = {
+        run.seed: replace(run, served=share)
+        for run, share in zip(usual.runs.values(), served, strict=True)
+    }
+    (row,) = rates.rows([replace(usual, runs=runs)])
+    assert row["unserved"] == pytest.approx((0.5 + 0.5 + 1.0) / 3)
+    (blind,) = rates.rows([timed("blind", [(True, 10.0)])])
+    assert blind["unserved"] is None

@@ -36,6 +36,7 @@ PLANS = {
     "collision_constant_per": synthetic.constant_per,
     "collision_memory": synthetic.memory,
     "collision_relay": synthetic.relay,
+    "collision_radio": synthetic.radio,
     "collision_load": synthetic.load,
 }
 
@@ -82,6 +83,8 @@ def test_equal_results_make_equal_bytes(campaign: Path, copy: Path, tmp_path: Pa
         "collision_partners.csv",
         "collision_policies.png",
         "collision_policies.svg",
+        "collision_radio.png",
+        "collision_radio.svg",
         "figure9_10.csv",
         "figure9_10.png",
         "figure9_10.svg",
@@ -94,9 +97,10 @@ def test_the_runs_come_back_from_their_file(campaign: Path) -> None:
         for found, wanted in zip(read(campaign, name), points(name, rows), strict=True):
             assert found.condition == wanted.condition
             for seed, one in wanted.runs.items():
-                per = found.runs[seed].per
-                assert per == pytest.approx(one.per, abs=1e-6)
-                assert replace(found.runs[seed], per=one.per) == one
+                again = found.runs[seed]
+                assert again.per == pytest.approx(one.per, abs=1e-6)
+                assert again.served == pytest.approx(one.served, abs=1e-6)
+                assert replace(again, per=one.per, served=one.served) == one
 
 
 def test_runs_that_failed_do_not_count(tmp_path: Path) -> None:
@@ -142,7 +146,14 @@ def test_the_page_has_the_numbers_and_keeps_what_was_written_by_hand(
     assert "was not run" not in text
     row = next(line for line in text.splitlines() if line.startswith("| blind, network | 20 |"))
     assert "47.3 ± 18.7" in row
-    for title in ("Policies", "Claims", "Critical points", "Is it linear?", "Loads and losses"):
+    for title in (
+        "Policies",
+        "Claims",
+        "Critical points",
+        "Is it linear?",
+        "Weaker radios",
+        "Loads and losses",
+    ):
         assert f"## {title}\n" in text
     analysis.unlink()
     assert "Because" not in page(copy, "results", analysis)
@@ -154,6 +165,13 @@ def test_loads_stand_beside_the_single_packets_of_the_relay_experiment(copy: Pat
     rows = [line.split(" | ")[:2] for line in text.splitlines() if line.startswith("| ")]
     cases = ("probe, frame", "full, frame", "full, packets", "full, keypoint")
     assert sorted(rows[2:]) == sorted([f"| {case}", name] for case in cases for name in NAMES)
+
+
+def test_weaker_radios_stand_beside_those_of_the_relay_experiment(copy: Path) -> None:
+    written(copy)
+    text = page(copy, "results").split("## Weaker radios\n")[1].split("\n## ")[0]
+    rows = [line.split(" | ")[:2] for line in text.splitlines() if line.startswith("| ")]
+    assert sorted(rows[2:]) == sorted([f"| {n}", p] for p in ("26", "20", "10") for n in NAMES)
 
 
 @pytest.mark.parametrize("missing", EXPERIMENTS)
@@ -233,7 +251,8 @@ def test_conditions_that_the_study_cannot_tell_apart_are_a_problem() -> None:
     ((_, what),) = problems(found)
     assert what.startswith("the combinations (spacing 20 m) and (spacing 30 m) are the same")
     assert what.endswith(
-        "policy, relay, compression, speed_kmh, channel, per, load, granularity, maximum_age"
+        "policy, relay, compression, speed_kmh, channel, per, load, granularity, maximum_age, "
+        "transmit_power"
     )
 
 
@@ -260,6 +279,8 @@ metrics:
   completion_time: completion_time
   prr: prr.end_to_end
   direct_prr: prr.direct
+  begin: session.begin
+  served: session.served
   relay_switches: relay_switches
   min_gap_m: min_gap_m
 report:
@@ -274,12 +295,12 @@ report:
     [
         (
             "polcy: blind",
-            "20:5",
+            "22:5",
             "report.parameters.polcy: there is no parameter `polcy`; did you mean `policy`?",
         ),
         (
             "policy: 3",
-            "20:13",
+            "22:13",
             "report.parameters.policy: expected the name of a policy, e.g. `cooperative`",
         ),
     ],
