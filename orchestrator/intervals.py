@@ -38,7 +38,9 @@ def wilson(successes: Array, trials: Array) -> tuple[Array, Array]:
     scale = 1 + _Z**2 / trials
     middle = (share + _Z**2 / (2 * trials)) / scale
     half = _Z / scale * np.sqrt(share * (1 - share) / trials + _Z**2 / (4 * trials**2))
-    return middle - half, middle + half
+    low = np.where(successes > 0, middle - half, 0.0)  # exactly, whatever is rounded
+    high = np.where(successes < trials, middle + half, 1.0)
+    return low, high
 
 
 def share(values: Sequence[bool]) -> Estimate:

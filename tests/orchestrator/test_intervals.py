@@ -58,3 +58,16 @@ def test_one_value_has_no_interval_and_one_success_a_wide_one() -> None:
     assert estimate.value == 1
     assert estimate.low == pytest.approx(1 / 4.8415, abs=1e-4)
     assert estimate.high == pytest.approx(1)
+
+
+@given(st.integers(1, 10_000))
+def test_what_never_happened_has_no_lower_bound_above_zero_and_the_opposite(n: int) -> None:
+    assert share([False] * n).low == 0.0
+    assert share([True] * n).high == 1.0
+    assert share([False] * n).high == pytest.approx(_bound(n))
+    assert share([True] * n).low == pytest.approx(1 - _bound(n))
+
+
+def _bound(n: int) -> float:
+    """Of Wilson's interval without a success: z^2 / (n + z^2)."""
+    return 3.841458820694124 / (n + 3.841458820694124)
