@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from fmus.evaluation.collision_study.campaign import EXPERIMENTS, LOAD, RADIO
+from fmus.evaluation.collision_study.campaign import EXPERIMENTS, LOAD, MEMORY, RADIO
 from fmus.evaluation.collision_study.names import policy_name
 from fmus.evaluation.collision_study.runs import METRICS
 from orchestrator.experiment import skip
@@ -16,7 +16,7 @@ from orchestrator.scenario.document import Document
 FOLDER = Path(__file__).parents[4] / "experiments"
 
 
-FEWEST = {RADIO: 100, LOAD: 200}
+FEWEST = {MEMORY: 100, RADIO: 100, LOAD: 200}
 """Runs of a point where fewer than those of Figures 9 and 10 are enough."""
 
 
@@ -80,11 +80,11 @@ def test_a_policy_that_forgets_differs_in_nothing_else() -> None:
     fixed = dict(file.fixed)
     assert fixed.pop("components.policy.parameters.maximum_age") == "150 ms"
     assert fixed == whole.fixed
-    assert file.seeds == whole.seeds
+    assert set(file.seeds) < set(whole.seeds)
     rates = file.factors["per"]
     assert {"0 %", "100 %"} <= set(rates)
     for name, settings in rates.items():
-        assert whole.factors["per"].get(name, settings) == settings
+        assert whole.factors["per"][name] == settings
 
 
 def test_the_relay_methods_compressions_and_speeds_of_the_paper() -> None:
