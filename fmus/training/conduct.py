@@ -2,7 +2,7 @@
 
 import contextlib
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,6 +29,8 @@ class Options:
         resume: whether to go on in `out`.
         progress: whether to draw bars.
         command: how the user began this, for the record.
+        check: called after every run and epoch; raises `KeyboardInterrupt` if the user asked to
+            stop.
     """
 
     out: Path | None
@@ -36,6 +38,7 @@ class Options:
     resume: bool
     progress: bool
     command: str
+    check: Callable[[], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,9 +83,15 @@ def conduct(training: Training, options: Options) -> TrainingOutcome:
     """
     device = resolve(training.device)
     directory, journal = _journal(training, options, device)
-    rollouts = Rollouts(training, directory, journal, options.pool, options.progress)
+    rollouts = Rollouts(training, directory, journal, options.pool, options.check, options.progress)
     rounds = Rounds(
-        training, directory, journal, rollouts, device=device, progress=options.progress
+        training,
+        directory,
+        journal,
+        rollouts,
+        device=device,
+        check=options.check,
+        progress=options.progress,
     )
     error = None
     with contextlib.closing(journal), run_log(directory, echo=False):

@@ -63,6 +63,7 @@ class Rollouts:
         directory: of the results.
         journal: knows what is done, and is told.
         pool: opens the workers of a phase; between phases the machine belongs to the learner.
+        check: called after every run; raises `KeyboardInterrupt` if the user asked to stop.
         progress: whether to draw bars.
     """
 
@@ -70,6 +71,7 @@ class Rollouts:
     directory: Path
     journal: Journal
     pool: Pool
+    check: Callable[[], None]
     progress: bool
 
     def drive(self, *phases: Phase) -> None:
@@ -131,6 +133,7 @@ class Rollouts:
                 bar.update()
                 end = "done" if result.error is None else f"failed twice: {result.error}"
                 logger.info("%s, seed %d: %s, %.1f s", phase.name, key.seed, end, result.wall)
+                self.check()
 
     def _work(self, phase: Phase, seed: int) -> Work:
         folder = self._folder(phase, seed)

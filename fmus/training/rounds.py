@@ -89,6 +89,7 @@ class Rounds:
         journal: knows what is done, and is told.
         rollouts: has the runs of finished phases.
         device: `cpu` or `cuda`.
+        check: called after every epoch; raises `KeyboardInterrupt` if the user asked to stop.
         progress: whether to draw bars.
     """
 
@@ -100,6 +101,7 @@ class Rounds:
         rollouts: Rollouts,
         *,
         device: str,
+        check: Callable[[], None],
         progress: bool,
     ) -> None:
         self._training = training
@@ -107,6 +109,7 @@ class Rounds:
         self._rollouts = rollouts
         self._states = States(directory)
         self._device = device
+        self._check = check
         self._progress = progress
         self._learner: Learner | None = None
         self._taught = 0
@@ -156,6 +159,7 @@ class Rounds:
                 bar.set_postfix_str(losses, refresh=False)
                 bar.update()
                 logger.info("round %d, epoch %d: %s", number, epoch.epoch, losses)
+                self._check()
 
     def _epoch(self, learner: Learner, number: int, epoch: int) -> Epoch:
         begin = time.perf_counter()

@@ -1,9 +1,9 @@
 """From the arguments of `nlosim train` to its outcome."""
 
 import shlex
-import signal
 import sys
 from argparse import Namespace
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,6 +14,7 @@ from fmus.training.load import load_training
 from fmus.training.plan import Training
 from fmus.training.rollouts import local_pool
 from fmus.training.schema import MAXIMUM_SEED
+from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.errors import CosimError
 from orchestrator.experiment.workers import require
@@ -21,20 +22,18 @@ from orchestrator.experiment.workers import require
 
 def execute(arguments: Namespace) -> Outcome:
     """Load, check, train, tell."""
-    options = _options(arguments)
+    _check_options(arguments)
     training = _changed(load_training(arguments.training), arguments)
     require("distributed")
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        outcome = conduct(training, options)
-    except TrainingInterrupted as error:
-        return _interrupted(arguments, error.outcome)
-    finally:
-        signal.signal(signal.SIGTERM, before)
+    with stopping() as stop:
+        try:
+            outcome = conduct(training, _options(arguments, stop.check))
+        except TrainingInterrupted as error:
+            return _interrupted(arguments, error.outcome)
     return _done(training, arguments, outcome)
 
 
-def _options(arguments: Namespace) -> Options:
+def _check_options(arguments: Namespace) -> None:
     if arguments.resume and arguments.out is None:
         raise CosimError("--resume needs --out DIR, the directory of the training to go on with")
     if arguments.workers is not None and arguments.workers < 1:
@@ -42,12 +41,16 @@ def _options(arguments: Namespace) -> Options:
     seed = arguments.seed
     if seed is not None and not 0 <= seed <= MAXIMUM_SEED:
         raise CosimError(f"--seed must be between 0 and {MAXIMUM_SEED}, got {seed}")
+
+
+def _options(arguments: Namespace, check: Callable[[], None]) -> Options:
     return Options(
         out=None if arguments.out is None else Path(arguments.out),
         pool=partial(local_pool, arguments.workers),
         resume=arguments.resume,
         progress=not arguments.quiet and sys.stderr.isatty(),
         command=_command(arguments, arguments.out),
+        check=check,
     )
 
 

@@ -1,15 +1,16 @@
 """`nlosim experiment`."""
 
 import shlex
-import signal
 import sys
 from argparse import Namespace
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from orchestrator.cli.columns import columns
 from orchestrator.cli.failures import bug
+from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.errors import CosimError
 from orchestrator.experiment.conduct import (
@@ -25,30 +26,31 @@ from orchestrator.experiment.schema import seeds
 
 def execute(arguments: Namespace) -> Outcome:
     """Load, check every combination, run, tabulate."""
-    options = _options(arguments)
+    _check_options(arguments)
     given = None if arguments.seeds is None else _seeds(arguments.seeds)
     experiment = load_experiment(Path(arguments.experiment))
     if given is not None:
         experiment = replace(experiment, seeds=given)
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        outcome = conduct(experiment, options)
-    except ExperimentInterrupted as error:
-        return _interrupted(experiment, arguments, error.outcome)
-    finally:
-        signal.signal(signal.SIGTERM, before)
+    with stopping() as stop:
+        try:
+            outcome = conduct(experiment, _options(arguments, stop.check))
+        except ExperimentInterrupted as error:
+            return _interrupted(experiment, arguments, error.outcome)
     if outcome.report_error is not None and not outcome.failed:
         return _report_failed(experiment, outcome, outcome.report_error)
     return _done(experiment, outcome)
 
 
-def _options(arguments: Namespace) -> Options:
+def _check_options(arguments: Namespace) -> None:
     if arguments.resume and arguments.out is None:
         raise CosimError("--resume needs --out DIR, the directory of the experiment to go on with")
     if arguments.scheduler is not None and arguments.workers is not None:
         raise CosimError("--scheduler has workers of its own; leave --workers out")
     if arguments.workers is not None and arguments.workers < 1:
         raise CosimError(f"--workers must be at least 1, got {arguments.workers}")
+
+
+def _options(arguments: Namespace, check: Callable[[], None]) -> Options:
     return Options(
         out=None if arguments.out is None else Path(arguments.out),
         workers=arguments.workers,
@@ -57,6 +59,7 @@ def _options(arguments: Namespace) -> Options:
         keep_runs=arguments.keep_runs,
         progress=not arguments.quiet and sys.stderr.isatty(),
         command=_command(arguments, arguments.out),
+        check=check,
     )
 
 

@@ -31,8 +31,7 @@ class StopOnRequest(Observer):
 
     @override
     def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
-        if self._requested:
-            raise KeyboardInterrupt
+        self.check()
 
     @override
     def end(self, result: SimulationResult) -> None:
@@ -41,10 +40,19 @@ class StopOnRequest(Observer):
     def request(self, number: int, frame: FrameType | None) -> None:
         """Handle a signal: note the first, obey the second at once."""
         del number, frame
-        if self._requested or not self._is_running:
+        is_first, self._requested = not self._requested, True
+        if not (is_first and self._is_running):
             raise KeyboardInterrupt
-        self._requested = True
         sys.stderr.write("\nstopping at the next communication point; again to stop at once\n")
+
+    def check(self) -> None:
+        """Raise `KeyboardInterrupt` if there was a request.
+
+        What `request` raises in a destructor is lost (Python documentation, `object.__del__`);
+        Dask's futures have one that takes its time. Long loops call this.
+        """
+        if self._requested:
+            raise KeyboardInterrupt
 
 
 @contextmanager

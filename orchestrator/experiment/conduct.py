@@ -4,7 +4,7 @@ import contextlib
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -35,6 +35,7 @@ class Options:
         keep_runs: whether run directories are kept.
         progress: whether to draw a bar.
         command: how the user began this, for the record.
+        check: called after every run; raises `KeyboardInterrupt` if the user asked to stop.
     """
 
     out: Path | None
@@ -44,6 +45,7 @@ class Options:
     keep_runs: bool
     progress: bool
     command: str
+    check: Callable[[], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,10 +135,11 @@ def _run(experiment: Experiment, options: Options, directory: Path, journal: Jou
                 bar.update()
                 if key in repeated:
                     _compare(experiment, directory, key, journal.results[key], result)
-                    continue
-                journal.add(key, result)
-                if result.error is None:
-                    tables.selected(experiment, result.metrics)  # a misspelt one stops it at once
+                else:
+                    journal.add(key, result)
+                    if result.error is None:
+                        tables.selected(experiment, result.metrics)  # refuses a misspelt one
+                options.check()
 
 
 def _compare(

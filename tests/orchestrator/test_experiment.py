@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,12 @@ import pytest
 import yaml
 
 from orchestrator.cli import main
+from orchestrator.experiment import conduct
 from orchestrator.experiment.journal import RUNS as JOURNAL
+from orchestrator.experiment.plan import RunKey
+from orchestrator.experiment.work import Result, Work, perform
+from orchestrator.experiment.workers import Workers
+from tests.interruptions import InterruptedDestructor, record_ignored
 from tests.orchestrator.conftest import SAMPLE_UNITS, TWO_UNITS
 
 parquet = pytest.importorskip("pyarrow.parquet", reason="needs the extra `experiment`")
@@ -178,6 +183,36 @@ def test_an_interrupted_experiment_goes_on_without_loss(laboratory: Laboratory) 
     laboratory.run("whole", "--workers", "2")
     assert laboratory.rows("out") == laboratory.rows("whole")
     assert laboratory.summary("out") == laboratory.summary("whole")
+
+
+class CarelessWorkers:
+    """Perform runs in this process; an interruption falls into a destructor after the second."""
+
+    @contextlib.contextmanager
+    def local(self, count: int | None, scratch: Path) -> Iterator[Workers]:
+        yield self
+
+    def results(
+        self, work: Iterable[tuple[RunKey, Work]]
+    ) -> Generator[tuple[RunKey, Result], None, None]:
+        for done, (key, each) in enumerate(work, 1):
+            if done == 2:
+                InterruptedDestructor()
+            yield key, perform(each)
+
+
+def test_an_interruption_that_falls_into_a_destructor_is_not_lost(
+    scenario_file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As those of Dask's futures, which run after every run."""
+    ignored = record_ignored(monkeypatch)
+    monkeypatch.setattr(conduct, "local_workers", CarelessWorkers().local)
+    path = scenario_file.with_name("experiment.yaml")
+    path.write_text(FILE)
+    out = str(scenario_file.with_name("out"))
+    assert main(["experiment", str(path), "--out", out]) == 4
+    assert ignored == [KeyboardInterrupt]
+    assert f"interrupted after 2 of 6 runs; they are in {out}" in capsys.readouterr().err
 
 
 def test_a_report_is_made_at_the_end_and_again(laboratory: Laboratory) -> None:

@@ -2,7 +2,7 @@
 
 import contextlib
 import json
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import replace
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -75,13 +75,21 @@ class Laboratory:
         assert old in path.read_text()
         path.write_text(path.read_text().replace(old, new))
 
-    def train(self, out: str = "out", *, resume: bool = False, **changes: Any) -> TrainingOutcome:
+    def train(
+        self,
+        out: str = "out",
+        *,
+        resume: bool = False,
+        check: Callable[[], None] = lambda: None,
+        **changes: Any,
+    ) -> TrainingOutcome:
         options = Options(
             out=self.folder / out,
             pool=self.workers.pool,
             resume=resume,
             progress=False,
             command="nlosim train training.yaml",
+            check=check,
         )
         return conduct(replace(load_training(self.file), **changes), options)
 

@@ -68,6 +68,7 @@ def test_it_learns_from_the_expert_and_drives(
         resume=False,
         progress=False,
         command="nlosim train training.yaml",
+        check=lambda: None,
     )
     outcome = conduct(load_training(tmp_path / "training.yaml"), options)
     (epoch,) = outcome.findings.epochs

@@ -10,12 +10,14 @@ from typing import Any
 import pytest
 
 from fmus.training.conduct import TrainingInterrupted
-from fmus.training.journal import ENTRIES, Entry, Journal, ResumeError
+from fmus.training.journal import ENTRIES, Entry, Epoch, Journal, ResumeError, Run
 from fmus.training.learner import EpochResult
 from fmus.training.rounds import LearningError
+from orchestrator.cli.interruption import stopping
 from orchestrator.recording.reader import Recording
 from tests.fmus.training.conftest import Laboratory
 from tests.fmus.training.toys import GAIN, Fall, Line
+from tests.interruptions import InterruptedDestructor, record_ignored
 
 
 def without_times(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -62,6 +64,27 @@ def test_interruptions_leave_no_trace(
     assert without_times(found.findings.phases) == without_times(whole.findings.phases)
     provenance = json.loads((laboratory.folder / "parts" / "provenance.json").read_text())
     assert len(provenance["sessions"]) == sessions
+
+
+@pytest.mark.parametrize("kind", [Run, Epoch])
+def test_an_interruption_that_falls_into_a_destructor_is_not_lost(
+    laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch, kind: type[Entry]
+) -> None:
+    ignored = record_ignored(monkeypatch)
+    original = Journal.add
+    added: list[Entry] = []
+
+    def add(self: Journal, entry: Entry) -> None:
+        added.append(entry)
+        if isinstance(entry, kind):
+            InterruptedDestructor()
+        original(self, entry)
+
+    monkeypatch.setattr(Journal, "add", add)
+    with stopping() as stop, pytest.raises(TrainingInterrupted):
+        laboratory.train(check=stop.check)
+    assert ignored == [KeyboardInterrupt]
+    assert [isinstance(each, kind) for each in added].index(True) == len(added) - 1
 
 
 def test_a_sudden_end_amid_a_line_costs_that_line_only(laboratory: Laboratory) -> None:
