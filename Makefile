@@ -52,7 +52,7 @@ SUFFIX = $(if $(SEEDS),-$(SEEDS))
 RELAY_PAGE = .venv-paper/bin/python -m fmus.evaluation.relay_study docs/relay-study.md docs/results docs/results/relay-analysis.md
 PAPER = runs/paper_relay$(SUFFIX)
 COLLISION_PAGE = .venv-paper/bin/python -m fmus.evaluation.collision_study docs/collision-study.md docs/results docs/results/collision-analysis.md
-COLLISION = collision_policies collision_constant_per collision_memory collision_relay collision_radio collision_load
+COLLISION = collision_policies collision_constant_per collision_speed collision_memory collision_relay collision_radio collision_load
 
 define run_collision
 .venv-paper/bin/nlosim experiment experiments/$(1).yaml --out runs/$(1)$(SUFFIX) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard runs/$(1)$(SUFFIX)/experiment.json),--resume)

@@ -18,6 +18,7 @@ T = TypeVar("T")
 
 POLICIES: Final = "collision_policies"
 CONSTANT_PER: Final = "collision_constant_per"
+SPEED: Final = "collision_speed"
 MEMORY: Final = "collision_memory"
 RELAY: Final = "collision_relay"
 RADIO: Final = "collision_radio"
@@ -26,6 +27,7 @@ LOAD: Final = "collision_load"
 EXPERIMENTS: Final[Mapping[str, str]] = {
     POLICIES: "driving policies under perfect communication",
     CONSTANT_PER: "constant packet error rates",
+    SPEED: "constant packet error rates at 25 km/h",
     MEMORY: "constant packet error rates for a policy that forgets",
     RELAY: "relay methods over the simulated channel",
     RADIO: "weaker radios",

@@ -11,6 +11,7 @@ from fmus.evaluation.collision_study.campaign import (
     POLICIES,
     RADIO,
     RELAY,
+    SPEED,
 )
 from fmus.evaluation.collision_study.condition import Condition
 from fmus.evaluation.collision_study.runs import METRICS, Point, Run
@@ -105,6 +106,13 @@ def constant_per(seeds: int = 20) -> Experiment:
         for size in (16, 32)
     ]
     return experiment(CONSTANT_PER, each, seeds=seeds)
+
+
+def speed(seeds: int = 20) -> Experiment:
+    each = [
+        ({"per": level}, scenario(per=float(level.split()[0]) / 100, speed=25.0)) for level in PERS
+    ]
+    return experiment(SPEED, each, seeds=seeds)
 
 
 def memory(seeds: int = 20) -> Experiment:

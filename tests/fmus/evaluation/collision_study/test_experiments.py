@@ -71,16 +71,29 @@ def test_the_constant_rates_are_those_that_their_names_say() -> None:
     assert {0.0, 1.0} <= set(rates.values())
 
 
-def test_a_policy_that_forgets_differs_in_nothing_else() -> None:
-    whole, file = read("collision_constant_per"), read("collision_memory")
-    fixed = dict(file.fixed)
-    assert fixed.pop("components.policy.parameters.maximum_age") == "150 ms"
-    assert fixed == whole.fixed
+@pytest.mark.parametrize(
+    ("name", "difference"),
+    [
+        (
+            "collision_speed",
+            {
+                "components.traffic.parameters.ego_speed": "25 km/h",
+                "components.policy.parameters.cruise_speed": "25 km/h",
+            },
+        ),
+        ("collision_memory", {"components.policy.parameters.maximum_age": "150 ms"}),
+    ],
+)
+def test_another_speed_or_memory_differs_in_nothing_else(
+    name: str, difference: dict[str, str]
+) -> None:
+    whole, file = read("collision_constant_per"), read(name)
+    assert file.fixed == {**whole.fixed, **difference}
     assert file.seeds == whole.seeds
     rates = file.factors["per"]
     assert {"0 %", "100 %"} <= set(rates)
-    for name, settings in rates.items():
-        assert whole.factors["per"].get(name, settings) == settings
+    for level, settings in rates.items():
+        assert whole.factors["per"].get(level, settings) == settings
 
 
 def test_the_relay_methods_compressions_and_speeds_of_the_paper() -> None:

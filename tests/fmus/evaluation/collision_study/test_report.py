@@ -34,6 +34,7 @@ NAMES = [relay_name(method) for method in ("mohed", "direct")]
 PLANS = {
     "collision_policies": synthetic.policies,
     "collision_constant_per": synthetic.constant_per,
+    "collision_speed": synthetic.speed,
     "collision_memory": synthetic.memory,
     "collision_relay": synthetic.relay,
     "collision_radio": synthetic.radio,
@@ -130,7 +131,7 @@ def test_times_of_the_expert_reach_the_table_of_all(copy: Path) -> None:
     written(copy)
     rows = csv_file.read(copy / "collision.csv")
     here = {row["experiment"] for row in rows if row["sct"] and row["speed_kmh"] == "30.0"}
-    assert here == set(EXPERIMENTS)
+    assert here == set(EXPERIMENTS) - {"collision_speed"}  # that is at 25 km/h
     assert all(not row["sct"] for row in rows if row["speed_kmh"] == "25.0")
 
 
