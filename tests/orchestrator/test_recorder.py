@@ -225,7 +225,6 @@ KILLED = """
     import numpy as np
     import orchestrator.recording.recorder
 
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # CI may run with SIGINT ignored
     from orchestrator import (
         Causality, Connector, Jacobi, Recorder, System, simulate,
     )

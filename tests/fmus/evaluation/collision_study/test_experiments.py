@@ -62,13 +62,15 @@ def test_the_policies() -> None:
         assert policy_name({"policy": policy, "compression": None}) != policy
 
 
-def test_the_constant_rates_are_those_that_their_names_say() -> None:
-    factor = read("collision_constant_per").factors["per"]
+@pytest.mark.parametrize("name", ["collision_constant_per", "collision_speed", "collision_memory"])
+def test_the_constant_rates_are_those_that_their_names_say(name: str) -> None:
+    factor = read(name).factors["per"]
     rates = {
-        name: settings["components.channel.parameters.per"] for name, settings in factor.items()
+        level: settings["components.channel.parameters.per"] for level, settings in factor.items()
     }
-    assert rates == {name: pytest.approx(float(name.removesuffix(" %")) / 100) for name in rates}
+    assert rates == {level: pytest.approx(float(level.removesuffix(" %")) / 100) for level in rates}
     assert {0.0, 1.0} <= set(rates.values())
+    assert {len(settings) for settings in factor.values()} == {1}
 
 
 @pytest.mark.parametrize(
@@ -90,10 +92,11 @@ def test_another_speed_or_memory_differs_in_nothing_else(
     whole, file = read("collision_constant_per"), read(name)
     assert file.fixed == {**whole.fixed, **difference}
     assert file.seeds == whole.seeds
-    rates = file.factors["per"]
-    assert {"0 %", "100 %"} <= set(rates)
-    for level, settings in rates.items():
-        assert whole.factors["per"].get(level, settings) == settings
+    assert file.factors.keys() == whole.factors.keys()
+    rates, all_rates = file.factors["per"], whole.factors["per"]
+    common = rates.keys() & all_rates.keys()
+    assert {"0 %", "100 %"} < common
+    assert all(rates[level] == all_rates[level] for level in common)
 
 
 def test_the_relay_methods_compressions_and_speeds_of_the_paper() -> None:
