@@ -3,7 +3,7 @@
 # from the package index.
 PYTHON ?= python3
 
-.PHONY: demo test lint docs bench paper paper-relay paper-collision paper-sensitivity train verify verify-perception network fmus clean
+.PHONY: demo test bench paper paper-relay paper-collision paper-sensitivity train verify verify-perception net clean
 
 demo: .venv-demo/installed  ## run the red-light scenario, closed loop, from nothing
 	.venv-demo/bin/nlosim run scenarios/red_light.yaml
@@ -15,19 +15,19 @@ test: .venv-test/installed  ## everything that CI checks
 	.venv-test/bin/lint-imports
 	.venv-test/bin/python -m pytest -n logical --dist loadfile
 
-.venv-demo/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/common/*.py')
+.venv-demo/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py')
 	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
 	$(PYTHON) -m venv .venv-demo
 	.venv-demo/bin/python -m pip install --quiet --disable-pip-version-check --editable .
 	touch $@
 
-.venv-test/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/common/*.py')
+.venv-test/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py')
 	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
 	$(PYTHON) -m venv .venv-test
 	.venv-test/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	touch $@
 
-.venv-bench/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/common/*.py')
+.venv-bench/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py')
 	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
 	$(PYTHON) -m venv .venv-bench
 	.venv-bench/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]'
@@ -40,7 +40,7 @@ bench: .venv-bench/installed  ## measure, and make docs/benchmarks.md; keep the 
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/nlosim bench policy --json > docs/results/bench-policy.json
 	.venv-bench/bin/python -m benchmarks.page docs/benchmarks.md docs/results/bench-*.json
 
-.venv-paper/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/common/*.py')
+.venv-paper/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py')
 	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
 	$(PYTHON) -m venv .venv-paper
 	.venv-paper/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[experiment,cpm]'
@@ -49,13 +49,13 @@ bench: .venv-bench/installed  ## measure, and make docs/benchmarks.md; keep the 
 # SEEDS=1..5 is a quick look in directories of its own, without docs; without SEEDS it is the study.
 # Both go on where they were interrupted; remove the directories to begin anew.
 SUFFIX = $(if $(SEEDS),-$(SEEDS))
-RELAY_PAGE = .venv-paper/bin/python -m fmus.evaluation.relay_study docs/relay-study.md docs/results docs/results/relay-analysis.md
+RELAY_PAGE = .venv-paper/bin/python -m studies.relay docs/relay-study.md docs/results docs/results/relay-analysis.md
 PAPER = runs/paper_relay$(SUFFIX)
-COLLISION_PAGE = .venv-paper/bin/python -m fmus.evaluation.collision_study docs/collision-study.md docs/results docs/results/collision-analysis.md
+COLLISION_PAGE = .venv-paper/bin/python -m studies.collision docs/collision-study.md docs/results docs/results/collision-analysis.md
 COLLISION = collision_policies collision_constant_per collision_speed collision_memory collision_relay collision_radio collision_load
 
 define run_collision
-.venv-paper/bin/nlosim experiment experiments/$(1).yaml --out runs/$(1)$(SUFFIX) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard runs/$(1)$(SUFFIX)/experiment.json),--resume)
+.venv-paper/bin/nlosim experiment studies/collision/experiments/$(1).yaml --out runs/$(1)$(SUFFIX) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard runs/$(1)$(SUFFIX)/experiment.json),--resume)
 
 endef
 
@@ -64,9 +64,9 @@ paper:  ## the paper's Table II and Figures 7 to 10, docs/relay-study.md and doc
 	$(MAKE) paper-collision
 
 paper-relay: .venv-paper/installed  ## Table II, Figures 7 and 8 of the paper, and docs/relay-study.md
-	.venv-paper/bin/nlosim experiment experiments/paper_relay.yaml --out $(PAPER) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard $(PAPER)/experiment.json),--resume)
+	.venv-paper/bin/nlosim experiment studies/relay/experiments/paper_relay.yaml --out $(PAPER) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard $(PAPER)/experiment.json),--resume)
 ifdef SEEDS
-	.venv-paper/bin/python -m fmus.evaluation.relay_study $(PAPER)/relay-study.md $(PAPER)/report
+	.venv-paper/bin/python -m studies.relay $(PAPER)/relay-study.md $(PAPER)/report
 else
 	mkdir -p docs/results
 	cp $(PAPER)/report/* docs/results/
@@ -78,7 +78,7 @@ paper-collision: .venv-paper/installed  ## Figures 9 and 10 of the paper, and do
 ifdef SEEDS
 	mkdir -p runs/collision$(SUFFIX)
 	cp $(foreach name,$(COLLISION),runs/$(name)$(SUFFIX)/report/*) runs/collision$(SUFFIX)/
-	.venv-paper/bin/python -m fmus.evaluation.collision_study runs/collision$(SUFFIX)/collision-study.md runs/collision$(SUFFIX)
+	.venv-paper/bin/python -m studies.collision runs/collision$(SUFFIX)/collision-study.md runs/collision$(SUFFIX)
 else
 	mkdir -p docs/results
 	cp $(foreach name,$(COLLISION),runs/$(name)/report/*) docs/results/
@@ -86,11 +86,11 @@ else
 endif
 
 paper-sensitivity: .venv-paper/installed  ## what the result of the relay study depends on, for its page
-	.venv-paper/bin/nlosim experiment experiments/relay_sensitivity.yaml --out runs/relay_sensitivity $(if $(wildcard runs/relay_sensitivity/experiment.json),--resume)
+	.venv-paper/bin/nlosim experiment studies/relay/experiments/relay_sensitivity.yaml --out runs/relay_sensitivity $(if $(wildcard runs/relay_sensitivity/experiment.json),--resume)
 	cp runs/relay_sensitivity/report/* docs/results/
 	$(RELAY_PAGE)
 
-.venv-train/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/common/*.py')
+.venv-train/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py')
 	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
 	$(PYTHON) -m venv .venv-train
 	.venv-train/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[train]'
@@ -102,25 +102,25 @@ NETWORKS ?= bev_16 bev_32 blind early_fusion
 TRAINED = training.csv training.svg phases.csv provenance.json
 
 define run_training
-.venv-train/bin/nlosim train training/$(1).yaml --out runs/train-$(1) $(if $(wildcard runs/train-$(1)/training.json),--resume)
+.venv-train/bin/nlosim train studies/training/recipes/$(1).yaml --out runs/train-$(1) $(if $(wildcard runs/train-$(1)/training.json),--resume)
 mkdir -p docs/results/training
 $(foreach file,$(TRAINED),cp runs/train-$(1)/$(file) docs/results/training/$(1)-$(file)
 )
 endef
 
-train: .venv-train/installed  ## the networks in fmus/network/checkpoints, by the recipes in training/
+train: .venv-train/installed  ## the networks in fmus/driving/network/checkpoints, by the recipes in studies/training/recipes/
 	$(foreach name,$(NETWORKS),$(call run_training,$(name)))
 
 verify: .venv-demo/installed  ## compare the channel with golden data; GOLDEN=DIR also makes docs/validation-channel.md
-	.venv-demo/bin/nlosim verify channel --golden $(or $(GOLDEN),tests/fmus/channel_verification/golden) $(if $(GOLDEN),--figures docs/validation)
+	.venv-demo/bin/nlosim verify channel --golden $(or $(GOLDEN),tests/studies/verification/channel/golden) $(if $(GOLDEN),--figures docs/validation)
 
 verify-perception: .venv-test/installed  ## compare blind zones and sharers with geometry; makes docs/validation-perception.md
 	.venv-test/bin/nlosim verify perception --figures docs/validation-perception
 
-network:  ## regenerate the road network of the red-light scene (needs netconvert)
-	$(PYTHON) -m venv .venv-network
-	.venv-network/bin/python -m pip install --quiet 'eclipse-sumo==1.28.0'
-	cd scenarios/assets/red_light && ../../../.venv-network/bin/netconvert -c red_light.netccfg
+net:  ## make the net of the red-light scene again, with netconvert
+	$(PYTHON) -m venv .venv-net
+	.venv-net/bin/python -m pip install --quiet 'eclipse-sumo==1.28.0'
+	cd scenarios/assets/red_light && ../../../.venv-net/bin/netconvert -c red_light.netccfg
 	cd scenarios/assets/red_light && $(PYTHON) -c 'import pathlib, re; p = pathlib.Path("red_light.net.xml"); p.write_text(re.sub(r"<!-- generated.*?-->\n", "", p.read_text(), flags=re.DOTALL))'
 
 clean:  ## remove environments, caches and built FMUs

@@ -27,8 +27,8 @@ class FmuBuildHook(BuildHookInterface[Any]):
         root = Path(self.root)
         sys.path.insert(0, str(root))
         try:
-            from fmus.common.build import UNITS, build_fmu, load_unit  # noqa: PLC0415
-            from fmus.common.targets import select_targets  # noqa: PLC0415
+            from fmus.native.build import UNITS, build_fmu, load_unit  # noqa: PLC0415
+            from fmus.native.targets import select_targets  # noqa: PLC0415
 
             usual = "host" if version == "editable" else "all"
             targets = select_targets(os.environ.get("NLOSIM_FMU_TARGETS", usual).split(","))

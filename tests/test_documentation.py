@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from adapters.fmi import FmuComponentType
-from fmus.common.build import build_fmu, load_unit
-from fmus.common.targets import select_targets
-from fmus.features import read_features
-from fmus.records import LINKS, POINT, SENSOR, frame
+from fmus.messages.features import read_features
+from fmus.messages.records import LINKS, POINT, SENSOR, frame
+from fmus.native.build import build_fmu, load_unit
+from fmus.native.targets import select_targets
 from orchestrator.cli import main
 from orchestrator.testing import check_component
 

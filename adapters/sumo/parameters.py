@@ -15,7 +15,7 @@ from orchestrator.timebase import NANOSECONDS_PER_SECOND
 class TrafficParameters:
     """Parameters of `SumoTraffic`; the defaults are those of the scene `red_light`."""
 
-    scene: Path = parameter(doc="SUMO configuration (*.sumocfg): network, types, buildings")
+    scene: Path = parameter(doc="SUMO configuration (*.sumocfg): net, types, buildings")
     step_length: float = parameter(
         0.05, unit="s", minimum=0.001, maximum=1.0, doc="SUMO's own step; divides the step size"
     )

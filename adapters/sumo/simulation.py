@@ -76,7 +76,7 @@ class Sumo:
         """Start SUMO.
 
         Args:
-            config: SUMO configuration (*.sumocfg) naming network and additional files.
+            config: SUMO configuration (*.sumocfg) naming the net and additional files.
             step_length: of SUMO [ns], a whole number of milliseconds.
             seed: of SUMO's own random numbers, 0..2^31-1.
 
@@ -232,7 +232,7 @@ class Sumo:
         return frozenset(libsumo.simulation.getDepartedIDList())
 
     def arrived(self) -> frozenset[str]:
-        """Vehicles that left the network in the last step."""
+        """Vehicles that left the net in the last step."""
         return frozenset(libsumo.simulation.getArrivedIDList())
 
     def poses(self, names: Sequence[str]) -> Float:

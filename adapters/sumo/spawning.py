@@ -2,7 +2,7 @@
 
 At the start, vehicles stand in a row along every lane with exponentially distributed gaps beyond
 a smallest one: a Poisson process whose points keep a distance. Afterwards vehicles enter where
-lanes begin at the border of the network, at exponentially distributed intervals of `spacing`
+lanes begin at the border of the net, at exponentially distributed intervals of `spacing`
 over the speed limit, while the lane holds fewer than its length over `spacing`.
 """
 
@@ -79,7 +79,7 @@ class Stream:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Spawned:
-    """A background vehicle on its way into the network."""
+    """A background vehicle on its way into the net."""
 
     vehicle: Vehicle
     route: Route
@@ -219,7 +219,7 @@ class Background:
 
 
 def _declare_routes(sumo: Sumo, lane: str, links: Sequence[Link]) -> tuple[Route, ...]:
-    """One route per way that `lane` leads, or the lane alone if it leads out of the network."""
+    """One route per way that `lane` leads, or the lane alone if it leads out of the net."""
     edge = sumo.edge_of(lane)
     if not links:
         sumo.add_route(lane, [edge])
@@ -233,7 +233,7 @@ def _declare_routes(sumo: Sumo, lane: str, links: Sequence[Link]) -> tuple[Route
 
 
 def _weights(links: Sequence[Link], turning_share: float) -> tuple[float, ...]:
-    """Probabilities of the ways a lane leads to; of one, if it is the end of the network."""
+    """Probabilities of the ways a lane leads to; of one, if it is the end of the net."""
     straight = sum(link.direction == "s" for link in links)
     turning = len(links) - straight
     if not straight or not turning:

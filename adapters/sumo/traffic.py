@@ -24,7 +24,7 @@ from orchestrator.signal import Array, Signals
 from orchestrator.timebase import Time, nanoseconds
 
 GONE: Final = -1
-"""`ego.id` once the ego vehicle has left the network."""
+"""`ego.id` once the ego vehicle has left the net."""
 
 
 class Traffic:

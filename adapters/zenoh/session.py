@@ -35,8 +35,8 @@ _COMMON: Final[Mapping[str, Any]] = {
 class Keys:
     """The keys of one component in one run.
 
-    Chunks that start with `@` are hidden from `**`, so that watching everything else on a
-    network does not catch the data path.
+    Chunks that start with `@` are hidden from `**`, so that watching everything else
+    does not catch the data path.
     """
 
     run: str

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from fmus.records import BSM, NO_VEHICLE, PACKET, frame
+from fmus.messages.records import BSM, NO_VEHICLE, PACKET, frame
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, CommunicationGrid, nanoseconds
 
 INTERVAL: Final = nanoseconds("0.1")

@@ -12,7 +12,7 @@ from typing_extensions import override
 from benchmarks.benchmark import Case, Measurement
 from benchmarks.channel.workload import Workload
 from benchmarks.step_clock import step_clock
-from fmus.records import OUTCOMES, RECEPTION, unframe
+from fmus.messages.records import OUTCOMES, RECEPTION, unframe
 from orchestrator import registry
 from orchestrator.errors import ComponentError, CosimError
 from orchestrator.parameters import ComponentType

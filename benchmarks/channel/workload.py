@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.channel.beacons import INTERVAL, Beacons
 from benchmarks.channel.growth import grid_of
 from benchmarks.channel.layout import DATA, Layout, there_and_back
-from fmus.records import PACKET, unframe
+from fmus.messages.records import PACKET, unframe
 from orchestrator.signal import Array, Signal, Signals
 from orchestrator.timebase import CommunicationGrid, Duration, nanoseconds
 

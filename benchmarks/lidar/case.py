@@ -16,7 +16,7 @@ from benchmarks.lidar.embree import Embree
 from benchmarks.lidar.pattern import DEFAULT, Pattern
 from benchmarks.lidar.town import INTERVAL, SCANS, Town, town
 from benchmarks.step_clock import step_clock
-from fmus.records import POINT, SENSOR, unframe
+from fmus.messages.records import POINT, SENSOR, unframe
 from orchestrator import registry
 from orchestrator.parameters import ComponentType
 from orchestrator.signal import Causality, Signal

@@ -16,8 +16,8 @@ import numpy.typing as npt
 
 from benchmarks.lidar.pattern import Pattern, sensor_position
 from benchmarks.lidar.town import Town
-from fmus.common.build import COMMON, fmi_headers, load_unit
-from fmus.common.targets import compile_library, select_targets
+from fmus.native.build import COMMON, fmi_headers, load_unit
+from fmus.native.targets import compile_library, select_targets
 from orchestrator.signal import Array
 
 Float = npt.NDArray[np.float64]

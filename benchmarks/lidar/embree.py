@@ -11,7 +11,7 @@ from benchmarks.lidar.caster import Caster, Hits, Prism
 from benchmarks.lidar.mesh import mesh
 from benchmarks.lidar.pattern import Pattern, sensor_position
 from benchmarks.lidar.town import Town
-from fmus.records import GROUND
+from fmus.messages.records import GROUND
 from orchestrator.errors import CosimError
 
 try:

@@ -11,7 +11,7 @@ from benchmarks.policy.scans import STARTS, record
 from benchmarks.policy.step import StepRun
 from benchmarks.policy.transformer import TransformerRun, blocks_for, is_torch_installed
 from benchmarks.spread import Spread
-from fmus.network.checkpoint import read_network
+from fmus.driving.network.checkpoint import read_network
 
 NETWORK: Final = "network"
 """The setting: which network drives."""

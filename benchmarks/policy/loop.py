@@ -11,8 +11,8 @@ from typing_extensions import override
 
 from benchmarks.benchmark import Case, Measurement
 from benchmarks.policy.scans import SCENARIO
+from fmus.driving.network.architecture import Architecture
 from fmus.facilities.load import FEATURE_SIZES
-from fmus.network.architecture import Architecture
 from orchestrator.run import run_scenario
 from orchestrator.scenario.build import load_scenario
 from orchestrator.timebase import NANOSECONDS_PER_SECOND

@@ -8,7 +8,7 @@ from typing import Final
 from typing_extensions import override
 
 import scenarios
-from fmus.network.cloud import Cloud, clouds
+from fmus.driving.network.cloud import Cloud, clouds
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.observer import Observer, SimulationResult
 from orchestrator.scenario.build import load_scenario

@@ -9,10 +9,10 @@ from typing_extensions import override
 
 from benchmarks.benchmark import Case, Measurement
 from benchmarks.policy.scans import EARLIER, PERIOD, Moment
-from fmus.features import FeaturesMessage, write_features
-from fmus.network.checkpoint import Checkpoint
-from fmus.network.sensors import Sender
-from fmus.policy.network import NetworkDriver
+from fmus.driving.network.checkpoint import Checkpoint
+from fmus.driving.network.sensors import Sender
+from fmus.driving.policy.network import NetworkDriver
+from fmus.messages.features import FeaturesMessage, write_features
 from orchestrator.signal import Signals
 from orchestrator.timebase import nanoseconds
 

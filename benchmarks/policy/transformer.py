@@ -15,7 +15,7 @@ from benchmarks.policy.scans import EARLIER, Moment
 from benchmarks.policy.step import NS_PER_MS
 
 if TYPE_CHECKING:
-    from fmus.point_transformer import PointTransformerEncoder
+    from fmus.driving.point_transformer import PointTransformerEncoder
 
 _COARSE: Final = 128
 """Keypoints of its message with two blocks; with three they are 32."""
@@ -73,7 +73,7 @@ class TransformerRun(Case):
         """CPU times of the ego vehicle's scan and of the sharer's [ns]."""
         import torch  # noqa: PLC0415 - optional
 
-        from fmus.point_transformer import Crop, encode  # noqa: PLC0415 - needs PyTorch
+        from fmus.driving.point_transformer import Crop, encode  # noqa: PLC0415 - needs PyTorch
 
         times = []
         for cloud in moment.scans():
@@ -85,6 +85,6 @@ class TransformerRun(Case):
 
     @cached_property
     def _encoder(self) -> "PointTransformerEncoder":
-        from fmus.point_transformer import PointTransformerEncoder  # noqa: PLC0415 - needs PyTorch
+        from fmus.driving.point_transformer import PointTransformerEncoder  # noqa: PLC0415 - needs PyTorch
 
         return PointTransformerEncoder(blocks=self.blocks).eval()

@@ -54,7 +54,7 @@ int hand_over(Channel *, const Transmission *);
 int end_contention(Channel *, uint32_t radio, int64_t now);
 int start_sending(Channel *, uint32_t radio, int64_t now);
 int end_sending(Channel *, uint32_t radio, int64_t now);
-/* A frame will not be sent; see FATES in fmus/records.py. */
+/* A frame will not be sent; see FATES in fmus/messages/records.py. */
 int give_up(Channel *, const Transmission *, int64_t now, uint8_t fate);
 /* How a frame arrives over a link, fading included. */
 Arrival arrival_of_link(Channel *, const AirFrame *, const Link *);

@@ -2,7 +2,8 @@
 
 from typing import Final
 
-from fmus.common.interface import (
+from fmus.messages.records import NO_VEHICLE, PACKETS_MIME, RECEPTIONS_MIME, TRANSMISSIONS_MIME
+from fmus.native.interface import (
     Interface,
     Variable,
     choice,
@@ -13,8 +14,7 @@ from fmus.common.interface import (
     switch,
     whole,
 )
-from fmus.common.scene import building, n_building, n_building_vertex, n_vehicle, vehicle
-from fmus.records import NO_VEHICLE, PACKETS_MIME, RECEPTIONS_MIME, TRANSMISSIONS_MIME
+from fmus.native.scene import building, n_building, n_building_vertex, n_vehicle, vehicle
 
 _LARGEST_SCENE: Final = 10_000
 """Vehicles."""

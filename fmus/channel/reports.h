@@ -18,7 +18,7 @@ TransmissionRecord *report_transmission(Reports *);
 /* The transmissions that have been reported and not yet released. */
 const TransmissionRecord *reported_transmissions(const Reports *, size_t *count);
 
-/* Hand all reports, in the order of fmus/records.py, to the outputs and begin anew; nonzero if memory
+/* Hand all reports, in the order of fmus/messages/records.py, to the outputs and begin anew; nonzero if memory
  * is short. */
 int reports_release(Reports *, Binary *receptions, Binary *transmissions);
 /* Forget all reports. */

@@ -11,7 +11,7 @@ from fmus.facilities.outbox import Arrival, Message
 from fmus.facilities.received import Received
 from fmus.facilities.sensor_data import ScanFeatures, SensorData
 from fmus.facilities.sharing import Scans, Sharing
-from fmus.records import SENSOR_DATA
+from fmus.messages.records import SENSOR_DATA
 from orchestrator.signal import Signals
 from orchestrator.timebase import Duration, Time
 

@@ -8,10 +8,10 @@ from typing import Final
 
 from typing_extensions import override
 
-from fmus.apm import decode
 from fmus.facilities.load import Load
 from fmus.facilities.sensor_data import SensorData
 from fmus.facilities.zones import NOWHERE, Zones, zones_in
+from fmus.messages.apm import decode
 from orchestrator.signal import Signals
 
 ANSWER_HEADER: Final = 16

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from fmus.facilities.link_power import Powers
-from fmus.records import NO_VEHICLE
+from fmus.messages.records import NO_VEHICLE
 from orchestrator.signal import Array, Signal, Signals
 from orchestrator.timebase import Duration, Time
 

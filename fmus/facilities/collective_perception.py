@@ -14,7 +14,7 @@ from fmus.facilities.lower_layers import LowerLayers
 from fmus.facilities.outbox import Arrival, Message
 from fmus.facilities.received import Received
 from fmus.facilities.sharing import Scans, Sharing
-from fmus.records import SENSOR_DATA
+from fmus.messages.records import SENSOR_DATA
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
 from orchestrator.signal import Array, Signals

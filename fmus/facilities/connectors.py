@@ -5,7 +5,13 @@ from typing import Final
 
 import numpy as np
 
-from fmus.records import APMS_MIME, FEATURES_MIME, OBJECTS_MIME, PACKETS_MIME, RECEPTIONS_MIME
+from fmus.messages.records import (
+    APMS_MIME,
+    FEATURES_MIME,
+    OBJECTS_MIME,
+    PACKETS_MIME,
+    RECEPTIONS_MIME,
+)
 from orchestrator.signal import Causality, Connector
 
 _IN: Final = Causality.INPUT

@@ -18,7 +18,7 @@ import numpy as np
 
 from fmus.facilities.georeference import from_geographic, to_geographic
 from fmus.facilities.perceived_object import TIME_STEP, round_up, to_element, to_record
-from fmus.records import OBJECT
+from fmus.messages.records import OBJECT
 from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Array
 from orchestrator.timebase import Time

@@ -7,7 +7,6 @@ from typing import Literal
 import numpy as np
 from typing_extensions import override
 
-from fmus.apm import read_header, split
 from fmus.facilities.answers import Answers, DemandedAnswers, WholeAnswers
 from fmus.facilities.layer import FacilitiesLayer
 from fmus.facilities.load import Load, LoadParameters
@@ -16,7 +15,8 @@ from fmus.facilities.received import Received
 from fmus.facilities.sensor_data import ScanFeatures, SensorData
 from fmus.facilities.sharing import Changes, Sharing
 from fmus.facilities.zones import ZONE_SIZE, Zones
-from fmus.records import APM, NO_VEHICLE, OBJECT, REQUEST, SENSOR_DATA, unframe
+from fmus.messages.apm import read_header, split
+from fmus.messages.records import APM, NO_VEHICLE, OBJECT, REQUEST, SENSOR_DATA, unframe
 from orchestrator.parameters import parameter
 from orchestrator.signal import Signals
 from orchestrator.timebase import Duration, Time, nanoseconds

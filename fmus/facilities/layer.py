@@ -13,7 +13,15 @@ from fmus.facilities.link_power import Announcements, Measurements
 from fmus.facilities.outbox import Broadcasts, Message, Outbox
 from fmus.facilities.received import Received
 from fmus.facilities.sharing import Changes, Sharing
-from fmus.records import BSM, NO_VEHICLE, OUTCOMES, RECEPTION, REQUEST, SENSOR_DATA, unframe
+from fmus.messages.records import (
+    BSM,
+    NO_VEHICLE,
+    OUTCOMES,
+    RECEPTION,
+    REQUEST,
+    SENSOR_DATA,
+    unframe,
+)
 from orchestrator.component import Component
 from orchestrator.parameters import parameter
 from orchestrator.signal import Connector, Signals

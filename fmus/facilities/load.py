@@ -7,7 +7,7 @@ from typing import Final, Literal
 
 from fmus.facilities.granularity import ALL_PACKETS, EachGrain, FirstPacket, Granularity
 from fmus.facilities.layer import LayerParameters
-from fmus.features import COORDINATES, FeaturesMessage
+from fmus.messages.features import COORDINATES, FeaturesMessage
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
 

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from fmus.facilities.granularity import ALL_PACKETS, Granularity
-from fmus.records import NO_VEHICLE, PACKET, frame
+from fmus.messages.records import NO_VEHICLE, PACKET, frame
 from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time
 
@@ -22,7 +22,7 @@ class Message:
     """What a source sends to a destination.
 
     Attributes:
-        kind: `BSM`, `APM`, `SENSOR_DATA` or `REQUEST` of `fmus.records`.
+        kind: `BSM`, `APM`, `SENSOR_DATA` or `REQUEST` of `fmus.messages.records`.
         time: handed to the radio [ns].
         size: of the message [byte].
         route: relays in order, at most two.
@@ -75,7 +75,7 @@ class Broadcasts:
     """Messages of one kind to everybody, in arrays of shape (message,).
 
     Attributes:
-        kind: `BSM`, `APM`, `SENSOR_DATA` or `REQUEST` of `fmus.records`.
+        kind: `BSM`, `APM`, `SENSOR_DATA` or `REQUEST` of `fmus.messages.records`.
         time: handed to the radio [ns].
         source: int64.
         size: of each message [byte].

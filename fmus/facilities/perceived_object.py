@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from fmus.records import OBJECT
+from fmus.messages.records import OBJECT
 from orchestrator.signal import Array
 from orchestrator.timebase import Time
 

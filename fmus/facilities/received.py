@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fmus.apm import join
 from fmus.facilities.held import HeldSignal
 from fmus.facilities.received_features import ReceivedFeatures
-from fmus.features import FeaturesMessage
-from fmus.records import OBJECT, frame
+from fmus.messages.apm import join
+from fmus.messages.features import FeaturesMessage
+from fmus.messages.records import OBJECT, frame
 from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time
 

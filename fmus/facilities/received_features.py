@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from fmus.facilities.held import HeldSignal
-from fmus.features import FeaturesMessage, write_features
+from fmus.messages.features import FeaturesMessage, write_features
 from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time
 

@@ -10,7 +10,7 @@ from fmus.facilities.load import Load
 from fmus.facilities.outbox import Arrival
 from fmus.facilities.received import Received
 from fmus.facilities.sharing import Changes
-from fmus.features import FeaturesMessage, read_features
+from fmus.messages.features import FeaturesMessage, read_features
 from orchestrator.signal import Array, Signals
 
 

@@ -5,10 +5,10 @@ from collections.abc import Set
 
 import numpy as np
 
-from fmus.apm import split
 from fmus.facilities.outbox import Arrival, Message
 from fmus.facilities.received import Received
-from fmus.records import APM_HEADER, OBJECT, unframe
+from fmus.messages.apm import split
+from fmus.messages.records import APM_HEADER, OBJECT, unframe
 from orchestrator.signal import Array, Signal, Signals
 from orchestrator.timebase import Duration, Time
 

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from fmus.apm import Apm
+from fmus.messages.apm import Apm
 from orchestrator.signal import Array, Signals
 
 ZONE_SIZE: Final = 12

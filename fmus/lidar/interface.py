@@ -3,9 +3,9 @@
 import math
 from typing import Final
 
-from fmus.common.interface import Interface, discrete_output, parameter, whole
-from fmus.common.scene import building, n_building, n_building_vertex, n_vehicle, vehicle
-from fmus.records import POINTS_MIME
+from fmus.messages.records import POINTS_MIME
+from fmus.native.interface import Interface, discrete_output, parameter, whole
+from fmus.native.scene import building, n_building, n_building_vertex, n_vehicle, vehicle
 
 _SIZES: Final = (
     n_vehicle(maximum=1_000_000),

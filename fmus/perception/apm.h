@@ -1,4 +1,4 @@
-/* Abstract perception matrices as messages; fmus/apm/ is the same codec in Python. */
+/* Abstract perception matrices as messages; fmus/messages/apm/ is the same codec in Python. */
 #ifndef APM_H
 #define APM_H
 #include "objects.h"

@@ -1,5 +1,5 @@
 /* The compressed form of cells that count points, and of their layer; docs/formats.md describes it,
- * fmus/apm/compression.py is the same code in Python. */
+ * fmus/messages/apm/compression.py is the same code in Python. */
 #ifndef COMPRESSION_H
 #define COMPRESSION_H
 #include "kernel.h"

@@ -3,7 +3,8 @@
 import math
 from typing import Final
 
-from fmus.common.interface import (
+from fmus.messages.records import APMS_MIME, OBJECTS_MIME, POINTS_MIME
+from fmus.native.interface import (
     Interface,
     choice,
     discrete_input,
@@ -13,8 +14,7 @@ from fmus.common.interface import (
     switch,
     whole,
 )
-from fmus.common.scene import building, n_building_vertex, n_road_vertex, road
-from fmus.records import APMS_MIME, OBJECTS_MIME, POINTS_MIME
+from fmus.native.scene import building, n_building_vertex, n_road_vertex, road
 
 OWN_VIEW: Final = ("points", "building.vertex", "building.index")
 DEMAND: Final = (*OWN_VIEW, "ego.id", "route.vertex", "road.vertex", "road.index")

@@ -1,5 +1,5 @@
 /* A binary range coder that learns how probable each decision is; docs/formats.md describes it,
- * fmus/apm/range_coder.py is the same code in Python.
+ * fmus/messages/apm/range_coder.py is the same code in Python.
  *
  * A writer is told each decision, a reader finds it out; `decide` returns it in both cases, so that
  * what describes a matrix by decisions is written once. */

@@ -1,5 +1,5 @@
 /* The compressed form of cells that are shares of seen ground, and of their layer; docs/formats.md
- * describes it, fmus/apm/seen_compression.py is the same code in Python. */
+ * describes it, fmus/messages/apm/seen_compression.py is the same code in Python. */
 #ifndef SEEN_COMPRESSION_H
 #define SEEN_COMPRESSION_H
 #include "kernel.h"

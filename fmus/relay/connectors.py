@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from fmus.records import APMS_MIME, NO_VEHICLE, OBJECTS_MIME
+from fmus.messages.records import APMS_MIME, NO_VEHICLE, OBJECTS_MIME
 from orchestrator.signal import Causality, Connector
 
 _IN: Final = Causality.INPUT

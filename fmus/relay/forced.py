@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from typing_extensions import override
 
-from fmus.records import NO_VEHICLE
+from fmus.messages.records import NO_VEHICLE
 from fmus.relay.connectors import CONNECTORS
 from fmus.relay.policy import Choice
 from fmus.relay.selection import Course, wanted_sharer

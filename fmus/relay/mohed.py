@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from typing_extensions import override
 
-from fmus.records import NO_VEHICLE
+from fmus.messages.records import NO_VEHICLE
 from fmus.relay.nodes import Node
 from fmus.relay.policy import Choice, Policy, Situation
 from fmus.relay.risk import SPEED_OF_LIGHT, RiskModel

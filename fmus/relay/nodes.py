@@ -5,7 +5,7 @@ from itertools import count, repeat
 
 import numpy as np
 
-from fmus.apm import read_header, split
+from fmus.messages.apm import read_header, split
 from orchestrator.signal import Array, Signals
 from orchestrator.timebase import Time, seconds
 

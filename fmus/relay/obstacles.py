@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
-from fmus.apm import Apm, layer_height, layer_velocity
-from fmus.records import NO_VEHICLE
+from fmus.messages.apm import Apm, layer_height, layer_velocity
+from fmus.messages.records import NO_VEHICLE
 from fmus.relay.nodes import Node
 from orchestrator.signal import Array, Signals
 

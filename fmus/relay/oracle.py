@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from typing_extensions import override
 
-from fmus.records import NO_VEHICLE
+from fmus.messages.records import NO_VEHICLE
 from fmus.relay.connectors import CONNECTORS
 from fmus.relay.nodes import Whereabouts
 from fmus.relay.policy import Choice

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from typing_extensions import override
 
-from fmus.records import NO_VEHICLE
+from fmus.messages.records import NO_VEHICLE
 from fmus.relay.connectors import CONNECTORS, OUTPUTS
 from fmus.relay.nodes import Node, Whereabouts, ego_node, neighbours
 from fmus.relay.policy import Choice, Policy, Situation

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from fmus.apm import decode, read_header, split
-from fmus.records import OBJECT, unframe
+from fmus.messages.apm import decode, read_header, split
+from fmus.messages.records import OBJECT, unframe
 from fmus.relay.crossings import Walls
 from fmus.relay.obstacles import (
     Obstacles,

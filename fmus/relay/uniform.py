@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from typing_extensions import override
 
-from fmus.records import NO_VEHICLE
+from fmus.messages.records import NO_VEHICLE
 from fmus.relay.policy import Choice, Policy, Situation
 from fmus.relay.selection import RelaySelection, SelectionParameters
 from orchestrator.parameters import parameter

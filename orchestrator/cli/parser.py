@@ -221,9 +221,9 @@ finished when Ctrl-C comes is kept; --resume goes on. A run that fails is tried 
 with a command that repeats it. See docs/experiments.md.
 
 examples:
-  nlosim experiment experiments/red_light_methods.yaml
-  nlosim experiment experiments/red_light_methods.yaml --out results/methods --resume
-  nlosim experiment experiments/red_light_methods.yaml --scheduler tcp://head-node:8786""",
+  nlosim experiment studies/red_light/experiments/red_light_methods.yaml
+  nlosim experiment studies/red_light/experiments/red_light_methods.yaml --resume
+  nlosim experiment methods.yaml --scheduler tcp://head-node:8786""",
     )
     experiment.add_argument("experiment", metavar="FILE", help="an experiment file (YAML)")
     experiment.add_argument(

@@ -264,7 +264,7 @@ def test_in_an_encounter_it_completes_beyond_the_conflict_point() -> None:
     assert value(signals, "ego.completion_time") > 20.0
 
 
-def test_who_leaves_the_network_has_completed_however_far_the_line() -> None:
+def test_who_leaves_the_net_has_completed_however_far_the_line() -> None:
     parameters = replace(ALONE, ego_start=0.0, finish_distance=1000.0)
     left = 0.0
     for t, signals in run(0, coast, 35.0, parameters):

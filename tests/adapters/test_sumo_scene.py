@@ -224,11 +224,11 @@ def test_the_sharing_node_sees_the_collider_for_the_last_forty_metres(start: Sig
     assert np.hypot(*(side - sharer).T).max() < 50.0
 
 
-def test_the_network_is_what_netconvert_makes_of_its_sources(tmp_path: Path) -> None:
+def test_the_net_is_what_netconvert_makes_of_its_sources(tmp_path: Path) -> None:
     beside_python = Path(sys.executable).with_name("netconvert")
     netconvert = beside_python if beside_python.exists() else shutil.which("netconvert")
     if netconvert is None:
-        pytest.skip("netconvert is not installed (pip install nlosim[network])")
+        pytest.skip("netconvert is not installed (pip install nlosim[net])")
     for source in ASSETS.iterdir():
         shutil.copy(source, tmp_path)
     subprocess.run([netconvert, "-c", "red_light.netccfg"], cwd=tmp_path, check=True, timeout=60)

@@ -14,7 +14,7 @@ from benchmarks.channel.growth import MIDDLE, TILE, grid_of
 from benchmarks.channel.import_golden import import_golden
 from benchmarks.channel.layout import DATA, Layout, there_and_back
 from benchmarks.channel.workload import Workload, cross44, grid200
-from fmus.records import BSM, NO_VEHICLE, PACKET, unframe
+from fmus.messages.records import BSM, NO_VEHICLE, PACKET, unframe
 
 CROSS, GRID = Layout.read(DATA / "cross44.npz"), Layout.read(DATA / "grid200.npz")
 VEINS = {

@@ -12,7 +12,7 @@ from benchmarks.lidar.case import CastingRun, EverythingRun, Workload
 from benchmarks.lidar.caster import Caster, Hits
 from benchmarks.lidar.pattern import Pattern
 from benchmarks.lidar.town import SCANS, town
-from fmus.records import POINT, SENSOR, unframe
+from fmus.messages.records import POINT, SENSOR, unframe
 from orchestrator import registry
 from orchestrator.cli import main
 

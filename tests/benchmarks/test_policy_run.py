@@ -14,9 +14,9 @@ from benchmarks.policy.loop import RULE_BASED, LoopRun, network_settings
 from benchmarks.policy.scans import EARLIER, PERIOD, SCENARIO, STARTS, Moment, record
 from benchmarks.policy.step import StepRun
 from benchmarks.policy.transformer import TransformerRun, blocks_for, is_torch_installed
-from fmus.network.architecture import Architecture
-from fmus.network.checkpoint import Checkpoint
-from fmus.network.sensors import Sender
+from fmus.driving.network.architecture import Architecture
+from fmus.driving.network.checkpoint import Checkpoint
+from fmus.driving.network.sensors import Sender
 from orchestrator.cli import main
 from orchestrator.scenario.build import load_scenario
 from orchestrator.timebase import nanoseconds
@@ -76,7 +76,7 @@ def test_a_step_is_measured(architecture: Architecture) -> None:
 @needs_torch
 @pytest.mark.parametrize("architecture", [COARSE, FINE], ids=["32", "128"])
 def test_the_peer_sends_messages_of_the_same_size(architecture: Architecture) -> None:
-    from fmus.point_transformer import PointTransformerEncoder  # noqa: PLC0415 - needs PyTorch
+    from fmus.driving.point_transformer import PointTransformerEncoder  # noqa: PLC0415 - needs PyTorch
 
     peer = PointTransformerEncoder(blocks=blocks_for(architecture.keypoints))
     _, cloud = drive()[0].scans()

@@ -11,8 +11,8 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from fmus.common.build import build_fmu, load_unit
-from fmus.common.targets import host_platform, select_targets
+from fmus.native.build import build_fmu, load_unit
+from fmus.native.targets import host_platform, select_targets
 from orchestrator.signal import Array
 
 OK: Final = 0

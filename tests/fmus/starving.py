@@ -4,9 +4,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from fmus.common.build import COMMON, fmi_headers, instantiation_token, load_unit
-from fmus.common.c_table import variables_header, variables_source
-from fmus.common.targets import zig_environment
+from fmus.native.build import COMMON, fmi_headers, instantiation_token, load_unit
+from fmus.native.c_table import variables_header, variables_source
+from fmus.native.targets import zig_environment
 
 _NATIVE = Path(__file__).parent / "native"
 _ALLOCATORS = ("malloc", "calloc", "realloc", "free")

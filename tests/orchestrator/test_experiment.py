@@ -476,7 +476,7 @@ def test_workers_with_several_threads_are_refused(laboratory: Laboratory) -> Non
 
 
 def test_the_example_runs_for_a_second(tmp_path: Path) -> None:
-    example = ROOT / "experiments" / "red_light_methods.yaml"
+    example = ROOT / "studies" / "red_light" / "experiments" / "red_light_methods.yaml"
     content = yaml.safe_load(example.read_text())
     content["scenario"] = str((example.parent / content["scenario"]).resolve())
     content |= {"seeds": 1, "set": {"time.stop": "1 s"}}

@@ -15,9 +15,9 @@ import pytest
 import yaml
 
 import scenarios
-from fmus.evaluation.sharing_cost import sharing_cost
 from orchestrator.cli import main
 from orchestrator.recording import Recording
+from studies.red_light.sharing_cost import sharing_cost
 
 SCENARIO = Path(scenarios.__file__).with_name("red_light.yaml")
 SEEDS = (1, 2, 3)

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from fmus.network.architecture import Architecture
+from fmus.driving.network.architecture import Architecture
 from orchestrator.cli import main
-from tests.fmus.network.world import network
+from tests.fmus.driving.network.world import network
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "red_light_driving.yaml"
 

@@ -9,13 +9,13 @@ import pytest
 
 import scenarios
 from adapters.sumo.roadside import BODY_SIZE, FIRST_NUMBER as UNIT
-from fmus.evaluation.traces import EGO, SHARING, Array, Traces
-from fmus.records import APM, SENSOR_DATA, TRANSMISSION, unframe
+from fmus.messages.records import APM, SENSOR_DATA, TRANSMISSION, unframe
 from orchestrator.cli import main
 from orchestrator.component import Component
 from orchestrator.recording import Recording
 from orchestrator.registry import installed
 from orchestrator.signal import Causality, Signals
+from studies.red_light.traces import EGO, SHARING, Array, Traces
 
 FOLDER = Path(scenarios.__file__).parent
 EARLY = {"components.traffic.parameters.ego_start": "75 m"}  # fusion begins in the first second

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from fmus.records import (
+from fmus.messages.records import (
     BSM,
     NO_VEHICLE,
     NOISE,

@@ -9,8 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from fmus.common.build import COMMON, fmi_headers, load_unit
-from fmus.common.targets import compile_library, select_targets
+from fmus.native.build import COMMON, fmi_headers, load_unit
+from fmus.native.targets import compile_library, select_targets
 from orchestrator.signal import Array
 
 LIGHT_SPEED: Final = 299_792_458.0

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from fmus.records import PACKET
+from fmus.messages.records import PACKET
 from tests.fmus.driver import Instance, Library, Refused
 from tests.fmus.scene import Building, Scene, Vehicle
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from fmus.records import OUTCOMES
+from fmus.messages.records import OUTCOMES
 from orchestrator.signal import Array
 from tests.fmus.driver import Library
 from tests.fmus.scene import Scene, Vehicle

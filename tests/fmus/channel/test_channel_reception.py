@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fmus.records import LINKS, OUTCOMES
+from fmus.messages.records import LINKS, OUTCOMES
 from tests.fmus.driver import Library
 from tests.fmus.scene import Building, Scene, Vehicle, rectangle
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fmus.records import FATES, OUTCOMES
+from fmus.messages.records import FATES, OUTCOMES
 from orchestrator.signal import Array
 from tests.fmus.driver import Library
 from tests.fmus.scene import Building, Scene, Vehicle, rectangle

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from fmus.records import FATES, OUTCOMES
+from fmus.messages.records import FATES, OUTCOMES
 from orchestrator.signal import Array
 from tests.fmus.driver import Library, Refused
 from tests.fmus.scene import Scene, Vehicle

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from fmus.records import OUTCOMES, RECEPTION, TRANSMISSION, unframe
+from fmus.messages.records import OUTCOMES, RECEPTION, TRANSMISSION, unframe
 from orchestrator.signal import Array
 from tests.fmus.driver import Library
 from tests.fmus.scene import Building, Scene, Vehicle, rectangle

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fmus.records import FATES, NO_VEHICLE
+from fmus.messages.records import FATES, NO_VEHICLE
 from orchestrator.signal import Array
 from tests.fmus.driver import Library
 from tests.fmus.scene import Scene, Vehicle

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fmus.apm import join, split
 from fmus.facilities import AlwaysOnFacilities
-from fmus.records import BSM, NO_VEHICLE, OBJECT, SENSOR_DATA, unframe
+from fmus.messages.apm import join, split
+from fmus.messages.records import BSM, NO_VEHICLE, OBJECT, SENSOR_DATA, unframe
 from orchestrator.testing import check_component
 from tests.fmus.facilities.world import EGO, RELAY, SHARER, H, Run, apm_of, delivered, objects_of
 

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fmus.apm import join, split
 from fmus.facilities import CpmFacilities, cpm
 from fmus.facilities.lower_layers import LowerLayers
-from fmus.records import BSM, NO_VEHICLE, OBJECT, SENSOR_DATA, frame, unframe
+from fmus.messages.apm import join, split
+from fmus.messages.records import BSM, NO_VEHICLE, OBJECT, SENSOR_DATA, frame, unframe
 from orchestrator.errors import ComponentTypeError
 from orchestrator.testing import check_component
 from tests.fmus.facilities.world import EGO, SHARER, H, Run, apm_of, delivered

@@ -14,7 +14,7 @@ from hypothesis import given, settings, strategies as st
 
 from fmus.facilities import CpmFacilities, cpm
 from fmus.facilities.cpm import Cpm, Segment, decode, encode
-from fmus.records import OBJECT
+from fmus.messages.records import OBJECT
 from orchestrator.errors import ComponentTypeError
 
 asn1tools: Any = pytest.importorskip("asn1tools", reason="the extra `cpm` is not installed")

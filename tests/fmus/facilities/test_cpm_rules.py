@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from fmus.facilities.cpm_rules import Inclusion, InclusionRules, Station
-from fmus.records import OBJECT
+from fmus.messages.records import OBJECT
 
 SECOND = 1_000_000_000
 RULES = InclusionRules(

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fmus.apm import join
 from fmus.facilities import Facilities
 from fmus.facilities.answers import ANSWER_HEADER
-from fmus.records import APM, BSM, NO_VEHICLE, OBJECT, REQUEST, SENSOR_DATA, frame, unframe
+from fmus.messages.apm import join
+from fmus.messages.records import APM, BSM, NO_VEHICLE, OBJECT, REQUEST, SENSOR_DATA, frame, unframe
 from orchestrator.signal import Signal
 from orchestrator.testing import check_component
 from tests.fmus.facilities.world import EGO, RELAY, SHARER, H, Run, apm_of, delivered, objects_of

@@ -6,10 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from fmus.apm import join, split
 from fmus.facilities import Facilities
 from fmus.facilities.outbox import Message, Outbox
-from fmus.records import APM, BSM, NO_VEHICLE, OBJECT, PACKET, REQUEST, SENSOR_DATA, unframe
+from fmus.messages.apm import join, split
+from fmus.messages.records import (
+    APM,
+    BSM,
+    NO_VEHICLE,
+    OBJECT,
+    PACKET,
+    REQUEST,
+    SENSOR_DATA,
+    unframe,
+)
 from orchestrator.testing import check_component
 from tests.fmus.facilities.world import (
     EGO,

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from typing_extensions import override
 
+from fmus.channel.stand_ins.constant_per import ConstantPer
 from fmus.facilities import AlwaysOnFacilities
 from fmus.facilities.connectors import CONNECTORS
-from fmus.features import read_features, write_features
-from fmus.link_models.constant_per import ConstantPer
-from fmus.records import FEATURES_MIME
+from fmus.messages.features import read_features, write_features
+from fmus.messages.records import FEATURES_MIME
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.observer import Observer, SimulationResult
 from orchestrator.signal import Causality, Connector, Signals

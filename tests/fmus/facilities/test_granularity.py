@@ -11,8 +11,8 @@ from hypothesis import given, settings, strategies as st
 from fmus.facilities import AlwaysOnFacilities
 from fmus.facilities.granularity import ALL_PACKETS, EachGrain, FirstPacket, Granularity
 from fmus.facilities.outbox import Message, Outbox
-from fmus.features import FeaturesMessage, read_features, write_features
-from fmus.records import OBJECT, PACKET, RECEPTION, SENSOR_DATA, unframe
+from fmus.messages.features import FeaturesMessage, read_features, write_features
+from fmus.messages.records import OBJECT, PACKET, RECEPTION, SENSOR_DATA, unframe
 from orchestrator.signal import Array
 from tests.fmus.facilities.world import (
     EGO,

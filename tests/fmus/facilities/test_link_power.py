@@ -8,7 +8,7 @@ from hypothesis import given, strategies as st
 
 from fmus.facilities import Facilities
 from fmus.facilities.link_power import STRONGEST, WEAKEST, Announcements, Measurements, Powers
-from fmus.records import BSM, RECEPTION, frame, unframe
+from fmus.messages.records import BSM, RECEPTION, frame, unframe
 from tests.fmus.facilities.world import EGO, RELAY, SHARER, Run, delivered
 
 SECOND = 1_000_000_000

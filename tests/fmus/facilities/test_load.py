@@ -7,7 +7,7 @@ import pytest
 
 from fmus.facilities.always_on import AlwaysOnFacilities
 from fmus.facilities.demand_driven import Facilities
-from fmus.records import OBJECT, REQUEST, SENSOR_DATA, unframe
+from fmus.messages.records import OBJECT, REQUEST, SENSOR_DATA, unframe
 from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Array
 from tests.fmus.facilities.world import EGO, SHARER, Run, delivered, objects_of

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, strategies as st
 
 from fmus.facilities.outbox import Broadcasts, Message, Outbox
-from fmus.records import BSM, PACKET, RECEPTION, unframe
+from fmus.messages.records import BSM, PACKET, RECEPTION, unframe
 from tests.fmus.facilities.world import EGO, delivered
 
 SECOND = 1_000_000_000

@@ -3,9 +3,9 @@
 import numpy as np
 from hypothesis import given, strategies as st
 
-from fmus.apm import join
 from fmus.facilities.received import Received
-from fmus.records import OBJECT, unframe
+from fmus.messages.apm import join
+from fmus.messages.records import OBJECT, unframe
 
 AGE = 100
 REPORT = st.tuples(st.integers(0, 50), st.lists(st.integers(0, 5), unique=True, max_size=6))

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from fmus.apm import join
 from fmus.facilities import AlwaysOnFacilities, CpmFacilities, Facilities
 from fmus.facilities.received_features import ReceivedFeatures
-from fmus.features import FeaturesMessage, read_features, write_features
-from fmus.records import NO_VEHICLE, OBJECT, REQUEST, SENSOR_DATA, unframe
+from fmus.messages.apm import join
+from fmus.messages.features import FeaturesMessage, read_features, write_features
+from fmus.messages.records import NO_VEHICLE, OBJECT, REQUEST, SENSOR_DATA, unframe
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Array, Signal

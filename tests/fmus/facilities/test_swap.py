@@ -5,10 +5,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from fmus.apm import join
 from fmus.facilities import AlwaysOnFacilities, CpmFacilities, Facilities
 from fmus.facilities.connectors import CONNECTORS
 from fmus.facilities.layer import LayerParameters
+from fmus.messages.apm import join
 from orchestrator.component import Component
 from orchestrator.registry import component_type
 from tests.fmus.facilities.world import SHARER, Run, apm_of, objects_of

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from fmus.apm import Apm
 from fmus.facilities.zones import NOWHERE, Zones, zones_in
+from fmus.messages.apm import Apm
 from orchestrator.signal import Array
 
 CELL = 5.0

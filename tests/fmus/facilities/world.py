@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from fmus.apm import Apm, encode
 from fmus.facilities.connectors import CONNECTORS
-from fmus.features import FeaturesMessage
-from fmus.records import OBJECT, OUTCOMES, PACKET, RECEPTION, frame, unframe
+from fmus.messages.apm import Apm, encode
+from fmus.messages.features import FeaturesMessage
+from fmus.messages.records import OBJECT, OUTCOMES, PACKET, RECEPTION, frame, unframe
 from orchestrator.component import Component
 from orchestrator.signal import Array, Causality, Signal
 

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from fmus.records import BUILDING, GROUND
+from fmus.messages.records import BUILDING, GROUND
 from tests.fmus.scene import Scene, Vehicle
 
 Float = npt.NDArray[np.float64]

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from fmus.records import POINT, SENSOR, unframe
+from fmus.messages.records import POINT, SENSOR, unframe
 from orchestrator.signal import Array
 from tests.fmus.driver import Instance, Library
 from tests.fmus.scene import Scene

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pytest
 from hypothesis import HealthCheck, assume, given, settings, strategies as st
 
-from fmus.records import BUILDING
+from fmus.messages.records import BUILDING
 from tests.fmus.scene import Building, Scene, Vehicle
 
 from .brute_force import NOTHING, Float, cast, rotation

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from fmus.common.build import COMMON, fmi_headers, load_unit
-from fmus.common.targets import compile_library, select_targets
+from fmus.native.build import COMMON, fmi_headers, load_unit
+from fmus.native.targets import compile_library, select_targets
 
 WRAPPER = """
 #include "pattern.h"

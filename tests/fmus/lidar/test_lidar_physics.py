@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from fmus.records import BUILDING, GROUND
+from fmus.messages.records import BUILDING, GROUND
 from tests.fmus.driver import Library
 from tests.fmus.scene import Building, Scene, Vehicle, rectangle
 

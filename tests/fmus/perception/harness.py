@@ -6,8 +6,8 @@ from typing import Final
 
 import numpy as np
 
-from fmus.apm import Apm, Float, decode, split
-from fmus.records import OBJECT, unframe
+from fmus.messages.apm import Apm, Float, decode, split
+from fmus.messages.records import OBJECT, unframe
 from orchestrator.signal import Array
 from tests.fmus.driver import WARNING, Instance, Library
 

@@ -5,9 +5,9 @@ from ctypes import byref, c_size_t
 from pathlib import Path
 from typing import Final
 
-from fmus.apm import Apm
-from fmus.common.build import COMMON, fmi_headers, load_unit
-from fmus.common.targets import compile_library, select_targets
+from fmus.messages.apm import Apm
+from fmus.native.build import COMMON, fmi_headers, load_unit
+from fmus.native.targets import compile_library, select_targets
 from tests.fmus.driver import Refused
 
 _SOURCES: Final = (

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from fmus.apm import Float
+from fmus.messages.apm import Float
 from tests.fmus.perception.scene import SENSOR_HEIGHT, Scan
 
 AZIMUTHS: Final = 1024

@@ -6,8 +6,8 @@ from typing import Final
 
 import numpy as np
 
-from fmus.apm import Float
-from fmus.records import GROUND, POINT, SENSOR, frame
+from fmus.messages.apm import Float
+from fmus.messages.records import GROUND, POINT, SENSOR, frame
 from orchestrator.signal import Array
 
 SENSOR_HEIGHT: Final = 2.0

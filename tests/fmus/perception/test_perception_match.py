@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, strategies as st
 
-from fmus.apm import Apm, Float, encode, join
+from fmus.messages.apm import Apm, Float, encode, join
 from tests.fmus.driver import Library, Refused
 
 from .harness import STEP, Outputs, Perception

@@ -1,11 +1,11 @@
-"""The abstract perception matrix counts points; its message is what fmus/apm/ says."""
+"""The abstract perception matrix counts points; its message is what fmus/messages/apm/ says."""
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from fmus.apm import encode, join, layer_height, layer_velocity
-from fmus.records import APM_LAYER_CELL
+from fmus.messages.apm import encode, join, layer_height, layer_velocity
+from fmus.messages.records import APM_LAYER_CELL
 from orchestrator.signal import Array
 from tests.fmus.driver import Library
 

@@ -6,12 +6,12 @@ import re
 import pytest
 from hypothesis import example, given, strategies as st
 
-from fmus.apm import Apm, compressed_payload, decode, encode, join, message_size
-from fmus.apm.compression import CELLS_PER_BYTE
-from fmus.apm.seen_compression import SEEN_CELLS_PER_BYTE
-from fmus.records import APM_COMPRESSED_FLAG, APM_HEADER, APM_LEVELS_SHIFT
-from tests.fmus.apm.apms import any_apms, plain, with_header
+from fmus.messages.apm import Apm, compressed_payload, decode, encode, join, message_size
+from fmus.messages.apm.compression import CELLS_PER_BYTE
+from fmus.messages.apm.seen_compression import SEEN_CELLS_PER_BYTE
+from fmus.messages.records import APM_COMPRESSED_FLAG, APM_HEADER, APM_LEVELS_SHIFT
 from tests.fmus.driver import Library, Refused
+from tests.fmus.messages.apm.apms import any_apms, plain, with_header
 
 from .harness import Outputs, Perception
 from .messages import NativeCodec

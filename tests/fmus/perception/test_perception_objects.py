@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from fmus.records import BUILDING, GROUND
+from fmus.messages.records import BUILDING, GROUND
 from orchestrator.signal import Array
 from tests.fmus.driver import Library, Refused
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fmus.apm import Float
+from fmus.messages.apm import Float
 from tests.fmus.driver import Library, Refused
 
 from .harness import Outputs, Perception

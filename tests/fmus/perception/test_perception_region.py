@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from fmus.apm import Apm, Float, encode, join
+from fmus.messages.apm import Apm, Float, encode, join
 from orchestrator.signal import Array
 from tests.fmus.driver import Library, Refused
 

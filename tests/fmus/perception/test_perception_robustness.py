@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from fmus.apm import Apm, encode, join
-from fmus.records import FRAME, POINT, SENSOR
+from fmus.messages.apm import Apm, encode, join
+from fmus.messages.records import FRAME, POINT, SENSOR
 from tests.fmus.driver import Library, Refused
 
 from .harness import Outputs, Perception

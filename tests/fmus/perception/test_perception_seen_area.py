@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 import pytest
 
-from fmus.apm import Apm, Float, join
-from fmus.records import APM_HEADER
+from fmus.messages.apm import Apm, Float, join
+from fmus.messages.records import APM_HEADER
 from tests.fmus.driver import Library
 from tests.fmus.perception.harness import Outputs, Perception
 from tests.fmus.perception.rays import FARTHEST, NEAREST, Wall, sweep

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from fmus.apm import Float
-from fmus.records import POINT, SENSOR, frame, unframe
+from fmus.messages.apm import Float
+from fmus.messages.records import POINT, SENSOR, frame, unframe
 from orchestrator.signal import Array
 from tests.fmus.driver import Library, Refused
 from tests.fmus.lidar.harness import CAR, NO_NOISE, TRUCK, Lidar

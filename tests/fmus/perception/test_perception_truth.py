@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from typing_extensions import override
 
-from fmus.apm import Float
-from fmus.records import SENSOR, frame, unframe
+from fmus.messages.apm import Float
+from fmus.messages.records import SENSOR, frame, unframe
 from orchestrator.signal import Array
 from tests.fmus.driver import Library
 from tests.fmus.lidar.harness import BUS, CAR, SUV, TRUCK, VAN, Lidar

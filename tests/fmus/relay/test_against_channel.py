@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from fmus.records import NO_VEHICLE
+from fmus.messages.records import NO_VEHICLE
 from fmus.relay.crossings import Hops, Walls, crossings
 from fmus.relay.knife_edges import shadowing
 from fmus.relay.obstacles import Obstacles

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from fmus.records import NO_VEHICLE, OBJECT, frame, unframe
+from fmus.messages.records import NO_VEHICLE, OBJECT, frame, unframe
 from fmus.relay import ExpectedPrr
 from fmus.relay.expectation import Expectation, Losses
 from fmus.relay.nodes import Node, ego_node, neighbours

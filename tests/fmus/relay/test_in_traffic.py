@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import scenarios
-from fmus.records import NO_VEHICLE, OBJECT, frame, unframe
+from fmus.messages.records import NO_VEHICLE, OBJECT, frame, unframe
 from fmus.relay import ExpectedPrr, Mohed
 from fmus.relay.connectors import CONNECTORS
 from orchestrator.cli import main

@@ -3,8 +3,8 @@
 import numpy as np
 from hypothesis import given, strategies as st
 
-from fmus.apm import Apm
-from fmus.records import APM_LAYER_CELL, NO_VEHICLE
+from fmus.messages.apm import Apm
+from fmus.messages.records import APM_LAYER_CELL, NO_VEHICLE
 from fmus.relay.crossings import Hops, crossings
 from fmus.relay.obstacles import Obstacles, from_layer, merge
 from tests.fmus.relay.world import SHARER

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 import scenarios
-from fmus.records import NO_VEHICLE
+from fmus.messages.records import NO_VEHICLE
 from fmus.relay import Forced, Oracle
 from fmus.relay.oracle import _Supply
 from orchestrator.cli import main

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from fmus.records import NO_VEHICLE, frame
+from fmus.messages.records import NO_VEHICLE, frame
 from fmus.relay import Direct, ExpectedPrr, Mohed, Random, SignalStrength
 from fmus.relay.connectors import CONNECTORS
 from fmus.relay.selection import SelectionParameters

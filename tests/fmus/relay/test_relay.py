@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from fmus.apm import Apm, encode, join
-from fmus.records import APM_LAYER_CELL, NO_VEHICLE, OBJECT, frame, unframe
+from fmus.messages.apm import Apm, encode, join
+from fmus.messages.records import APM_LAYER_CELL, NO_VEHICLE, OBJECT, frame, unframe
 from fmus.relay import Direct, Mohed
 from fmus.relay.crossings import Walls
 from fmus.relay.nodes import Node

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fmus.records import OBJECT, frame
+from fmus.messages.records import OBJECT, frame
 from fmus.relay.connectors import CONNECTORS
 from orchestrator.component import Component
 from orchestrator.signal import Causality, Signal

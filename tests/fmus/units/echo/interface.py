@@ -2,7 +2,7 @@
 
 from typing import Final, get_args
 
-from fmus.common.interface import Interface, Variable, VariableType
+from fmus.native.interface import Interface, Variable, VariableType
 
 TYPES: Final = tuple(kind for kind in get_args(VariableType) if kind != "Binary")
 COLOURS: Final = ("red", "green", "blue")

@@ -1,6 +1,6 @@
 """Fails on demand."""
 
-from fmus.common.interface import Interface, Variable
+from fmus.native.interface import Interface, Variable
 
 INTERFACE = Interface(
     name="faulty",

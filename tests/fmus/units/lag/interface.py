@@ -1,6 +1,6 @@
 """First-order lags with private state."""
 
-from fmus.common.interface import Interface, Variable
+from fmus.native.interface import Interface, Variable
 
 INTERFACE = Interface(
     name="lag",

@@ -1,6 +1,6 @@
 """Rows of a matrix: sizes by structural parameters, no private state."""
 
-from fmus.common.interface import Interface, Variable
+from fmus.native.interface import Interface, Variable
 
 INTERFACE = Interface(
     name="matrix",

@@ -1,6 +1,6 @@
 """Parameters that are arrays or names: sizes chosen before the start, Enumerations."""
 
-from fmus.common.interface import (
+from fmus.native.interface import (
     Interface,
     Variable,
     choice,

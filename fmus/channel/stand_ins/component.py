@@ -1,0 +1,75 @@
+"""What all stand-ins for the channel share as components."""
+
+import abc
+from collections.abc import Mapping
+
+import numpy as np
+from typing_extensions import override
+
+from fmus.channel.stand_ins.connectors import CONNECTORS
+from fmus.channel.stand_ins.delivery import Delivery, DeliveryState, LinkModel
+from fmus.channel.stand_ins.parameters import RadioParameters, refuse
+from orchestrator.component import RestorableComponent
+from orchestrator.signal import Causality, Connector, Signals
+from orchestrator.timebase import Duration, Time
+
+
+class LinkModelComponent(RestorableComponent[tuple[DeliveryState, Signals]]):
+    """A channel made of a link model.
+
+    Args:
+        parameters: of the radios.
+
+    Raises:
+        ComponentTypeError: values of `parameters` are wrong; all of them are named.
+    """
+
+    def __init__(self, parameters: RadioParameters) -> None:
+        refuse(parameters)
+        self._radio_parameters = parameters
+
+    @abc.abstractmethod
+    def link_model(self, seed: int) -> LinkModel:
+        """A link model that has judged nothing yet; called once per run.
+
+        Args:
+            seed: of its draws, 0..2^64-1.
+        """
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return CONNECTORS
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        given = self._radio_parameters.seed
+        drawn = int(rng.integers(2**64, dtype=np.uint64))
+        model = self.link_model(drawn if given is None else given)
+        self._delivery = Delivery(self._radio_parameters, model, start)
+        self._outputs: Signals = {
+            name: connector.start_value()
+            for name, connector in CONNECTORS.items()
+            if connector.causality is Causality.OUTPUT
+        }
+
+    @override
+    def initialise(self, inputs: Signals) -> None:
+        self._outputs = {**self._outputs, "busy_ratio": np.zeros(len(inputs["vehicle.id"]))}
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._outputs = self._delivery.step(inputs, t, h)
+
+    @override
+    def outputs(self) -> Signals:
+        return self._outputs
+
+    @override
+    def save(self) -> tuple[DeliveryState, Signals]:
+        return self._delivery.save(), self._outputs
+
+    @override
+    def restore(self, state: tuple[DeliveryState, Signals]) -> None:
+        delivery, self._outputs = state
+        self._delivery.restore(delivery)

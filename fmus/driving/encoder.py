@@ -1,0 +1,87 @@
+"""The computer of those who share their perception: each scan becomes a message of features."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, TypeAlias
+
+import numpy as np
+from typing_extensions import override
+
+from fmus.driving.network.checkpoint import read_network
+from fmus.driving.network.cloud import clouds
+from fmus.driving.network.sensors import Sender
+from fmus.messages.features import write_features
+from fmus.messages.records import FEATURES_MIME, POINTS_MIME
+from orchestrator.component import Component
+from orchestrator.parameters import parameter
+from orchestrator.signal import Causality, Connector, Signals
+from orchestrator.timebase import Duration, Time
+
+_READS: Final = frozenset({"points", "ego.id"})
+CONNECTORS: Final[Mapping[str, Connector]] = {
+    "points": Connector(
+        causality=Causality.INPUT, dtype=None, mime_type=POINTS_MIME, description="of all lidars"
+    ),
+    "ego.id": Connector(causality=Causality.INPUT, dtype=np.int64, start=np.int64(-1)),
+    "features": Connector(
+        causality=Causality.OUTPUT,
+        dtype=None,
+        mime_type=FEATURES_MIME,
+        feedthrough=_READS,
+        description="of the last scan of every lidar but the ego's, by vehicle",
+    ),
+}
+
+
+class FeatureEncoder(Component):
+    """Turns the scans of every lidar but the ego's into messages of keypoints with features.
+
+    Each vehicle computes from its own scans alone; the features go on the air by `facilities`.
+    The policy that reads them must be given the same `network`.
+    """
+
+    @dataclass(frozen=True, slots=True, kw_only=True)
+    class _Parameters:
+        """Parameters of the encoder."""
+
+        network: str = parameter(
+            "bev-32",
+            doc="a network that comes with the package, or the path of a checkpoint; "
+            "empty: nothing is sent",
+        )
+
+    Parameters: TypeAlias = _Parameters
+
+    def __init__(self, parameters: _Parameters) -> None:
+        self._checkpoint = read_network(parameters.network) if parameters.network else None
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return CONNECTORS
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._senders: dict[int, Sender] = {}
+        self._read = (-1, b"")
+        self._outputs: Signals = {"features": b""}
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        if self._checkpoint is None:
+            return
+        ego, points = read = int(np.asarray(inputs["ego.id"])), bytes(inputs["points"])
+        if read == self._read:
+            return
+        self._read = read
+        found = [cloud for cloud in clouds(points) if cloud.vehicle != ego]
+        self._senders = {
+            cloud.vehicle: self._senders.get(cloud.vehicle) or Sender(self._checkpoint)
+            for cloud in found
+        }
+        messages = [self._senders[cloud.vehicle].message(cloud) for cloud in found]
+        self._outputs = {"features": write_features(messages) if messages else b""}
+
+    @override
+    def outputs(self) -> Signals:
+        return self._outputs

@@ -1,0 +1,217 @@
+"""When and where the ego would meet another body, if both go on as they do."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmus.driving.policy.route import ROUNDING, Box, Segments
+from orchestrator.signal import Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ego:
+    """The ego vehicle.
+
+    Attributes:
+        speed: along the route [m/s].
+        length, width: of the body [m].
+        route: centre line from the ego's centre on [m], shape (vertex, 2), at least 2.
+    """
+
+    speed: float
+    length: float
+    width: float
+    route: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bodies:
+    """Detected objects: boxes along the world's axes that keep their velocities.
+
+    Attributes:
+        minimum: lower corners at the start of the prediction [m], (body, 2).
+        maximum: upper corners [m], (body, 2).
+        velocity: [m/s], (body, 2).
+    """
+
+    minimum: Array
+    maximum: Array
+    velocity: Array
+
+    def only(self, rows: Array) -> "Bodies":
+        """The bodies in `rows`."""
+        return Bodies(
+            minimum=self.minimum[rows], maximum=self.maximum[rows], velocity=self.velocity[rows]
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Conflicts:
+    """The first meeting with each body.
+
+    Attributes:
+        time: from now [s], infinite without a conflict, (body,).
+        distance: to it, ahead of the ego's front [m], (body,).
+    """
+
+    time: Array
+    distance: Array
+
+    @classmethod
+    def none(cls, bodies: int) -> "Conflicts":
+        """No meeting with any of so many bodies."""
+        return cls(time=np.full(bodies, np.inf), distance=np.zeros(bodies))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prediction:
+    """How far and how carefully to look ahead.
+
+    Attributes:
+        horizon: of the prediction [s].
+        step: of the prediction [s].
+        lateral_margin: added on both sides of the ego's body [m].
+        longitudinal_margin: added before and behind it [m].
+        acceleration: with which the ego would take up speed again [m/s^2].
+        cruise: the speed it would take up [m/s].
+    """
+
+    horizon: float
+    step: float
+    lateral_margin: float
+    longitudinal_margin: float
+    acceleration: float
+    cruise: float
+
+    def first_conflicts(self, ego: Ego, bodies: Bodies) -> Conflicts:
+        """The first time at which the ego's body, grown by the margins, meets each body.
+
+        Two motions of the ego are considered, because it may choose either: keeping its
+        speed and taking up its cruising speed. Its body covers its length and width along
+        the centre line of the route. Bodies that are now behind the ego are left out: who
+        follows is the one to keep the distance.
+        """
+        times = np.arange(0.0, self.horizon + self.step / 2, self.step)
+        motions = (
+            ego.speed * times,
+            taking_up_speed(ego, self.cruise, self.acceleration, times),
+        )
+        reach = ego.length / 2 + self.longitudinal_margin
+        side = ego.width / 2 + self.lateral_margin
+        behind, beyond = np.min(motions) - reach, np.max(motions) + reach
+        line = Segments.of(ego.route)
+        size = _largest(bodies)  # a body reaches along the route beyond its point beside it
+        near = _near(line.box(behind - size, beyond + size, side), bodies, times)
+        (rows,) = np.nonzero(near.any(axis=1))
+        rear, front, clearance = _extents(line, bodies.only(rows), times, near[rows])
+        ahead = front[:, :1] >= -ego.length / 2
+        beside = ahead & (clearance <= side)
+        time = np.full(len(rows), np.inf)
+        distance = np.zeros(len(rows))
+        for travelled in motions:
+            met = beside & (rear <= travelled + reach) & (front >= travelled - reach)
+            first = np.where(met.any(axis=1), times[np.argmax(met, axis=1)], np.inf)
+            nearest = np.where(met, rear, np.inf).min(axis=1) - ego.length / 2
+            distance = np.where(first < time, np.maximum(nearest, 0.0), distance)
+            time = np.minimum(time, first)
+        conflicts = Conflicts.none(len(near))
+        conflicts.time[rows], conflicts.distance[rows] = time, distance
+        return conflicts
+
+
+def taking_up_speed(ego: Ego, cruise: float, acceleration: float, times: Array) -> Array:
+    """How far the ego comes [m] at `times` [s] if it takes up the speed `cruise` [m/s].
+
+    It accelerates with `acceleration` [m/s^2], or keeps a speed that is higher.
+    """
+    until = max(cruise - ego.speed, 0.0) / acceleration
+    ramp = np.minimum(times, until)
+    rest = np.maximum(times - until, 0.0)
+    travelled: Array = (
+        ego.speed * ramp + 0.5 * acceleration * ramp**2 + np.maximum(ego.speed, cruise) * rest
+    )
+    return travelled
+
+
+def overlapping(ego: Ego, bodies: Bodies) -> Array:
+    """Whether each body lies where the ego vehicle is, bool (body,).
+
+    Two vehicles are never in one place: such a body is the ego itself, as others see it. Bodies
+    that only touch it, within the accuracy of a lidar, do not overlap.
+    """
+    accuracy = 0.2  # m
+    length, width = ego.length / 2 - accuracy, ego.width / 2 - accuracy
+    now = np.zeros(1)
+    # most are far from the ego's centre, where the route starts
+    around = length + width + _largest(bodies) + ROUNDING
+    place = Box(lower=ego.route[0] - around, upper=ego.route[0] + around)
+    near = _near(place, bodies, now)[:, 0]
+    if not near.any():
+        return np.asarray(near)
+    along, across = project(ego.route, _corners(bodies, np.flatnonzero(near), now))
+    beside = (along.min(axis=1) > length) | (along.max(axis=1) < -length)
+    beside |= (across.min(axis=1) > width) | (across.max(axis=1) < -width)
+    near[near] = ~beside
+    return np.asarray(near)
+
+
+def project(route: Array, points: Array) -> tuple[Array, Array]:
+    """Distance along `route` and signed distance across it (left positive).
+
+    The first and last segments are continued, so that points behind have negative and
+    points beyond have larger distances than the route's length.
+
+    Args:
+        route: [m], shape (vertex, 2), at least two different vertices.
+        points: [m], shape (..., 2).
+
+    Returns:
+        Along and across [m], each of the shape of `points` without its last axis.
+    """
+    return Segments.of(route).project(points)
+
+
+def _near(place: Box, bodies: Bodies, times: Array) -> Array:
+    """Whether each body touches a box at each time, bool (body, time)."""
+    moved = times[:, None] * bodies.velocity[:, None]  # (body, time, 2)
+    reached = bodies.minimum[:, None] + moved <= place.upper
+    reached &= bodies.maximum[:, None] + moved >= place.lower
+    return np.asarray(reached.all(axis=-1))
+
+
+def _largest(bodies: Bodies) -> float:
+    """The longest diagonal [m]."""
+    return float(np.hypot(*(bodies.maximum - bodies.minimum).T).max(initial=0.0))
+
+
+def _extents(route: Segments, bodies: Bodies, times: Array, near: Array) -> Array:
+    """Where each body begins and ends along `route`, and its distance to the centre line.
+
+    They are projected at the times when they are near and at the first; at the others they have
+    no extent. Bodies that stand are projected once.
+
+    Returns:
+        Rear, front, clearance [m], shape (3, body, time).
+    """
+    standing = ~np.any(bodies.velocity, axis=1)
+    wanted = near & ~standing[:, None]
+    wanted[:, 0] = True
+    extents = np.empty((3, *near.shape))
+    extents[0], extents[1], extents[2] = np.inf, -np.inf, np.inf
+    rows, columns = np.nonzero(wanted)
+    along, across = route.project(_corners(bodies, rows, times[columns]))
+    extents[0, rows, columns] = along.min(axis=-1)
+    extents[1, rows, columns] = along.max(axis=-1)
+    beside = np.maximum(across.min(axis=-1), -across.max(axis=-1))
+    extents[2, rows, columns] = np.maximum(beside, 0.0)
+    extents[:, standing] = extents[:, standing, :1]
+    return extents
+
+
+def _corners(bodies: Bodies, rows: Array, times: Array) -> Array:
+    """The corners of the bodies in `rows`, each at its own time, shape (row, 4, 2)."""
+    choice = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    box = np.stack([bodies.minimum[rows], bodies.maximum[rows]], axis=1)  # (row, 2, 2)
+    corners = box[:, choice, np.arange(2)]  # (row, 4, 2)
+    moved = times[:, None] * bodies.velocity[rows]
+    return np.asarray(corners + moved[:, None])

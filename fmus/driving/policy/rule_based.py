@@ -1,0 +1,186 @@
+"""Rule-based driving: keep the speed, brake for predicted conflicts."""
+
+import abc
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, TypeAlias
+
+import numpy as np
+from typing_extensions import override
+
+from fmus.driving.policy.command import NOTHING, Hazard, ego_of, outputs
+from fmus.driving.policy.conflict import Bodies, Ego, Prediction, overlapping
+from fmus.driving.policy.connectors import EGO, connectors
+from fmus.driving.policy.driving import DrivingParameters
+from fmus.driving.policy.steering import follow, has_route
+from fmus.messages.records import OBJECT, unframe
+from orchestrator.component import Component
+from orchestrator.parameters import parameter
+from orchestrator.signal import Array, Connector, Signals
+from orchestrator.timebase import Duration, Time
+
+_BLIND: Final = connectors(EGO | {"objects"})
+_RULE_BASED: Final = connectors(EGO | {"objects", "received.objects"})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Meeting:
+    """How far ahead of the ego's front [m] it meets what."""
+
+    distance: float
+    hazard: Hazard
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameters(DrivingParameters):
+    """Parameters of the rule-based policies."""
+
+    horizon: float = parameter(4.0, unit="s", minimum=0.1, doc="how far to predict")
+    stop_margin: float = parameter(
+        2.0, unit="m", minimum=0.0, doc="where to stop before a conflict"
+    )
+    braking: float = parameter(
+        8.0, unit="m/s^2", minimum=0.1, doc="deceleration of full brake; the actuator's limit"
+    )
+    comfortable: float = parameter(
+        3.0, unit="m/s^2", minimum=0.1, doc="braking starts when the conflict needs this much"
+    )
+    moving: float = parameter(
+        1.0, unit="m/s", minimum=0.0, doc="slower tracks count as standing (tracking noise)"
+    )
+    confirmations: int = parameter(
+        2, minimum=1, doc="consecutive steps with a conflict before the brake is used"
+    )
+
+
+class _Driver:
+    """What both policies share: from objects to a command."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._parameters = parameters
+        self._prediction = Prediction(
+            horizon=parameters.horizon,
+            step=parameters.prediction_step,
+            lateral_margin=parameters.lateral_margin,
+            longitudinal_margin=parameters.longitudinal_margin,
+            acceleration=parameters.acceleration,
+            cruise=parameters.cruise_speed,
+        )
+        self._confirmed = 0
+
+    def drive(self, inputs: Signals, seen: Array, received: Array, now: Time) -> Signals:
+        """The outputs at `now`, given the objects that the ego sees and those it received."""
+        ego = ego_of(inputs)
+        steer = follow(inputs, self._parameters)
+        meeting = self._meeting(ego, seen, received, now) if has_route(inputs) else None
+        self._confirmed = self._confirmed + 1 if meeting else 0
+        if meeting and self._confirmed >= self._parameters.confirmations:
+            demand = self._deceleration(ego, meeting.distance)
+            if demand >= self._parameters.comfortable or ego.speed < self._parameters.moving:
+                brake = min(demand / self._parameters.braking, 1.0)
+                return outputs(accelerate=0.0, brake=brake, steer=steer, hazard=meeting.hazard)
+        wanted = (self._parameters.cruise_speed - ego.speed) / 1.0  # within one second
+        accelerate = min(max(0.0, wanted) / self._parameters.acceleration, 1.0)
+        brake = min(max(0.0, -wanted) / self._parameters.braking, 1.0)
+        return outputs(accelerate=accelerate, brake=brake, steer=steer, hazard=None)
+
+    def _deceleration(self, ego: Ego, distance: float) -> float:
+        """What it takes to stop `stop_margin` before a conflict [m/s^2]."""
+        room = max(distance - self._parameters.stop_margin, 0.1)
+        return max(ego.speed**2 / (2.0 * room), self._parameters.comfortable / 2.0)
+
+    def _meeting(self, ego: Ego, seen: Array, received: Array, now: Time) -> _Meeting | None:
+        """The object whose conflict comes first; received ones may be the ego itself."""
+        if len(received):
+            others = received.compress(~overlapping(ego, self._moved(received, now)))
+            seen = np.concatenate([seen, others])
+        return self._worst(ego, seen, now)
+
+    def _moved(self, objects: Array, now: Time) -> Bodies:
+        """Where the objects are at `now`."""
+        age = (now - objects["time"]) / 1e9
+        standing = np.hypot(*objects["velocity"].T) < self._parameters.moving
+        velocity = np.where(standing[:, None], 0.0, objects["velocity"])
+        moved = age[:, None] * velocity
+        return Bodies(
+            minimum=objects["minimum"] + moved,
+            maximum=objects["maximum"] + moved,
+            velocity=velocity,
+        )
+
+    def _worst(self, ego: Ego, objects: Array, now: Time) -> _Meeting | None:
+        if len(objects) == 0:
+            return None
+        conflicts = self._prediction.first_conflicts(ego, self._moved(objects, now))
+        first = int(np.argmin(conflicts.time))
+        if np.isinf(conflicts.time[first]):
+            return None
+        hazard = Hazard(
+            instance=int(objects["instance"][first]),
+            sensor=int(objects["sensor"][first]),
+            age=float((now - objects["time"][first]) / 1e9),
+        )
+        return _Meeting(distance=float(conflicts.distance[first]), hazard=hazard)
+
+
+class _RulePolicy(Component):
+    """What the rule-based policies share: all but the objects they consider."""
+
+    Parameters: TypeAlias = Parameters
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._parameters = parameters
+
+    @abc.abstractmethod
+    def _received(self, inputs: Signals) -> Array:
+        """The objects of others that are considered as well, `OBJECT` records."""
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._driver = _Driver(self._parameters)
+        self._outputs = NOTHING
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._outputs = self._driver.drive(inputs, _seen(inputs), self._received(inputs), t + h)
+
+    @override
+    def outputs(self) -> Signals:
+        return self._outputs
+
+
+class RuleBased(_RulePolicy):
+    """Drives along the route and brakes for what the ego sees and what it received.
+
+    Every object is predicted with constant velocity, shared ones from the time of their
+    scan; a conflict with the ego's own motion is braked for when it needs more than a
+    comfortable deceleration. What others see where the ego is, is the ego.
+    """
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return _RULE_BASED
+
+    @override
+    def _received(self, inputs: Signals) -> Array:
+        return unframe("OBJS", bytes(inputs["received.objects"]), OBJECT)
+
+
+class Blind(_RulePolicy):
+    """The rule-based policy without V2X: it brakes for what the ego's own lidar sees."""
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return _BLIND
+
+    @override
+    def _received(self, inputs: Signals) -> Array:
+        return np.empty(0, OBJECT)
+
+
+def _seen(inputs: Signals) -> Array:
+    """The objects of the ego's own sensor."""
+    objects = unframe("OBJS", bytes(inputs["objects"]), OBJECT)
+    return np.asarray(objects.compress(objects["sensor"] == int(np.asarray(inputs["ego.id"]))))

@@ -1,7 +1,0 @@
-"""Stand-ins for the channel FMU: constant packet error rate, and replay of recorded links.
-
-They have its connectors, `probe.*` excepted, and take and give the same packets and receptions.
-"""
-
-from fmus.link_models.constant_per import ConstantPer as ConstantPer
-from fmus.link_models.trace import Trace as Trace

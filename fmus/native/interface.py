@@ -1,0 +1,228 @@
+"""The interface of an FMU as data: one table from which modelDescription.xml and C are made.
+
+Each native unit has a module `interface.py` with an `INTERFACE`; `fmus.native.build` turns it
+into an FMU. Names, types, dimensions, units, start values and dependencies exist only here.
+Most variables are one line each, made by the constructors `length`, `parameter`, `whole`,
+`switch`, `choice`, `discrete_input` and `discrete_output`; `fmus.native.scene` has the inputs that
+units share.
+"""
+
+from dataclasses import dataclass
+from typing import Final, Literal, TypeAlias
+
+VariableType: TypeAlias = Literal[
+    "Float32",
+    "Float64",
+    "Int8",
+    "UInt8",
+    "Int16",
+    "UInt16",
+    "Int32",
+    "UInt32",
+    "Int64",
+    "UInt64",
+    "Boolean",
+    "Enumeration",
+    "Binary",
+]
+Causality: TypeAlias = Literal["structuralParameter", "parameter", "input", "output"]
+Variability: TypeAlias = Literal["fixed", "tunable", "discrete", "continuous"]
+
+BYTES_MIME: Final = "application/octet-stream"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Variable:
+    """One FMI variable.
+
+    Attributes:
+        name: structured name, e.g. `vehicle.position`.
+        dimensions: one entry per axis, a fixed length or the name of a structural parameter;
+            the orchestrator calls the axis sized by `n_vehicle` `vehicle`.
+        start: one number for all elements; ignored for Binary, which starts empty.
+        minimum, maximum: inclusive bounds, checked by the shell when a value is set.
+        dependencies: for an output, the inputs that it depends on at the same time.
+        mime_type: contents of a Binary.
+        items: of an Enumeration; their values are 1, 2, ... in this order, and `start` is one of
+            these values.
+    """
+
+    name: str
+    type: VariableType
+    causality: Causality
+    variability: Variability
+    description: str
+    unit: str = "1"
+    dimensions: tuple[int | str, ...] = ()
+    start: float = 0
+    minimum: float | None = None
+    maximum: float | None = None
+    dependencies: tuple[str, ...] = ()
+    mime_type: str = BYTES_MIME
+    items: tuple[str, ...] = ()
+
+    def listed_items(self) -> str:
+        """The items with their values, for people: `1 (hold), 2 (linear)`."""
+        return ", ".join(f"{value} ({item})" for value, item in enumerate(self.items, start=1))
+
+
+def length(
+    name: str,
+    start: int,
+    minimum: int,
+    maximum: int | None,
+    description: str,
+    *,
+    tunable: bool = True,
+) -> Variable:
+    """The length of an axis; if it is tunable, it may change between steps. `None` is no bound."""
+    return Variable(
+        name=name,
+        type="UInt64",
+        causality="structuralParameter",
+        variability="tunable" if tunable else "fixed",
+        description=description,
+        start=start,
+        minimum=minimum,
+        maximum=maximum,
+    )
+
+
+def parameter(
+    name: str,
+    start: float,
+    minimum: float | None,
+    maximum: float | None,
+    description: str,
+    *,
+    unit: str = "1",
+    dimensions: tuple[int | str, ...] = (),
+) -> Variable:
+    """A number that is fixed before initialisation; `None` is no bound."""
+    return Variable(
+        name=name,
+        type="Float64",
+        causality="parameter",
+        variability="fixed",
+        description=description,
+        unit=unit,
+        dimensions=dimensions,
+        start=start,
+        minimum=minimum,
+        maximum=maximum,
+    )
+
+
+def whole(
+    name: str,
+    start: int,
+    minimum: int | None,
+    maximum: int | None,
+    description: str,
+    *,
+    kind: VariableType = "Int32",
+) -> Variable:
+    """A whole number that is fixed before initialisation; `None` is the bound of its type."""
+    return Variable(
+        name=name,
+        type=kind,
+        causality="parameter",
+        variability="fixed",
+        description=description,
+        start=start,
+        minimum=minimum,
+        maximum=maximum,
+    )
+
+
+def switch(name: str, description: str, *, start: bool) -> Variable:
+    """A Boolean that is fixed before initialisation."""
+    return Variable(
+        name=name,
+        type="Boolean",
+        causality="parameter",
+        variability="fixed",
+        description=description,
+        start=start,
+    )
+
+
+def choice(name: str, items: tuple[str, ...], description: str) -> Variable:
+    """One of several names, fixed before initialisation; the first one is the default."""
+    return Variable(
+        name=name,
+        type="Enumeration",
+        causality="parameter",
+        variability="fixed",
+        description=description,
+        start=1,
+        items=items,
+    )
+
+
+def discrete_input(
+    name: str,
+    kind: VariableType,
+    description: str,
+    *,
+    unit: str = "1",
+    dimensions: tuple[int | str, ...] = (),
+    start: float = 0,
+    mime_type: str = BYTES_MIME,
+) -> Variable:
+    """An input that holds its value from one communication point to the next."""
+    return Variable(
+        name=name,
+        type=kind,
+        causality="input",
+        variability="discrete",
+        description=description,
+        unit=unit,
+        dimensions=dimensions,
+        start=start,
+        mime_type=mime_type,
+    )
+
+
+def discrete_output(
+    name: str,
+    kind: VariableType,
+    description: str,
+    *,
+    unit: str = "1",
+    dimensions: tuple[int | str, ...] = (),
+    start: float = 0,
+    dependencies: tuple[str, ...] = (),
+    mime_type: str = BYTES_MIME,
+) -> Variable:
+    """An output that changes at communication points only."""
+    return Variable(
+        name=name,
+        type=kind,
+        causality="output",
+        variability="discrete",
+        description=description,
+        unit=unit,
+        dimensions=dimensions,
+        start=start,
+        dependencies=dependencies,
+        mime_type=mime_type,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Interface:
+    """The interface and the sources of one FMU.
+
+    Attributes:
+        name: modelName and modelIdentifier; the archive is `<name>.fmu`.
+        variables: in the order of their value references, after `time` (reference 0).
+        sources: C files beside `interface.py` (the shell is added by the build).
+        headers: C headers beside `interface.py`.
+    """
+
+    name: str
+    description: str
+    variables: tuple[Variable, ...]
+    sources: tuple[str, ...]
+    headers: tuple[str, ...] = ()

@@ -1,0 +1,136 @@
+"""What several units see of the scene: vehicles, buildings and roads, as FMI variables."""
+
+from dataclasses import replace
+from typing import Final, Literal, TypeAlias
+
+from fmus.native.interface import Variable, discrete_input, length
+
+VehicleField: TypeAlias = Literal[
+    "id", "position", "heading", "size", "body", "antenna_height", "equipped", "lidar"
+]
+BuildingField: TypeAlias = Literal["vertex", "index", "height"]
+RoadField: TypeAlias = Literal["vertex", "index"]
+
+_VEHICLE: Final[dict[VehicleField, Variable]] = {
+    "id": discrete_input(
+        "vehicle.id",
+        "Int64",
+        "Number of the vehicle, 0 to 2147483647, ascending",
+        dimensions=("n_vehicle",),
+    ),
+    "position": discrete_input(
+        "vehicle.position",
+        "Float64",
+        "Centre of the body's footprint; z is the ground",
+        unit="m",
+        dimensions=("n_vehicle", 3),
+    ),
+    "heading": discrete_input(
+        "vehicle.heading",
+        "Float64",
+        "Counter-clockwise from the x axis",
+        unit="rad",
+        dimensions=("n_vehicle",),
+    ),
+    "size": discrete_input(
+        "vehicle.size",
+        "Float64",
+        "Length, width, height of the body",
+        unit="m",
+        dimensions=("n_vehicle", 3),
+    ),
+    "body": discrete_input(
+        "vehicle.body",
+        "Int32",
+        "0 car, 1 SUV or MPV, 2 van, 3 bus, 4 truck",
+        dimensions=("n_vehicle",),
+    ),
+    "antenna_height": discrete_input(
+        "vehicle.antenna_height",
+        "Float64",
+        "Above the ground, at the body's centre",
+        unit="m",
+        dimensions=("n_vehicle",),
+    ),
+    "equipped": discrete_input(
+        "vehicle.equipped", "Boolean", "Has a radio", dimensions=("n_vehicle",)
+    ),
+    "lidar": discrete_input(
+        "vehicle.lidar", "Boolean", "Carries a lidar sensor", dimensions=("n_vehicle",)
+    ),
+}
+
+_BUILDING: Final[dict[BuildingField, Variable]] = {
+    "vertex": discrete_input(
+        "building.vertex",
+        "Float64",
+        "Corners of all buildings, ring by ring, open rings, either sense",
+        unit="m",
+        dimensions=("n_building_vertex", 2),
+    ),
+    "index": discrete_input(
+        "building.index",
+        "Int32",
+        "The building each corner belongs to, 0 to n_building - 1, ascending",
+        dimensions=("n_building_vertex",),
+    ),
+    "height": discrete_input(
+        "building.height",
+        "Float64",
+        "Of the flat roof above z = 0",
+        unit="m",
+        dimensions=("n_building",),
+    ),
+}
+
+_ROAD: Final[dict[RoadField, Variable]] = {
+    "vertex": discrete_input(
+        "road.vertex",
+        "Float64",
+        "Corners of the polygons of the drivable surface, ring by ring, open rings, either sense; "
+        "they may overlap. Fewer than two corners: the road is everywhere",
+        unit="m",
+        dimensions=("n_road_vertex", 2),
+    ),
+    "index": discrete_input(
+        "road.index",
+        "Int32",
+        "The polygon each corner belongs to, ascending",
+        dimensions=("n_road_vertex",),
+    ),
+}
+
+
+def vehicle(field: VehicleField, *, start: float = 0) -> Variable:
+    """The input `vehicle.<field>`, one entry per vehicle."""
+    return replace(_VEHICLE[field], start=start)
+
+
+def building(field: BuildingField, *, start: float = 0) -> Variable:
+    """The input `building.<field>`, one entry per building, or per corner of all buildings."""
+    return replace(_BUILDING[field], start=start)
+
+
+def road(field: RoadField) -> Variable:
+    """The input `road.<field>`, one entry per corner of all polygons of the drivable surface."""
+    return _ROAD[field]
+
+
+def n_vehicle(*, maximum: int | None = None) -> Variable:
+    """The number of vehicles."""
+    return length("n_vehicle", 1, 0, maximum, "Number of vehicles")
+
+
+def n_building_vertex(*, maximum: int | None = None) -> Variable:
+    """The number of corners; it starts with those of the one building, a triangle."""
+    return length("n_building_vertex", 3, 0, maximum, "Number of corners of all buildings")
+
+
+def n_building(*, maximum: int | None = None) -> Variable:
+    """The number of buildings."""
+    return length("n_building", 1, 0, maximum, "Number of buildings")
+
+
+def n_road_vertex(*, maximum: int | None = None) -> Variable:
+    """The number of corners; it starts with one, which is no road."""
+    return length("n_road_vertex", 1, 0, maximum, "Number of corners of the drivable surface")

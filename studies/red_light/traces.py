@@ -1,0 +1,188 @@
+"""The recording of a red-light run, read into tables."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Final, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from fmus.messages.records import OBJECT, PACKET, RECEPTION, SENSOR_DATA, unframe
+from studies.red_light.polygons import polygon_distance
+
+Array = npt.NDArray[Any]
+
+BACKGROUND: Final = 0
+EGO: Final = 1
+COLLISION: Final = 2
+SHARING: Final = 3
+BLOCKING: Final = 4
+ROADSIDE: Final = 5
+"""Values of `vehicle.role`."""
+
+ROLE_WORDS: Final = (
+    "background",
+    "ego",
+    "collision vehicle",
+    "sharing node",
+    "blocking vehicle",
+    "roadside unit",
+)
+"""What they are called, by value."""
+
+
+class Series(Protocol):
+    """One recorded signal."""
+
+    @property
+    def times(self) -> Array:
+        """Communication points [ns]."""
+
+    def __len__(self) -> int:
+        """Number of samples."""
+
+    def __getitem__(self, index: int) -> Any:
+        """One sample."""
+
+    def at(self, t: int) -> Any:
+        """The newest sample at or before `t`."""
+
+
+class Recording(Protocol):
+    """Recorded signals by name, `component.connector`."""
+
+    def __getitem__(self, name: str) -> Series:
+        """One signal."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scene:
+    """All vehicles at one communication point; see docs/architecture.md for the fields."""
+
+    time: int
+    ids: Array
+    position: Array
+    heading: Array
+    velocity: Array
+    size: Array
+    role: Array
+
+    def row(self, role: int) -> int | None:
+        """The row of the first vehicle with `role`."""
+        rows = np.flatnonzero(self.role == role)
+        return int(rows[0]) if len(rows) else None
+
+    def corners(self, rows: Sequence[int] | slice = slice(None)) -> Array:
+        """Footprints of the vehicles in `rows`, counter-clockwise [m], shape (vehicle, 4, 2)."""
+        half = self.size[rows, None, :2] / 2.0 * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+        heading = self.heading[rows]
+        cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
+        turned = np.stack(
+            [cos * half[..., 0] - sin * half[..., 1], sin * half[..., 0] + cos * half[..., 1]],
+            axis=-1,
+        )
+        return np.asarray(self.position[rows, None, :2] + turned)
+
+
+_SCENE: Final = {
+    "ids": "traffic.vehicle.id",
+    "position": "traffic.vehicle.position",
+    "heading": "traffic.vehicle.heading",
+    "velocity": "traffic.vehicle.velocity",
+    "size": "traffic.vehicle.size",
+    "role": "traffic.vehicle.role",
+}
+"""The signal of each array of a `Scene`."""
+
+
+class Traces:
+    """A recording with its signals opened once and its events read once."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self._series: dict[str, Series] = {}
+
+    def series(self, name: str) -> Series:
+        """The recorded signal called `name`."""
+        if name not in self._series:
+            self._series[name] = self._recording[name]
+        return self._series[name]
+
+    def at(self, name: str, time: int) -> Any:
+        """The newest sample of a signal at or before `time` [ns]."""
+        return self.series(name).at(time)
+
+    @property
+    def end(self) -> int:
+        """The last communication point of traffic [ns]."""
+        return int(self.series("traffic.vehicle.id").times[-1])
+
+    def scene(self, time: int) -> Scene:
+        """The scene at the last communication point of traffic at or before `time` [ns]."""
+        fields = {field: np.asarray(self.at(name, time)) for field, name in _SCENE.items()}
+        return Scene(time=time, **fields)
+
+    def scenes(self) -> Iterator[Scene]:
+        """Every scene, in order of time."""
+        for k, time in enumerate(self.series("traffic.vehicle.id").times.tolist()):
+            fields = {field: np.asarray(self.series(name)[k]) for field, name in _SCENE.items()}
+            yield Scene(time=time, **fields)
+
+    def vehicle_with(self, role: int) -> int | None:
+        """The id of the first vehicle that has `role` in the run."""
+        roles, ids = self.series("traffic.vehicle.role"), self.series("traffic.vehicle.id")
+        for k in range(len(roles)):
+            rows = np.flatnonzero(np.asarray(roles[k]) == role)
+            if len(rows):
+                return int(np.asarray(ids[k])[rows[0]])
+        return None
+
+    def role_of(self, vehicle: int) -> int | None:
+        """The role of the vehicle with id `vehicle`; `None` if it never entered."""
+        roles, ids = self.series("traffic.vehicle.role"), self.series("traffic.vehicle.id")
+        for k in reversed(range(len(roles))):
+            rows = np.flatnonzero(np.asarray(ids[k]) == vehicle)
+            if len(rows):
+                return int(np.asarray(roles[k])[rows[0]])
+        return None
+
+    @cached_property
+    def gap_to_hidden(self) -> Array:
+        """Time [s] and distance between ego and collision vehicle [m], shape (sample, 2)."""
+        rows = []
+        for scene in self.scenes():
+            ego, hidden = scene.row(EGO), scene.row(COLLISION)
+            if ego is not None and hidden is not None:
+                rows.append((scene.time / 1e9, polygon_distance(*scene.corners([ego, hidden]))))
+        return np.array(rows).reshape(-1, 2)
+
+    @cached_property
+    def packets(self) -> Array:
+        """All packets handed to the radios, `PACKET` records."""
+        return self._table("facilities.packets", "PKTS", PACKET)
+
+    @cached_property
+    def receptions(self) -> Array:
+        """All receptions of sensor data, `RECEPTION` records."""
+        return self._table("channel.receptions", "RCPT", RECEPTION, kind=SENSOR_DATA)
+
+    def objects(self, name: str) -> Iterator[tuple[int, Array]]:
+        """Time [ns] and `OBJECT` records of each sample of an objects signal."""
+        series = self.series(name)
+        for k, time in enumerate(series.times):
+            yield int(time), unframe("OBJS", bytes(series[k]), OBJECT)
+
+    def scalars(self, name: str) -> tuple[Array, Array]:
+        """Times [s] and values of a scalar signal."""
+        series = self.series(name)
+        values = np.array([np.asarray(series[k]) for k in range(len(series))])
+        return np.asarray(series.times) / 1e9, values
+
+    def _table(self, name: str, magic: str, dtype: np.dtype[Any], kind: int | None = None) -> Array:
+        series = self.series(name)
+        tables = [unframe(magic, bytes(series[k]), dtype) for k in range(len(series))]
+        if kind is not None:
+            tables = [table.compress(table["kind"] == kind) for table in tables]
+        # in bytes, because NumPy compares the fields of all tables before it joins them
+        return np.frombuffer(bytearray().join(table.tobytes() for table in tables), dtype)

@@ -1,0 +1,101 @@
+"""The figure of a training: losses over epochs, and how the drives went."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
+
+from studies.method import style
+from studies.training.results import OUTCOMES, Findings, Row
+
+NAME: Final = "training"
+"""Of the files, without suffix."""
+
+_COLOURS: Final = {
+    "training": "#0072B2",
+    "validation": "#D55E00",
+    "collision": "#D55E00",
+    "success": "#009E73",
+}
+"""Of Okabe and Ito's palette, which readers with colour blindness can tell apart."""
+
+
+def draw(found: Findings, directory: Path) -> None:
+    """Write `training.svg` and `training.png`; equal findings make equal bytes."""
+    with style.styled():
+        figure = Figure(figsize=(7.2, 6.0), layout="constrained")
+        above, below = figure.subplots(2, 1)
+        _losses(above, found.epochs)
+        _drives(below, found.phases)
+        style.write(figure, directory / NAME)
+
+
+def _losses(axes: Axes, epochs: Sequence[Row]) -> None:
+    """Over all epochs, one after the other; where a round begins, and which epoch it kept."""
+    counts = range(1, len(epochs) + 1)
+    for which in ("training", "validation"):
+        losses = [row[f"{which}_loss"] for row in epochs]
+        axes.plot(counts, losses, color=_COLOURS[which], label=which, linewidth=1.2)
+    kept = [
+        (k, row["validation_loss"]) for k, row in zip(counts, epochs, strict=True) if row["kept"]
+    ]
+    if kept:
+        axes.plot(*zip(*kept, strict=True), "o", color="#000000", markersize=4, label="kept")
+    for k, row in zip(counts, epochs, strict=True):
+        if row["epoch"] == 1:
+            axes.axvline(k - 0.5, color="#666666", linewidth=0.8, linestyle=":")
+            axes.annotate(
+                f"round {row['round']}",
+                xy=(k - 0.5, 1.0),
+                xycoords=("data", "axes fraction"),
+                xytext=(2, -2),
+                textcoords="offset points",
+                va="top",
+                fontsize=7,
+                rotation=90,
+            )
+    if epochs and all(row[f"{w}_loss"] > 0 for row in epochs for w in ("training", "validation")):
+        axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 3.0, 5.0)))
+        axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set(xlabel="epoch", ylabel="mean loss")
+    _legend(axes)
+
+
+def _drives(axes: Axes, phases: Sequence[Row]) -> None:
+    """Shares of collisions and successes per phase, with intervals of 95 % (Wilson)."""
+    for shift, name in zip((-0.08, 0.08), OUTCOMES, strict=True):
+        known = [(k, row) for k, row in enumerate(phases) if row[name] is not None]
+        if not known:
+            continue
+        places = [k + shift for k, _ in known]
+        values = [row[name] for _, row in known]
+        below = [max(row[name] - row[f"{name}_low"], 0.0) for _, row in known]
+        above = [max(row[f"{name}_high"] - row[name], 0.0) for _, row in known]
+        axes.errorbar(
+            places,
+            values,
+            yerr=[below, above],
+            fmt="o",
+            color=_COLOURS[name],
+            label=name,
+            markersize=4,
+            capsize=2,
+            linewidth=1.0,
+        )
+    labels = [f"{row['phase']}\n$\\beta$ = {row['beta']:.3g}" for row in phases]
+    axes.set_xticks(range(len(phases)), labels, fontsize=7, rotation=90 if len(phases) > 8 else 0)
+    axes.set(ylim=(-0.03, 1.03), ylabel="share of runs")
+    _legend(axes)
+
+
+def _legend(axes: Axes) -> None:
+    """Above the axes, where no data are."""
+    handles, names = axes.get_legend_handles_labels()
+    if handles:
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(names))

@@ -1,0 +1,131 @@
+"""From the arguments of `nlosim train` to its outcome."""
+
+import shlex
+import sys
+from argparse import Namespace
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from orchestrator.cli.interruption import stopping
+from orchestrator.cli.outcome import Exit, Outcome, failure
+from orchestrator.errors import CosimError
+from orchestrator.experiment.workers import require
+from studies.training.conduct import Options, TrainingInterrupted, TrainingOutcome, conduct
+from studies.training.load import load_training
+from studies.training.plan import Training
+from studies.training.rollouts import local_pool
+from studies.training.schema import MAXIMUM_SEED
+
+
+def execute(arguments: Namespace) -> Outcome:
+    """Load, check, train, tell."""
+    _check_options(arguments)
+    training = _changed(load_training(arguments.training), arguments)
+    require("distributed")
+    with stopping() as stop:
+        try:
+            outcome = conduct(training, _options(arguments, stop.check))
+        except TrainingInterrupted as error:
+            return _interrupted(arguments, error.outcome)
+    return _done(training, arguments, outcome)
+
+
+def _check_options(arguments: Namespace) -> None:
+    if arguments.resume and arguments.out is None:
+        raise CosimError("--resume needs --out DIR, the directory of the training to go on with")
+    if arguments.workers is not None and arguments.workers < 1:
+        raise CosimError(f"--workers must be at least 1, got {arguments.workers}")
+    seed = arguments.seed
+    if seed is not None and not 0 <= seed <= MAXIMUM_SEED:
+        raise CosimError(f"--seed must be between 0 and {MAXIMUM_SEED}, got {seed}")
+
+
+def _options(arguments: Namespace, check: Callable[[], None]) -> Options:
+    return Options(
+        out=None if arguments.out is None else Path(arguments.out),
+        pool=partial(local_pool, arguments.workers),
+        resume=arguments.resume,
+        progress=not arguments.quiet and sys.stderr.isatty(),
+        command=_command(arguments, arguments.out),
+        check=check,
+    )
+
+
+def _changed(training: Training, arguments: Namespace) -> Training:
+    """With the options that stand for values of the file."""
+    if arguments.seed is not None:
+        training = replace(training, seed=arguments.seed)
+    if arguments.device is not None:
+        training = replace(training, device=arguments.device)
+    if arguments.checkpoint is not None:
+        checkpoint = Path(arguments.checkpoint).absolute()
+        if checkpoint.is_dir() or not checkpoint.parent.is_dir():
+            raise CosimError(
+                f"--checkpoint {arguments.checkpoint}: the folder must exist, the file need not"
+            )
+        training = replace(training, checkpoint=checkpoint)
+    return training
+
+
+def _command(arguments: Namespace, out: str | None) -> str:
+    """What decides on the results; not how they are computed."""
+    words = ["nlosim", "train", str(arguments.training)]
+    for name in ("seed", "checkpoint", "device"):
+        value = getattr(arguments, name)
+        words += [f"--{name}", str(value)] if value is not None else []
+    words += ["--out", out] if out is not None else []
+    return shlex.join(words)
+
+
+def _data(outcome: TrainingOutcome) -> dict[str, Any]:
+    found = outcome.findings
+    failed = [
+        {
+            "phase": run.phase,
+            "seed": run.seed,
+            "message": run.result.error,
+            "command": command,
+        }
+        for run, command in outcome.failed
+    ]
+    return {
+        "out": str(outcome.directory),
+        "round": found.chosen,
+        "failed": failed,
+        "tables": {"epochs": list(found.epochs), "phases": list(found.phases)},
+    }
+
+
+def _interrupted(arguments: Namespace, outcome: TrainingOutcome) -> Outcome:
+    out = outcome.directory
+    text = f"interrupted; what was done is in {out}\n"
+    text += f"go on with: {_command(arguments, str(out))} --resume"
+    return failure("interrupted", Exit.INTERRUPTED, "interrupted", text=text, **_data(outcome))
+
+
+def _failures(outcome: TrainingOutcome) -> list[str]:
+    lines = []
+    for run, command in outcome.failed:
+        lines += [f"failed twice: {run.phase}, seed {run.seed}: {run.result.error}"]
+        lines += [f"  repeat it with: {command}"]
+    return lines
+
+
+def _done(training: Training, arguments: Namespace, outcome: TrainingOutcome) -> Outcome:
+    out = outcome.directory
+    if outcome.error is not None:
+        text = f"error: {outcome.error}\nwhat was done is in {out}; once the cause is mended, "
+        text += f"go on with: {_command(arguments, str(out))} --resume"
+        message, code = str(outcome.error), Exit.COMPONENT_FAILED
+        return failure("runs", code, message, text=text, **_data(outcome))
+    lines = [outcome.summary, *_failures(outcome)]
+    lines += [f"the network of round {outcome.findings.chosen} is in {training.checkpoint}"]
+    lines += [f"log, tables and figure are in {out}"]
+    return Outcome(
+        text="\n".join(lines),
+        data={**_data(outcome), "checkpoint": str(training.checkpoint)},
+        exit_code=Exit.COMPONENT_FAILED if outcome.failed else Exit.DONE,
+    )

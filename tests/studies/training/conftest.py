@@ -1,0 +1,112 @@
+"""Fixtures of the tests of training: a laboratory whose workers are this very process."""
+
+import contextlib
+import json
+from collections.abc import Callable, Generator, Iterable, Iterator
+from dataclasses import replace
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from orchestrator import registry, report
+from orchestrator.experiment.plan import RunKey
+from orchestrator.experiment.work import Result, Work, perform
+from orchestrator.experiment.workers import Workers
+from studies.training import figure, learner
+from studies.training.conduct import Options, TrainingOutcome, conduct
+from studies.training.load import load_training
+from tests.studies.training import toys
+
+TOYS = {
+    registry.COMPONENTS: {
+        "toy-policy": "tests.studies.training.toys:Policy",
+        "toy-plain-policy": "tests.studies.training.toys:PlainPolicy",
+        "toy-companion": "tests.studies.training.toys:Companion",
+        "toy-bystander": "tests.studies.training.toys:Bystander",
+    },
+    report.GROUP: {"toy-report": "tests.studies.training.toys:Fall"},
+    learner.GROUP: {
+        "toy-learner": "tests.studies.training.toys:Line",
+        "toy-policy": "tests.studies.training.toys:Policy",
+        "lacking": "tests.studies.training.lacking:Learner",
+    },
+}
+
+
+class HereAndNow:
+    """Performs runs in this process, one after the other."""
+
+    def __init__(self) -> None:
+        self.done: list[Work] = []
+
+    def results(
+        self, work: Iterable[tuple[RunKey, Work]]
+    ) -> Generator[tuple[RunKey, Result], None, None]:
+        for key, each in work:
+            self.done.append(each)
+            result = perform(each)
+            yield key, result if result.error is None else perform(each)
+
+    @contextlib.contextmanager
+    def pool(self) -> Iterator[Workers]:
+        yield self
+
+
+class Laboratory:
+    """A folder with a training file and its scenario."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.file = folder / "training.yaml"
+        self.file.write_text(toys.TRAINING)
+        (folder / "ball.yaml").write_text(toys.SCENARIO)
+        self.workers = HereAndNow()
+
+    @property
+    def checkpoint(self) -> dict[str, float]:
+        """The network that came out."""
+        found: dict[str, float] = json.loads((self.folder / "toy.safetensors").read_text())
+        return found
+
+    def change(self, old: str, new: str, name: str = "training.yaml") -> None:
+        path = self.folder / name
+        assert old in path.read_text()
+        path.write_text(path.read_text().replace(old, new))
+
+    def train(
+        self,
+        out: str = "out",
+        *,
+        resume: bool = False,
+        check: Callable[[], None] = lambda: None,
+        **changes: Any,
+    ) -> TrainingOutcome:
+        options = Options(
+            out=self.folder / out,
+            pool=self.workers.pool,
+            resume=resume,
+            progress=False,
+            command="nlosim train training.yaml",
+            check=check,
+        )
+        return conduct(replace(load_training(self.file), **changes), options)
+
+
+@pytest.fixture
+def installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Install the toys, and nothing else."""
+
+    def entry_points(group: str) -> list[EntryPoint]:
+        return [EntryPoint(name, value, group) for name, value in TOYS.get(group, {}).items()]
+
+    monkeypatch.setattr(registry, "entry_points", entry_points)
+    monkeypatch.setattr(report, "entry_points", entry_points)
+
+
+@pytest.fixture
+def laboratory(tmp_path: Path, installed: None, monkeypatch: pytest.MonkeyPatch) -> Laboratory:
+    """Without figures, which take longer than all else; `test_training_results` draws them."""
+    monkeypatch.setattr(figure, "draw", lambda found, directory: None)
+    return Laboratory(tmp_path)

@@ -1,0 +1,154 @@
+"""`nlosim train` as users start it: workers, Ctrl-C, exit codes, JSON."""
+
+import json
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from orchestrator.cli import main
+from studies.training.journal import ENTRIES
+from tests.studies.training import toys
+from tests.studies.training.conftest import TOYS
+
+pytest.importorskip("distributed", reason="needs the extra `train`")
+
+ROOT = Path(__file__).parents[3]
+
+
+class Shell:
+    """A folder with a training file, and an environment in which the toys are installed."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        (folder / "training.yaml").write_text(toys.TRAINING)
+        (folder / "ball.yaml").write_text(toys.SCENARIO)
+        (folder / "tmp").mkdir()
+        path = f"{_installed(folder)}:{ROOT}"
+        self.environment = {**os.environ, "PYTHONPATH": path, "TMPDIR": str(folder / "tmp")}
+
+    def start(self, *options: str) -> "subprocess.Popen[str]":
+        command = [sys.executable, "-m", "orchestrator", "train", "training.yaml", *options]
+        return subprocess.Popen(
+            command,
+            cwd=self.folder,
+            env=self.environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+
+    def run(self, *options: str, code: int = 0) -> dict[str, Any]:
+        """The JSON object of the command, which leaves nothing in the temporary directory."""
+        process = self.start("--json", *options)
+        output, errors = process.communicate(timeout=120)
+        assert process.returncode == code, errors
+        assert list((self.folder / "tmp").iterdir()) == []
+        content: dict[str, Any] = json.loads(output)
+        return content
+
+    def change(self, old: str, new: str) -> None:
+        path = self.folder / "training.yaml"
+        assert old in path.read_text()
+        path.write_text(path.read_text().replace(old, new))
+
+
+def _installed(folder: Path) -> Path:
+    """A folder that Python takes for one in which the toys are installed."""
+    info = folder / "site" / "toys-1.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: toys\nVersion: 1\n")
+    lines = [
+        line
+        for group, entries in TOYS.items()
+        for line in (f"[{group}]", *(f"{name} = {value}" for name, value in entries.items()))
+    ]
+    (info / "entry_points.txt").write_text("\n".join(lines))
+    return info.parent
+
+
+@pytest.fixture
+def shell(tmp_path: Path) -> Shell:
+    return Shell(tmp_path)
+
+
+@pytest.mark.slow
+def test_ctrl_c_and_on_with_other_workers(shell: Shell) -> None:
+    """The network of two workers, interrupted while driving, is that of one, uninterrupted."""
+    shell.change("expert: {runs: 4}", "expert: {runs: 40}")
+    whole = shell.run("--out", "whole", "--workers", "1", "--checkpoint", "whole.safetensors")
+    process = shell.start("--out", "parts", "--workers", "2")
+    journal = shell.folder / "parts" / ENTRIES
+    while not (journal.exists() and journal.read_text().count("\n") >= 5):
+        assert process.poll() is None
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 4
+    assert "Traceback" not in errors
+    assert errors.splitlines() == [
+        "interrupted; what was done is in parts",
+        "go on with: nlosim train training.yaml --out parts --resume",
+    ]
+    assert list((shell.folder / "tmp").iterdir()) == []
+    parts = shell.run("--out", "parts", "--resume", "--workers", "2")
+    assert parts["checkpoint"] == str(shell.folder / "toy.safetensors")
+    networks = [(shell.folder / f"{name}.safetensors").read_text() for name in ("whole", "toy")]
+    assert networks[0] == networks[1]
+    assert [e["validation_loss"] for e in parts["tables"]["epochs"]] == [
+        e["validation_loss"] for e in whole["tables"]["epochs"]
+    ]
+    assert {"training.svg", "training.png", "training.csv"} <= {
+        path.name for path in (shell.folder / "parts").iterdir()
+    }
+
+
+@pytest.mark.slow
+def test_runs_that_fail(shell: Shell) -> None:
+    """All of them: the command that repeats one fails, too; none after that, and it goes on."""
+    scenario = shell.folder / "ball.yaml"
+    scenario.write_text(
+        toys.SCENARIO.replace(
+            "step: 100 ms",
+            "step: 100 ms, parameters: {fails: [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]}",
+        )
+    )
+    error = shell.run("--out", "out", "--workers", "2", code=3)["error"]
+    assert (
+        "2 of 2 runs of the phase `validation` failed, the first with: component"
+        in (error["message"])
+    )
+    assert len(error["failed"]) == 6  # validation and expert
+    command = shlex.split(error["failed"][0]["command"])
+    again = subprocess.run(
+        [sys.executable, "-m", "orchestrator", *command[1:]],
+        cwd=shell.folder,
+        env=shell.environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (again.returncode, "the ball burst" in again.stderr) == (3, True)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--resume"], "--resume needs --out DIR"),
+        (["--workers", "0"], "--workers must be at least 1, got 0"),
+        (["--seed", "-1"], "--seed must be between 0 and 1000000, got -1"),
+        (["--device", "gpu"], "argument --device: invalid choice: 'gpu'"),
+    ],
+)
+def test_options_that_make_no_sense(
+    options: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["train", "absent.yaml", *options]) == 2
+    assert message in capsys.readouterr().err
