@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from orchestrator.algorithm.base import CosimulationAlgorithm as CosimulationAlgorithm
+    from orchestrator.algorithm.fixed_point import FixedPoint as FixedPoint
     from orchestrator.algorithm.gauss_seidel import GaussSeidel as GaussSeidel
     from orchestrator.algorithm.jacobi import Jacobi as Jacobi
     from orchestrator.component import (
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
 
 _HOMES: Final = {
     "orchestrator.algorithm.base": ("CosimulationAlgorithm",),
+    "orchestrator.algorithm.fixed_point": ("FixedPoint",),
     "orchestrator.algorithm.gauss_seidel": ("GaussSeidel",),
     "orchestrator.algorithm.jacobi": ("Jacobi",),
     "orchestrator.component": (

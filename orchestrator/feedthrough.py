@@ -38,14 +38,17 @@ def loops(system: System) -> tuple[Loop, ...]:
     return tuple(_loop(graph, knot) for knot in _knots(graph) if len(knot) > 1)
 
 
-def describe(loop: Loop) -> str:
-    """Say where an algebraic loop runs and what can be done about it."""
+def describe(loop: Loop, *, is_solved: bool = False) -> str:
+    """Say where an algebraic loop runs and what can be done about it, or that it is solved."""
     path = " -> ".join(f"`{end}`" for end in (*loop.path, loop.path[0]))
     others = ", ".join(f"`{end}`" for end in loop.others)
     also = f", entangled with {others}" if others else ""
+    if is_solved:
+        return f"algebraic loop: {path}{also}; solved at every communication point"
     return (
-        f"algebraic loop: {path}{also}; give Gauss-Seidel an explicit order, which breaks the "
-        "loop with one step of delay, or use Jacobi, which delays every connection"
+        f"algebraic loop: {path}{also}; solve it with `algorithm: fixed-point`, or give "
+        "Gauss-Seidel an explicit order, which breaks the loop with one step of delay, or use "
+        "Jacobi, which delays every connection"
     )
 
 
@@ -56,12 +59,35 @@ def feedthrough_order(system: System) -> tuple[str, ...]:
     depend on each other in a cycle, the first of them goes first and reads what is not yet known
     as it was before.
     """
+    graph = _components(system, by_feedthrough=True)
+    return tuple(_ordered(list(graph), graph))
+
+
+def dependent_groups(system: System, *, by_feedthrough: bool) -> tuple[tuple[str, ...], ...]:
+    """All components in groups that depend on each other, each group behind those it depends on.
+
+    Args:
+        system: the components and their connections.
+        by_feedthrough: whether only connections into direct feedthrough count.
+
+    Returns:
+        Groups of names; a component that depends on no other one that depends on it is a group of
+        its own. Where that leaves a choice, the order of `system.components` decides; within a
+        group the first of them goes first, and the rest as in `feedthrough_order`.
+    """
+    graph = _components(system, by_feedthrough=by_feedthrough)
+    groups = (tuple(_ordered(knot, graph)) for knot in _condensed(list(graph), graph))
+    return tuple(groups)
+
+
+def _components(system: System, *, by_feedthrough: bool) -> dict[str, list[str]]:
+    """Which components each component affects; by its connections, or only at the same time."""
     graph: dict[str, list[str]] = {name: [] for name in system.components}
     for link in system.connections:
         own = system.connectors[link.target.component].values()
-        if any(link.target.connector in connector.feedthrough for connector in own):
+        if not by_feedthrough or any(link.target.connector in c.feedthrough for c in own):
             graph[link.source.component].append(link.target.component)
-    return tuple(_ordered(list(graph), graph))
+    return graph
 
 
 def _endpoints(system: System) -> dict[Endpoint, list[Endpoint]]:
@@ -100,6 +126,13 @@ def _loop(graph: Graph[Endpoint], knot: Sequence[Endpoint]) -> Loop:
 
 def _ordered(nodes: Sequence[str], graph: Graph[str]) -> Iterator[str]:
     """A stable topological order of `nodes`; a knot is cut in front of its first node."""
+    for first, *rest in _condensed(nodes, graph):
+        yield first
+        yield from _ordered(rest, graph)
+
+
+def _condensed(nodes: Sequence[str], graph: Graph[str]) -> Iterator[list[str]]:
+    """The knots among `nodes`, in a stable topological order."""
     members = set(nodes)
     inner = {node: [n for n in graph[node] if n in members] for node in nodes}
     knots = _knots(inner)
@@ -110,9 +143,7 @@ def _ordered(nodes: Sequence[str], graph: Graph[str]) -> Iterator[str]:
             if place[node] != place[successor]:
                 sorter.add(place[successor], place[node])
     for index in _lowest_first(sorter):
-        first, *rest = knots[index]
-        yield first
-        yield from _ordered(rest, inner)
+        yield knots[index]
 
 
 def _lowest_first(sorter: "TopologicalSorter[int]") -> Iterator[int]:

@@ -8,6 +8,12 @@ import importlib.metadata
 import sys
 from functools import lru_cache
 from importlib.metadata import EntryPoints
+from typing import TypeVar
+
+from orchestrator.errors import ComponentTypeError
+from orchestrator.suggestion import suggestion
+
+_Base = TypeVar("_Base")
 
 
 def entry_points(group: str) -> EntryPoints:
@@ -20,3 +26,29 @@ def _found(group: str, path: tuple[str, ...]) -> EntryPoints:
     """Those in `group` of the packages on `path`, which is `sys.path`."""
     del path
     return importlib.metadata.entry_points(group=group)
+
+
+def installed_class(group: str, name: str, base: type[_Base], noun: str) -> type[_Base]:
+    """Load the class that an installed package offers as `name`.
+
+    Args:
+        group: of entry points.
+        name: of the entry point.
+        base: what the class must be derived from.
+        noun: what messages call it.
+
+    Raises:
+        ComponentTypeError: it is not installed, or cannot be loaded.
+    """
+    offers = {entry.name: entry for entry in entry_points(group=group)}
+    if name not in offers:
+        raise ComponentTypeError(f"no {noun} `{name}` is installed; {suggestion(name, offers)}")
+    try:
+        found = offers[name].load()
+    except Exception as error:  # whatever a plug-in does when it is imported
+        reason = f"{type(error).__name__}: {error}"
+        raise ComponentTypeError(f"the {noun} `{name}` cannot be loaded: {reason}") from error
+    if not (isinstance(found, type) and issubclass(found, base)):
+        what = f"the {noun} `{name}` is not a class derived from `{base.__name__}`"
+        raise ComponentTypeError(what)
+    return found

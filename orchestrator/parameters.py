@@ -64,6 +64,22 @@ class Parameter:
     doc: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class ParameterProblem:
+    """Something wrong with parameters that a plug-in checks itself, or with what they stand for.
+
+    Attributes:
+        address: of what is wrong, from the top of the parameters: keys, and indices of list
+            items; empty for the whole.
+        what: a sentence.
+        at_key: whether the key is wrong rather than its value.
+    """
+
+    address: tuple[str | int, ...]
+    what: str
+    at_key: bool = False
+
+
 class ComponentType(abc.ABC):
     """Something a scenario can instantiate."""
 
@@ -109,6 +125,22 @@ def parameter(
     return dataclasses.field(default=default, metadata=metadata)
 
 
+def declared(record: type) -> Mapping[str, Parameter]:
+    """The parameters that a dataclass declares by its fields, each made with `parameter`."""
+    hints = typing.get_type_hints(record)
+    return MappingProxyType(
+        {
+            field.name: Parameter(type=hints[field.name], default=field.default, **field.metadata)
+            for field in dataclasses.fields(record)
+        }
+    )
+
+
+def description(described: type) -> str:
+    """The first line of the docstring of a class."""
+    return (described.__doc__ or "").strip().split("\n", 1)[0]
+
+
 class PythonComponentType(ComponentType):
     """The type of a `Component` subclass with a nested `Parameters` dataclass."""
 
@@ -119,22 +151,12 @@ class PythonComponentType(ComponentType):
     @property
     @override
     def description(self) -> str:
-        return (self._component.__doc__ or "").strip().split("\n", 1)[0]
+        return description(self._component)
 
     @property
     @override
     def parameters(self) -> Mapping[str, Parameter]:
-        if self._record is None:
-            return MappingProxyType({})
-        hints = typing.get_type_hints(self._record)
-        return MappingProxyType(
-            {
-                field.name: Parameter(
-                    type=hints[field.name], default=field.default, **field.metadata
-                )
-                for field in dataclasses.fields(self._record)
-            }
-        )
+        return MappingProxyType({}) if self._record is None else declared(self._record)
 
     @property
     @override
@@ -149,4 +171,14 @@ class PythonComponentType(ComponentType):
         )
 
 
-__all__ = ["DRAWN", "REQUIRED", "ComponentType", "Parameter", "PythonComponentType", "parameter"]
+__all__ = [
+    "DRAWN",
+    "REQUIRED",
+    "ComponentType",
+    "Parameter",
+    "ParameterProblem",
+    "PythonComponentType",
+    "declared",
+    "description",
+    "parameter",
+]

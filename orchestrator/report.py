@@ -7,16 +7,12 @@ A scenario names its report; it is found by an entry point in the group
 import abc
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
-from orchestrator.errors import ComponentTypeError
-from orchestrator.installed import entry_points
+from orchestrator.installed import installed_class
 from orchestrator.recording.reader import Recording
-from orchestrator.suggestion import suggestion
 
 GROUP: Final = "orchestrator.reports"
-
-_Base = TypeVar("_Base")
 
 
 class Report(abc.ABC):
@@ -55,29 +51,3 @@ def report_type(name: str) -> type[Report]:
         ComponentTypeError: it is not installed, or cannot be loaded.
     """
     return installed_class(GROUP, name, Report, "report")  # type: ignore[type-abstract]
-
-
-def installed_class(group: str, name: str, base: type[_Base], noun: str) -> type[_Base]:
-    """Load the class that an installed package offers as `name`.
-
-    Args:
-        group: of entry points.
-        name: of the entry point.
-        base: what the class must be derived from.
-        noun: what messages call it.
-
-    Raises:
-        ComponentTypeError: it is not installed, or cannot be loaded.
-    """
-    offers = {entry.name: entry for entry in entry_points(group=group)}
-    if name not in offers:
-        raise ComponentTypeError(f"no {noun} `{name}` is installed; {suggestion(name, offers)}")
-    try:
-        found = offers[name].load()
-    except Exception as error:  # whatever a plug-in does when it is imported
-        reason = f"{type(error).__name__}: {error}"
-        raise ComponentTypeError(f"the {noun} `{name}` cannot be loaded: {reason}") from error
-    if not (isinstance(found, type) and issubclass(found, base)):
-        what = f"the {noun} `{name}` is not a class derived from `{base.__name__}`"
-        raise ComponentTypeError(what)
-    return found

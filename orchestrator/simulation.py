@@ -49,7 +49,8 @@ def simulate(
     early = ending(system.components, until)
     branching = Branching(system, stop)
     exchange = Exchange(system, branching)
-    schedule = Schedule(exchange, algorithm.turns(system), start, stop)
+    turns, solved = algorithm.turns(system), algorithm.solved(system)
+    schedule = Schedule(exchange, turns, start, stop, solved)
     run = _Run(exchange, start)
     audience = _Audience(observers)
     with run.guarded("simulating"), branching.confined():

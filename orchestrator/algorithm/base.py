@@ -1,20 +1,43 @@
 """The interface of a co-simulation algorithm."""
 
 import abc
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Final
 
+from orchestrator.algorithm.age import Age
 from orchestrator.algorithm.exchange import Due
+from orchestrator.installed import entry_points, installed_class
+from orchestrator.parameters import ParameterProblem
 from orchestrator.system import System
 from orchestrator.timebase import Time
+
+GROUP: Final = "orchestrator.algorithms"
+"""Entry points by the name that scenarios write: subclasses of `CosimulationAlgorithm`."""
 
 
 class CosimulationAlgorithm(abc.ABC):
     """Decides who steps when, and which values it sees.
 
-    An algorithm is immutable and keeps no state of a run. At every communication point `t` the
-    simulation calls `arrive` with those whose steps end at `t` (not at the first point), shows
-    the published outputs to the observers, and calls `depart` with those whose steps start at
-    `t` (not at the last point; they are the same, as every step starts where the last ended).
+    An algorithm is a frozen dataclass; its fields, each made with `parameter`, are what a scenario
+    may say beside `algorithm` under `coupling`. It is immutable and keeps no state of a run. At
+    every communication point `t` the simulation calls `arrive` with those whose steps end at `t`
+    (not at the first point), shows the published outputs to the observers, and calls `depart`
+    with those whose steps start at `t` (not at the last point; they are the same, as every step
+    starts where the last ended).
+
+    A participant's step takes three calls: `begin` reads its inputs as published now and starts,
+    `finish` waits for the end and checks the outputs, `publish` shows them to others. Every
+    participant that is due must have been begun, finished and published once when `arrive`
+    returns; in between it may be taken back by `restore` to what `save` gave, and step again.
     """
+
+    def problems(self, components: Sequence[str]) -> Iterator[ParameterProblem]:
+        """Everything wrong with the parameters in a system of `components`, by their names.
+
+        Asked for before any component exists. What only the connections tell is for `turns`.
+        """
+        del components
+        yield from ()
 
     @abc.abstractmethod
     def turns(self, system: System) -> tuple[str, ...]:
@@ -26,6 +49,22 @@ class CosimulationAlgorithm(abc.ABC):
             SystemStructureError: the algorithm cannot be applied to `system`.
         """
 
+    def solved(self, system: System) -> tuple[frozenset[str], ...]:
+        """Sets of components that are stepped together until they agree; none by default.
+
+        Those of a set follow each other in `turns`.
+        """
+        del system
+        return ()
+
+    @abc.abstractmethod
+    def ages(self, system: System) -> Mapping[tuple[str, str], Age]:
+        """How old values are when the step that used them ends.
+
+        Returns:
+            The age for each pair of a source and a target that are connected.
+        """
+
     @abc.abstractmethod
     def depart(self, t: Time, due: Due) -> None:
         """Start the steps that start at `t`."""
@@ -33,3 +72,18 @@ class CosimulationAlgorithm(abc.ABC):
     @abc.abstractmethod
     def arrive(self, t: Time, due: Due) -> None:
         """Complete the steps that end at `t` and publish their outputs."""
+
+
+def installed() -> Mapping[str, str]:
+    """The algorithms that packages offer: by name, where each comes from."""
+    return {entry.name: entry.value for entry in sorted(entry_points(group=GROUP))}
+
+
+def algorithm_type(name: str) -> type[CosimulationAlgorithm]:
+    """Load the algorithm called `name`.
+
+    Raises:
+        ComponentTypeError: it is not installed, or cannot be loaded.
+    """
+    base, noun = CosimulationAlgorithm, "coupling algorithm"
+    return installed_class(GROUP, name, base, noun)  # type: ignore[type-abstract]

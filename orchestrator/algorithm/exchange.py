@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import groupby
 from types import MappingProxyType
 
 from orchestrator.algorithm.participant import Participant, participant
@@ -15,19 +16,54 @@ from orchestrator.timebase import CommunicationGrid, MultiRateGrid, Time
 
 
 @dataclass(frozen=True, slots=True)
+class Wave:
+    """Participants that do not read each other, so that they may step at the same time.
+
+    Attributes:
+        participants: concurrent ones come first.
+    """
+
+    participants: tuple[Participant, ...]
+
+    def step_to(self, t: Time) -> None:
+        """Let each take its step that ends at `t`, and publish."""
+        for each in self.participants:
+            each.begin(t - each.step_size)
+        for each in self.participants:
+            each.finish()
+            each.publish()
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """Participants that are due and take their turn together.
+
+    Attributes:
+        participants: in the order of the algorithm.
+        waves: the same, cut in front of each that reads what the wave before it publishes.
+        is_solved: whether they read each other and are to be stepped until they agree.
+    """
+
+    participants: tuple[Participant, ...]
+    waves: tuple[Wave, ...]
+    is_solved: bool
+
+
+@dataclass(frozen=True, slots=True)
 class Due:
     """Those whose steps end, or start, at one communication point.
 
     Attributes:
         names: in the order of the algorithm.
         participants: the same, in the same order.
-        waves: the same, cut in front of each that reads what the wave before it publishes; those
-            within a wave may step at the same time, and concurrent ones come first.
+        waves: the same, cut in front of each that reads what the wave before it publishes.
+        turns: the same, cut around each set that is stepped until its members agree.
     """
 
     names: tuple[str, ...]
     participants: tuple[Participant, ...]
-    waves: tuple[tuple[Participant, ...], ...]
+    waves: tuple[Wave, ...]
+    turns: tuple[Turn, ...]
 
 
 class Exchange:
@@ -85,14 +121,22 @@ class Schedule:
         order: the names of all of them, in the order they are to take turns.
         start: the first communication point.
         stop: the last one.
+        solved: sets of names that follow each other in `order` and are stepped until they agree.
 
     Raises:
         SystemStructureError: a step size does not divide the interval; one sentence for each.
     """
 
-    __slots__ = ("_grid", "_order", "_participants")
+    __slots__ = ("_grid", "_order", "_participants", "_solved")
 
-    def __init__(self, exchange: Exchange, order: Sequence[str], start: Time, stop: Time) -> None:
+    def __init__(
+        self,
+        exchange: Exchange,
+        order: Sequence[str],
+        start: Time,
+        stop: Time,
+        solved: Sequence[frozenset[str]] = (),
+    ) -> None:
         problems = []
         for name, each in exchange.participants.items():
             try:
@@ -102,6 +146,7 @@ class Schedule:
         if problems:
             raise SystemStructureError(problems)
         self._order = tuple(order)
+        self._solved = tuple(solved)
         self._participants = exchange.participants
         sizes = {each.step_size for each in exchange.participants.values()}
         self._grid = MultiRateGrid(start, stop, tuple(sorted(sizes)))
@@ -114,10 +159,22 @@ class Schedule:
     def _due(self, step_sizes: tuple[int, ...]) -> Due:
         names = tuple(n for n in self._order if self._participants[n].step_size in step_sizes)
         participants = tuple(self._participants[name] for name in names)
-        return Due(names, participants, tuple(_waves(participants)))
+        return Due(
+            names, participants, tuple(_waves(participants)), tuple(self._turns(participants))
+        )
+
+    def _turns(self, participants: Sequence[Participant]) -> Iterator[Turn]:
+        group_of = {name: group for group in self._solved for name in group}
+        for _, due in groupby(participants, lambda each: group_of.get(each.name)):
+            together = tuple(due)
+            names = {each.name for each in together}
+            is_solved = together[0].name in group_of and any(
+                names & each.sources for each in together
+            )
+            yield Turn(together, tuple(_waves(together)), is_solved)
 
 
-def _waves(participants: tuple[Participant, ...]) -> Iterator[tuple[Participant, ...]]:
+def _waves(participants: Sequence[Participant]) -> Iterator[Wave]:
     wave: list[Participant] = []
     for each in participants:
         if any(earlier.name in each.sources for earlier in wave):
@@ -128,5 +185,5 @@ def _waves(participants: tuple[Participant, ...]) -> Iterator[tuple[Participant,
         yield _concurrent_first(wave)
 
 
-def _concurrent_first(wave: Sequence[Participant]) -> tuple[Participant, ...]:
-    return tuple(sorted(wave, key=lambda each: not each.is_concurrent))
+def _concurrent_first(wave: Sequence[Participant]) -> Wave:
+    return Wave(tuple(sorted(wave, key=lambda each: not each.is_concurrent)))

@@ -1,14 +1,16 @@
 """The Gauss-Seidel (sequential) algorithm with held inputs."""
 
-from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from typing_extensions import override
 
+from orchestrator.algorithm.age import Age, ages_by_turn
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.exchange import Due
 from orchestrator.errors import SystemStructureError
 from orchestrator.feedthrough import describe, feedthrough_order, loops
+from orchestrator.parameters import ParameterProblem, parameter
 from orchestrator.suggestion import suggestion
 from orchestrator.system import System
 from orchestrator.timebase import Time
@@ -22,13 +24,27 @@ class GaussSeidel(CosimulationAlgorithm):
     the outputs at `t` of the components before it in the order, and of those behind it what they
     published before `t`. Its own outputs are published at once, so that a chain of direct
     feedthrough in this order has no delay.
-
-    Attributes:
-        order: the names of all components, first to step first; `None` for the order
-            of direct feedthrough, which exists unless there is an algebraic loop.
     """
 
-    order: tuple[str, ...] | None = None
+    order: tuple[str, ...] | None = parameter(
+        None,
+        doc="the names of all components, first to step first; without, the order of direct "
+        "feedthrough, which exists unless there is an algebraic loop",
+    )
+
+    @override
+    def problems(self, components: Sequence[str]) -> Iterator[ParameterProblem]:
+        order = components if self.order is None else self.order
+        for index, name in enumerate(order):
+            if name not in components:
+                what = f"there is no component `{name}`; {suggestion(name, components)}"
+                yield ParameterProblem(("order", index), what)
+            elif name in order[:index]:
+                yield ParameterProblem(("order", index), f"`{name}` is named twice")
+        absent = [f"`{name}`" for name in components if name not in order]
+        if absent:
+            what = f"{', '.join(absent)} missing; name every component, or leave `order` out"
+            yield ParameterProblem(("order",), what, at_key=True)
 
     @override
     def turns(self, system: System) -> tuple[str, ...]:
@@ -37,10 +53,14 @@ class GaussSeidel(CosimulationAlgorithm):
             if found:
                 raise SystemStructureError([describe(loop) for loop in found])
             return feedthrough_order(system)
-        problems = _order_problems(self.order, tuple(system.components))
+        problems = list(self.problems(tuple(system.components)))
         if problems:
-            raise SystemStructureError(problems)
+            raise SystemStructureError([f"the order of Gauss-Seidel: {p.what}" for p in problems])
         return self.order
+
+    @override
+    def ages(self, system: System) -> Mapping[tuple[str, str], Age]:
+        return ages_by_turn(system, self.turns(system))
 
     @override
     def depart(self, t: Time, due: Due) -> None:
@@ -51,30 +71,4 @@ class GaussSeidel(CosimulationAlgorithm):
         # a wave at a time gives the same values as one at a time, and lets concurrent
         # components work side by side
         for wave in due.waves:
-            for participant in wave:
-                participant.begin(t - participant.step_size)
-            for participant in wave:
-                participant.finish()
-                participant.publish()
-
-
-def _order_problems(order: tuple[str, ...], components: tuple[str, ...]) -> list[str]:
-    count = Counter(order)
-    return [
-        *(
-            f"the Gauss-Seidel order names `{name}`, which is no component; "
-            f"{suggestion(name, components)}"
-            for name in count
-            if name not in components
-        ),
-        *(
-            f"the Gauss-Seidel order names `{name}` {times} times; name it once"
-            for name, times in count.items()
-            if times > 1
-        ),
-        *(
-            f"the Gauss-Seidel order does not name the component `{name}`"
-            for name in components
-            if name not in count
-        ),
-    ]
+            wave.step_to(t)

@@ -1,9 +1,11 @@
 """The Jacobi (parallel) algorithm with held inputs."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from typing_extensions import override
 
+from orchestrator.algorithm.age import Age, connected
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.exchange import Due
 from orchestrator.component import ConcurrentComponent
@@ -13,7 +15,7 @@ from orchestrator.timebase import Time
 
 @dataclass(frozen=True, slots=True)
 class Jacobi(CosimulationAlgorithm):
-    """Every step sees the outputs published at the communication point where it starts.
+    """All step at once; every step sees the outputs of the communication point where it starts.
 
     A component that steps from `t` to `t + H` reads its inputs at `t`; its outputs are published
     at `t + H`, not before. The result does not depend on the order of the components.
@@ -29,6 +31,11 @@ class Jacobi(CosimulationAlgorithm):
             if isinstance(component, ConcurrentComponent)
         ]
         return (*concurrent, *(name for name in system.components if name not in concurrent))
+
+    @override
+    def ages(self, system: System) -> Mapping[tuple[str, str], Age]:
+        sizes = system.step_sizes
+        return {(a, b): Age.held(sizes[a], sizes[b]) for a, b in connected(system)}
 
     @override
     def depart(self, t: Time, due: Due) -> None:

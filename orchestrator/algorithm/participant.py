@@ -3,13 +3,13 @@
 import abc
 from collections.abc import Mapping
 from time import perf_counter_ns
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from typing_extensions import override
 
 from orchestrator.algorithm.outputs import OutputCheck
-from orchestrator.component import Component, ConcurrentComponent
+from orchestrator.component import Component, ConcurrentComponent, RestorableComponent
 from orchestrator.errors import ComponentError, CosimError
 from orchestrator.signal import Causality, Connector, Signal, Signals
 from orchestrator.system import Feed
@@ -21,7 +21,8 @@ class Participant(abc.ABC):
 
     A step takes three calls, so that an algorithm decides when each happens: `begin` reads
     the inputs and starts the step, `finish` waits for its end and checks the outputs, `publish`
-    makes them visible to others.
+    makes them visible to others. If its component is restorable, the participant can `save` before
+    a step, and `restore` to take it again; what others see stays as it is until `publish`.
 
     Attributes:
         name: of the component in its system.
@@ -100,6 +101,42 @@ class Participant(abc.ABC):
     def publish(self) -> None:
         """Show the outputs of the step finished last to others."""
         self.published.update(self._pending)
+
+    def show(self, values: Signals) -> None:
+        """Let others see `values` in place of these outputs until the next `publish`."""
+        self.published.update(values)
+
+    def save(self, t: Time) -> Any:
+        """The state of the component at `t`, between two steps.
+
+        Raises:
+            ComponentError: the component failed to, or is not restorable.
+        """
+        before = perf_counter_ns()
+        try:
+            state = self._restorable().save()
+        except Exception as error:
+            raise self._failure(t, error, "while saving its state: ") from error
+        self.wall_time_ns += perf_counter_ns() - before
+        return state
+
+    def restore(self, state: Any, t: Time) -> None:
+        """Return the component to `state`, which `save` gave at `t`.
+
+        Raises:
+            ComponentError: the component failed to, or is not restorable.
+        """
+        before = perf_counter_ns()
+        try:
+            self._restorable().restore(state)
+        except Exception as error:
+            raise self._failure(t, error, "while restoring its state: ") from error
+        self.wall_time_ns += perf_counter_ns() - before
+
+    def _restorable(self) -> RestorableComponent[Any]:
+        if isinstance(self._component, RestorableComponent):
+            return self._component
+        raise ComponentError(self.name, None, "cannot return to an earlier state")
 
     @abc.abstractmethod
     def settle(self) -> None:

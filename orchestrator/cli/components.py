@@ -1,43 +1,79 @@
-"""`nlosim components`."""
+"""`nlosim components`: component types and coupling algorithms."""
 
 import json
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from orchestrator import registry
+from orchestrator.algorithm.base import algorithm_type, installed as installed_algorithms
 from orchestrator.cli.columns import columns
 from orchestrator.cli.outcome import Outcome
 from orchestrator.errors import ComponentTypeError, CosimError
-from orchestrator.parameters import DRAWN, REQUIRED, ComponentType, Parameter
+from orchestrator.parameters import (
+    DRAWN,
+    REQUIRED,
+    ComponentType,
+    Parameter,
+    declared,
+    description,
+)
 from orchestrator.scenario.values import kind_name, written
 from orchestrator.signal import Connector
 
 
 def execute(arguments: Namespace) -> Outcome:
-    """List all types, or describe one."""
+    """List all types and algorithms, or describe one."""
     return _all() if arguments.name is None else _one(arguments.name)
 
 
 def _all() -> Outcome:
-    rows = []
-    for name, offer in registry.installed().items():
-        try:
-            text, error = offer.load().description, None
-        except ComponentTypeError as problem:
-            text, error = f"not usable: {problem}", str(problem)
-        rows.append({"name": name, "origin": offer.origin, "description": text, "error": error})
-    width = max((len(row["name"] or "") for row in rows), default=0)
-    lines = [f"{row['name']:<{width}}  {row['description']}" for row in rows]
-    hint = "\n\n`nlosim components NAME` shows parameters and connectors."
+    types = [
+        _row(name, offer.origin, lambda offer=offer: offer.load().description)  # type: ignore[misc]
+        for name, offer in registry.installed().items()
+    ]
+    algorithms = [
+        _row(name, origin, lambda name=name: description(algorithm_type(name)))  # type: ignore[misc]
+        for name, origin in installed_algorithms().items()
+    ]
+    lines = _listed(types) if types else ["no component types are installed"]
+    lines += ["", "coupling algorithms:", *_listed(algorithms)] if algorithms else []
+    lines += ["", "`nlosim components NAME` shows parameters and connectors."]
+    return Outcome(text="\n".join(lines), data={"components": types, "algorithms": algorithms})
+
+
+def _row(name: str, origin: str, describe: Callable[[], str]) -> dict[str, str | None]:
+    try:
+        return {"name": name, "origin": origin, "description": describe(), "error": None}
+    except ComponentTypeError as problem:
+        text = f"not usable: {problem}"
+        return {"name": name, "origin": origin, "description": text, "error": str(problem)}
+
+
+def _listed(rows: Sequence[Mapping[str, str | None]]) -> list[str]:
+    width = max(len(row["name"] or "") for row in rows)
+    return [f"{row['name']:<{width}}  {row['description']}" for row in rows]
+
+
+def _algorithm(name: str) -> Outcome:
+    found = algorithm_type(name)
+    parameters = declared(found)
+    lines = [f"{name}: {description(found)}", "", "parameters, under `coupling`:"]
+    lines += columns([_parameter_row(n, p) for n, p in parameters.items()]) or ["  none"]
     return Outcome(
-        text="\n".join(lines) + hint if rows else "no component types are installed",
-        data={"components": rows},
+        text="\n".join(lines),
+        data={
+            "name": name,
+            "description": description(found),
+            "parameters": {n: _parameter_data(p) for n, p in parameters.items()},
+        },
     )
 
 
 def _one(name: str) -> Outcome:
+    if name in installed_algorithms() and name not in registry.installed():
+        return _algorithm(name)
     is_path = name.endswith(".fmu") or "/" in name
     found = registry.fmu_type(Path(name)) if is_path else registry.component_type(name)
     connectors, reason = _connectors(found, name)

@@ -31,7 +31,7 @@ def execute(arguments: Namespace) -> Outcome:
     return Outcome(
         text=text,
         data={
-            "algorithm": scenario.coupling["algorithm"],
+            "algorithm": scenario.coupling.name,
             "components": [_component(node) for node in graph.nodes],
             "connections": [_connection(edge) for edge in graph.edges],
             "loops": list(graph.loops),
@@ -61,7 +61,7 @@ def _text(scenario: Scenario, graph: Graph) -> str:
     if scenario.until is not None:
         span += f" or until `{scenario.until}`"
     lines = [
-        f"{scenario.title}: {span}, {scenario.coupling['algorithm']}",
+        f"{scenario.title}: {span}, {scenario.coupling.name}",
         "",
         "components, in the order in which they step:",
         *columns([_node_row(number, node) for number, node in enumerate(graph.nodes, 1)]),

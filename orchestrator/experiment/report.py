@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.experiment.plan import Experiment
-from orchestrator.report import installed_class
-from orchestrator.scenario.document import Address
+from orchestrator.installed import installed_class
+from orchestrator.parameters import ParameterProblem
 
 GROUP: Final = "orchestrator.experiment_reports"
 
@@ -51,21 +51,6 @@ class ExperimentFindings:
 
     tables: Mapping[str, Sequence[Row]]
     text: str
-
-
-@dataclass(frozen=True, slots=True)
-class ParameterProblem:
-    """Something wrong with the parameters of a report, or with an experiment that it cannot treat.
-
-    Attributes:
-        address: of what is wrong, from the top of the parameters; empty for the whole.
-        what: a sentence.
-        at_key: whether the key is wrong rather than its value.
-    """
-
-    address: Address
-    what: str
-    at_key: bool = False
 
 
 class ExperimentReport(abc.ABC):

@@ -9,6 +9,7 @@ Nothing started by `launch` outlives its `with` block.
 """
 
 import logging
+import weakref
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from typing import Any, NoReturn
 import numpy as np
 from typing_extensions import Buffer, override
 
-from orchestrator.component import ConcurrentComponent
+from orchestrator.component import ConcurrentComponent, RestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError
 from orchestrator.remote.protocol import (
     ComponentSpec,
@@ -79,8 +80,8 @@ class _Dialogue:
         h: Duration = 0,
         document: Mapping[str, Any] = MappingProxyType({}),
         block: Sequence[Buffer] = (),
-    ) -> None:
-        """Send a command."""
+    ) -> int:
+        """Send a command; returns its sequence number."""
         if self._is_over:
             raise ComponentError(self.name, None, "its process has ended")
         self._sequence += 1
@@ -92,6 +93,7 @@ class _Dialogue:
             self._link.send(command.encode(block))
         except LinkLostError as error:
             self._fail(command, str(error))
+        return self._sequence
 
     def answer(self, timeout: float) -> _Reply:
         """Wait for the reply to the command sent last; raise what the component raised."""
@@ -144,6 +146,21 @@ class _Dialogue:
         raise ComponentError(failure["component"] or self.name, time, failure["text"])
 
 
+class RemoteState:
+    """The state of a remote component, which its host keeps.
+
+    Attributes:
+        number: by which the host knows it.
+        values: the outputs at that time.
+    """
+
+    __slots__ = ("__weakref__", "number", "values")
+
+    def __init__(self, number: int, values: Signals) -> None:
+        self.number = number
+        self.values = values
+
+
 class RemoteComponent(ConcurrentComponent):
     """A component hosted at the other end of a link; `launch` creates it."""
 
@@ -157,6 +174,7 @@ class RemoteComponent(ConcurrentComponent):
         self._outputs = SignalDecoder({})
         self._values: Signals = {}
         self._is_set_up = False
+        self._forgotten: list[int] = []
 
     @property
     @override
@@ -169,6 +187,7 @@ class RemoteComponent(ConcurrentComponent):
         self._inputs = SignalEncoder(self._only(Causality.INPUT))
         self._outputs = SignalDecoder(self._only(Causality.OUTPUT))
         self._values = {}
+        self._forgotten = []
         self._is_set_up = True
         document = {"rng": generator_to_document(rng)}
         self._dialogue.ask(Kind.SETUP, t=start, document=document)
@@ -207,11 +226,75 @@ class RemoteComponent(ConcurrentComponent):
             self._dialogue.ask(Kind.CLOSE)
             self._dialogue.answer(self._deadlines.close)
 
+    def save(self) -> RemoteState:
+        """The state of the component; the host forgets it when nobody holds it any more."""
+        forgotten, self._forgotten = self._forgotten, []
+        document = {"forget": forgotten} if forgotten else {}
+        number = self._dialogue.ask(Kind.SAVE, document=document)
+        self._dialogue.answer(self._deadlines.step)
+        state = RemoteState(number, self._values)
+        weakref.finalize(state, self._forgotten.append, number)
+        return state
+
+    def restore(self, state: RemoteState) -> None:
+        """Return to `state`."""
+        self._dialogue.ask(Kind.RESTORE, document={"state": state.number})
+        self._dialogue.answer(self._deadlines.step)
+        self._values = state.values
+
     def _only(self, causality: Causality) -> dict[str, Connector]:
         return {n: c for n, c in self._connectors.items() if c.causality is causality}
 
     def _accept(self, reply: _Reply) -> None:
         self._values = self._outputs.decode(reply.raw, reply.offset)
+
+
+class RestorableRemoteComponent(RestorableComponent[RemoteState], ConcurrentComponent):
+    """A remote component that can return to an earlier state, as it could in this process."""
+
+    def __init__(self, component: RemoteComponent) -> None:
+        self._component = component
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return self._component.connectors
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._component.setup(start, rng)
+
+    @override
+    def initialise(self, inputs: Signals) -> None:
+        self._component.initialise(inputs)
+
+    @override
+    def begin_step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._component.begin_step(inputs, t, h)
+
+    @override
+    def finish_step(self) -> None:
+        self._component.finish_step()
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._component.step(inputs, t, h)
+
+    @override
+    def outputs(self) -> Signals:
+        return self._component.outputs()
+
+    @override
+    def save(self) -> RemoteState:
+        return self._component.save()
+
+    @override
+    def restore(self, state: RemoteState) -> None:
+        self._component.restore(state)
+
+    @override
+    def close(self) -> None:
+        self._component.close()
 
 
 @contextmanager
@@ -220,7 +303,7 @@ def launch(
     transport: Transport,
     *,
     deadlines: Deadlines | None = None,
-) -> Iterator[Mapping[str, RemoteComponent]]:
+) -> Iterator[Mapping[str, ConcurrentComponent]]:
     """Create remote components, all at the same time, and end their hosts with the block.
 
     Args:
@@ -247,13 +330,15 @@ def launch(
 
 def _created(
     dialogues: Mapping[str, _Dialogue], deadlines: Deadlines
-) -> Mapping[str, RemoteComponent]:
-    components = {}
+) -> Mapping[str, ConcurrentComponent]:
+    components: dict[str, ConcurrentComponent] = {}
     errors: list[str] = []
     for name, dialogue in dialogues.items():
         try:
             created = dialogue.answer(deadlines.create)
-            components[name] = RemoteComponent(dialogue, created, deadlines)
+            remote = RemoteComponent(dialogue, created, deadlines)
+            is_restorable = created.message.document.get("restorable", False)
+            components[name] = RestorableRemoteComponent(remote) if is_restorable else remote
         except ComponentTypeError as error:
             errors.append(f"component `{name}`: {error}")
     if errors:

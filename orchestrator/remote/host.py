@@ -16,7 +16,7 @@ import numpy as np
 from typing_extensions import Buffer
 
 from orchestrator import registry
-from orchestrator.component import Component
+from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError, CosimError
 from orchestrator.parameters import ComponentType, PythonComponentType
 from orchestrator.remote.protocol import (
@@ -84,6 +84,7 @@ class ComponentHost:
         self._logs = logs
         self._component: Component | None = None
         self._needs_close = False
+        self._states: dict[int, Any] = {}
         self._connectors: dict[Causality, dict[str, Connector]] = {}
         self._inputs = SignalDecoder({})
         self._outputs = SignalEncoder({})
@@ -93,6 +94,8 @@ class ComponentHost:
             Kind.INITIALISE: self._initialise,
             Kind.STEP: self._step,
             Kind.CLOSE: self._close,
+            Kind.SAVE: self._save,
+            Kind.RESTORE: self._restore,
         }
 
     def handle(self, message: bytes) -> bytes:
@@ -127,13 +130,16 @@ class ComponentHost:
             causality: {n: c for n, c in connectors.items() if c.causality is causality}
             for causality in Causality
         }
-        return connectors_to_message(connectors, command, self._log_document())
+        is_restorable = isinstance(self._component, RestorableComponent)
+        document = {"restorable": is_restorable, **self._log_document()}
+        return connectors_to_message(connectors, command, document)
 
     def _setup(self, command: Message, message: bytes, offset: int) -> bytes:
         del message, offset
         # a new run: neither end remembers values of the one before
         self._inputs = SignalDecoder(self._connectors[Causality.INPUT])
         self._outputs = SignalEncoder(self._connectors[Causality.OUTPUT])
+        self._states.clear()
         document = command.document
         self._needs_close = True
         self._created().setup(command.t, generator_from_document(document["rng"]))
@@ -150,8 +156,31 @@ class ComponentHost:
     def _close(self, command: Message, message: bytes, offset: int) -> bytes:
         del message, offset
         self._needs_close = False
+        self._states.clear()
         self._created().close()
         return self._done(command).encode()
+
+    def _save(self, command: Message, message: bytes, offset: int) -> bytes:
+        """Keep the state here, under the sequence number of the command."""
+        del message, offset
+        for number in command.document.get("forget", ()):
+            self._states.pop(number, None)
+        self._states[command.sequence] = self._restorable().save()
+        return self._done(command).encode()
+
+    def _restore(self, command: Message, message: bytes, offset: int) -> bytes:
+        del message, offset
+        number = command.document["state"]
+        if number not in self._states:
+            raise WireError(f"there is no state {number} of this run")
+        self._restorable().restore(self._states[number])
+        return self._done(command).encode()
+
+    def _restorable(self) -> RestorableComponent[Any]:
+        component = self._created()
+        if not isinstance(component, RestorableComponent):
+            raise WireError("the component cannot return to an earlier state")
+        return component
 
     def _created(self) -> Component:
         if self._component is None:

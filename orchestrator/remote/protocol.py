@@ -38,6 +38,8 @@ class Kind(enum.IntEnum):
     INITIALISE = 3
     STEP = 4
     CLOSE = 5
+    SAVE = 6
+    RESTORE = 7
     DONE = 16
     FAILED = 17
 
@@ -145,7 +147,13 @@ class ComponentSpec:
 def connectors_to_message(
     connectors: Mapping[str, Connector], command: Message, document: Mapping[str, Any]
 ) -> bytes:
-    """A reply to `command` that describes `connectors`; start values travel as signals."""
+    """A reply to `command` that describes `connectors`; start values travel as signals.
+
+    Args:
+        connectors: by name.
+        command: what is answered.
+        document: what else the reply says.
+    """
     described = {name: _describe(connector) for name, connector in connectors.items()}
     starts = {
         name: c.start if isinstance(c.start, bytes) else np.asarray(c.start, c.dtype)

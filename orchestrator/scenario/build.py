@@ -4,19 +4,17 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Final
 
 from pydantic import ValidationError
 
 from orchestrator import registry, report
-from orchestrator.algorithm.base import CosimulationAlgorithm
-from orchestrator.algorithm.gauss_seidel import GaussSeidel
-from orchestrator.algorithm.jacobi import Jacobi
+from orchestrator.algorithm.base import algorithm_type
 from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
-from orchestrator.parameters import REQUIRED, ComponentType
+from orchestrator.parameters import REQUIRED, ComponentType, Parameter, declared
 from orchestrator.scenario import diagnosis, extension, overrides as overriding, schema, values
 from orchestrator.scenario.document import Address, Document
-from orchestrator.scenario.model import ComponentUse, ConnectionUse, Scenario
+from orchestrator.scenario.model import ComponentUse, ConnectionUse, CouplingUse, Scenario
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.wiring import problems_of_sound_parts
 from orchestrator.suggestion import suggestion
@@ -38,6 +36,10 @@ def load_scenario(path: Path, overrides: Sequence[str] = ()) -> Scenario:
     """
     document = overriding.apply(extension.read(path), overrides)
     return _Build(path, tuple(overrides), document).scenario()
+
+
+_KINDS: Final = ("type", "fmu")
+"""The keys that say what a component is."""
 
 
 @dataclass(slots=True)
@@ -65,13 +67,14 @@ class _Build:
             raise self._error(())
         self._check_times(file.time, components)
         self._check_names(file)
+        coupling = self._coupling(file.coupling, tuple(file.components))
         if file.report is not None:
             try:
                 report.report_type(file.report)
             except ComponentTypeError as error:
                 self._add(("report",), str(error))
         connections = tuple(ConnectionUse(c.source, c.target) for c in file.connections)
-        if self.problems:
+        if self.problems or coupling is None:
             raise self._error(connections)
         return Scenario(
             path=self.path,
@@ -82,8 +85,7 @@ class _Build:
             stop=file.time.stop,
             until=None if file.time.until is None else Endpoint.parse(file.time.until),
             seed=file.seed,
-            algorithm=_algorithm(file.coupling),
-            coupling=MappingProxyType(file.coupling.model_dump(exclude_none=True)),
+            coupling=coupling,
             components=MappingProxyType(components),
             connections=connections,
             include=tuple(file.recording.include),
@@ -143,14 +145,41 @@ class _Build:
             type=found,
             step=entry.step,
             process=entry.process,
-            values=self._values((*address, "parameters"), found, entry.parameters),
+            values=self._values((*address, "parameters"), found.parameters, entry.parameters),
         )
 
+    def _coupling(self, entry: schema.Coupling, components: Sequence[str]) -> CouplingUse | None:
+        """The co-simulation algorithm; `None` if it cannot be made.
+
+        `null` for what an algorithm does not have says nothing, so that a file can take back what
+        the file that it extends says for another algorithm.
+        """
+        address: Address = ("coupling",)
+        try:
+            algorithm = algorithm_type(entry.algorithm)
+        except ComponentTypeError as error:
+            self._add((*address, "algorithm"), str(error))
+            return None
+        before = len(self.problems)
+        parameters = declared(algorithm)
+        said = (entry.model_extra or {}).items()
+        given = {name: value for name, value in said if name in parameters or value is not None}
+        values = self._values(address, parameters, given)
+        if len(self.problems) > before:
+            return None
+        try:
+            made = algorithm(**values)
+        except ValueError as error:
+            self._add(address, str(error), at_key=True)
+            return None
+        for problem in made.problems(components):
+            self._add((*address, *problem.address), problem.what, at_key=problem.at_key)
+        return CouplingUse(name=entry.algorithm, algorithm=made, values=values)
+
     def _values(
-        self, address: Address, found: ComponentType, given: Mapping[str, Any]
+        self, address: Address, declared: Mapping[str, Parameter], given: Mapping[str, Any]
     ) -> Mapping[str, Any]:
         """The parameters given, converted; problems with them, and with those not given."""
-        declared = found.parameters
         converted = {}
         for name, value in given.items():
             if name not in declared:
@@ -170,16 +199,19 @@ class _Build:
         return MappingProxyType(converted)
 
     def _unknown(self, address: Address, name: str, declared: Collection[str]) -> None:
-        """A parameter that the type does not have.
+        """A parameter that the type of a component, or the coupling algorithm, does not have.
 
         If an override has just replaced the type, a file's parameters of the old one are no
         mistake.
         """
-        document, entry, place = self.document, address[:2], self.document.key(address)
-        types = [document.places.get((*entry, key)) for key in ("type", "fmu")]
+        document, place = self.document, self.document.key(address)
+        is_coupling = address[0] == "coupling"
+        entry, keys = (address[:1], ("algorithm",)) if is_coupling else (address[:2], _KINDS)
+        types = [document.places.get((*entry, key)) for key in keys]
         is_swapped = any(p is not None and not document.is_in_a_file(p.value) for p in types)
         if is_swapped and document.is_in_a_file(place):
-            what = f"{diagnosis.spell(address)}: ignored, the type that was set has no `{name}`"
+            noun = "algorithm" if is_coupling else "type"
+            what = f"{diagnosis.spell(address)}: ignored, the {noun} that was set has no `{name}`"
             self.remarks.append(Problem(place, what))
         else:
             what = f"there is no parameter `{name}`; {suggestion(name, declared)}"
@@ -203,11 +235,10 @@ class _Build:
                 self._add(("components", name, "step"), what)
 
     def _check_names(self, file: schema.ScenarioFile) -> None:
-        """The names of components in the times, coupling, connections and recording."""
+        """The names of components in the times, connections and recording."""
         names = tuple(file.components)
         if file.time.until is not None:
             self._check_name(("time", "until"), file.time.until.partition(".")[0], names)
-        self._check_order(file.coupling, names)
         for index, connection in enumerate(file.connections):
             for key, end in (("from", connection.source), ("to", connection.target)):
                 self._check_name(("connections", index, key), end.partition(".")[0], names)
@@ -224,32 +255,9 @@ class _Build:
         if name not in names:
             self._add(address, f"there is no component `{name}`; {suggestion(name, names)}")
 
-    def _check_order(self, coupling: schema.Coupling, names: Sequence[str]) -> None:
-        order = coupling.order
-        if order is None:
-            return
-        if coupling.algorithm == "jacobi":
-            what = "Jacobi has no order; remove it, or write `algorithm: gauss-seidel`"
-            self._add(("coupling", "order"), what, at_key=True)
-            return
-        for index, name in enumerate(order):
-            self._check_name(("coupling", "order", index), name, names)
-            if name in order[:index]:
-                self._add(("coupling", "order", index), f"`{name}` is named twice")
-        absent = [f"`{name}`" for name in names if name not in order]
-        if absent:
-            what = f"{', '.join(absent)} missing; name every component, or leave `order` out"
-            self._add(("coupling", "order"), what, at_key=True)
-
 
 def _type(name: str | None, fmu: Path | None) -> ComponentType:
     if fmu is not None:
         return registry.fmu_type(fmu)
     assert name is not None  # noqa: S101 - one of the two is given, checked by the caller
     return registry.component_type(name)
-
-
-def _algorithm(coupling: schema.Coupling) -> CosimulationAlgorithm:
-    if coupling.algorithm == "jacobi":
-        return Jacobi()
-    return GaussSeidel(None if coupling.order is None else tuple(coupling.order))

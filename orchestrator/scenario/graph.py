@@ -1,6 +1,5 @@
 """The wiring of an assembled scenario as a graph: who feeds whom, and how late."""
 
-import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -38,7 +37,7 @@ class Edge:
     Attributes:
         signals: pairs of output and input.
         youngest, oldest: the age of the values at the end of the target's steps [ns].
-        is_forward: whether the source takes its turn first.
+        is_forward: whether the source takes its turn first, and its newest value is seen.
     """
 
     source: str
@@ -67,7 +66,7 @@ class Graph:
 def graph_of(scenario: Scenario, assembly: Assembly) -> Graph:
     """The graph of `scenario`, whose components are those of `assembly`."""
     turn = {name: index for index, name in enumerate(assembly.turns)}
-    edges = _edges(scenario, assembly, turn)
+    edges = _edges(assembly, turn)
     layers = _layers(assembly.turns, edges)
     nodes = tuple(
         Node(
@@ -80,52 +79,34 @@ def graph_of(scenario: Scenario, assembly: Assembly) -> Graph:
         )
         for name in assembly.turns
     )
-    return Graph(nodes, edges, tuple(map(describe, loops(assembly.system))))
+    solved = assembly.algorithm.solved(assembly.system)
+    sentences = [
+        describe(loop, is_solved=any({end.component for end in loop.path} <= s for s in solved))
+        for loop in loops(assembly.system)
+    ]
+    return Graph(nodes, edges, tuple(sentences))
 
 
-def _edges(scenario: Scenario, assembly: Assembly, turn: Mapping[str, int]) -> tuple[Edge, ...]:
+def _edges(assembly: Assembly, turn: Mapping[str, int]) -> tuple[Edge, ...]:
     signals: dict[tuple[str, str], list[tuple[str, str]]] = defaultdict(list)
     for link in assembly.system.connections:
         pair = link.source.component, link.target.component
         signals[pair].append((link.source.connector, link.target.connector))
+    ages = assembly.algorithm.ages(assembly.system)
     edges = []
     for source, target in sorted(signals, key=lambda pair: (turn[pair[0]], turn[pair[1]])):
-        steps = scenario.components[source].step, scenario.components[target].step
-        is_parallel = scenario.coupling["algorithm"] == "jacobi"
-        is_forward = turn[source] < turn[target]
-        youngest, oldest = ages(*steps, is_parallel=is_parallel, is_forward=is_forward)
+        age = ages[source, target]
         edges.append(
             Edge(
                 source=source,
                 target=target,
                 signals=tuple(signals[source, target]),
-                youngest=youngest,
-                oldest=oldest,
-                is_forward=is_forward and not is_parallel,
+                youngest=age.youngest,
+                oldest=age.oldest,
+                is_forward=turn[source] < turn[target] and age.youngest == 0,
             )
         )
     return tuple(edges)
-
-
-def ages(
-    source: Duration, target: Duration, *, is_parallel: bool, is_forward: bool
-) -> tuple[Duration, Duration]:
-    """The least and the greatest age of the value that a step has used when it ends.
-
-    Communication points of the two meet at multiples of the greatest common divisor `g` of
-    their step sizes. A value published at or before a point `t` is between 0 and `source - g`
-    old there, one published before `t` between `g` and `source`.
-
-    Args:
-        source: communication step size of the component that writes [ns].
-        target: of the component that reads [ns].
-        is_parallel: inputs are read where a step starts (Jacobi), not where it ends.
-        is_forward: the source takes its turn before the target.
-    """
-    divisor = math.gcd(source, target)
-    if is_parallel:
-        return target, target + source - divisor
-    return (0, source - divisor) if is_forward else (divisor, source)
 
 
 def _layers(turns: Sequence[str], edges: Sequence[Edge]) -> dict[str, int]:

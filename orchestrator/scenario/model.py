@@ -10,7 +10,7 @@ from typing import Any
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.errors import Problem
-from orchestrator.parameters import DRAWN, REQUIRED, ComponentType
+from orchestrator.parameters import DRAWN, REQUIRED, ComponentType, declared
 from orchestrator.scenario.document import Document
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.values import written
@@ -56,6 +56,27 @@ class ComponentUse:
         return self.type_name if self.type_name is not None else str(self.fmu)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CouplingUse:
+    """The co-simulation algorithm of a scenario.
+
+    Attributes:
+        name: of the installed algorithm.
+        algorithm: with its parameters.
+        values: the parameters that the scenario sets, in their declared type and unit.
+    """
+
+    name: str
+    algorithm: CosimulationAlgorithm
+    values: Mapping[str, Any]
+
+    def resolved(self) -> dict[str, Any]:
+        """The entry of a scenario file that means the same."""
+        parameters = declared(type(self.algorithm))
+        said = {n: written(parameters[n], v) for n, v in self.values.items() if v is not None}
+        return {"algorithm": self.name, **said}
+
+
 @dataclass(frozen=True, slots=True)
 class ConnectionUse:
     """One connection, or group of connections, as written."""
@@ -87,8 +108,7 @@ class Scenario:
     stop: Time
     until: Endpoint | None
     seed: int
-    algorithm: CosimulationAlgorithm
-    coupling: Mapping[str, Any]
+    coupling: CouplingUse
     components: Mapping[str, ComponentUse]
     connections: tuple[ConnectionUse, ...]
     include: tuple[str, ...]
@@ -117,7 +137,7 @@ class Scenario:
                 **({} if self.until is None else {"until": str(self.until)}),
             },
             "seed": self.seed,
-            "coupling": dict(self.coupling),
+            "coupling": self.coupling.resolved(),
             "components": {name: _resolved(use) for name, use in self.components.items()},
             "connections": [{"from": c.source, "to": c.target} for c in self.connections],
             "recording": {"include": list(self.include), "exclude": list(self.exclude)},

@@ -73,16 +73,21 @@ class TimeSpan(_Mapping):
 
 
 class Coupling(_Mapping):
-    """Who steps when, and which outputs it sees (the co-simulation algorithm)."""
+    """Who steps when, and which outputs it sees (the co-simulation algorithm).
 
-    algorithm: Literal["gauss-seidel", "jacobi"] = "gauss-seidel"
-    """`gauss-seidel`: components take turns and see the newest outputs of those before them.
-    `jacobi`: all see the outputs of the previous communication point, so the order is
-    irrelevant and processes work at the same time."""
+    Further keys are parameters of the algorithm; `nlosim components NAME` lists them.
+    """
 
-    order: Annotated[list[Text], Field(min_length=1)] | None = None
-    """For Gauss-Seidel, the names of all components, first to step first. Without it: the order
-    of direct feedthrough."""
+    model_config = ConfigDict(extra="allow")
+
+    algorithm: Annotated[Text, Field(examples=["gauss-seidel", "jacobi", "fixed-point"])] = (
+        "gauss-seidel"
+    )
+    """The name of an installed algorithm. `gauss-seidel`: components take turns, in the given
+    `order` or that of direct feedthrough, and see the newest outputs of those before them.
+    `jacobi`: all see the outputs of the previous communication point, so the order is irrelevant
+    and processes work at the same time. `fixed-point`: those that depend on each other repeat
+    their steps until they agree."""
 
 
 class ComponentEntry(_Mapping):

@@ -89,14 +89,14 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
         if problems:
             raise ScenarioError(problems)
         try:
-            turns = scenario.algorithm.turns(system)
+            turns = scenario.coupling.algorithm.turns(system)
         except SystemStructureError as error:
             raise scenario_error(scenario, ("coupling",), error) from error
         try:
             select(system, scenario.include, scenario.exclude)
         except SystemStructureError as error:
             raise scenario_error(scenario, ("recording",), error) from error
-        return Assembly(system, scenario.algorithm, turns)
+        return Assembly(system, scenario.coupling.algorithm, turns)
 
 
 @contextmanager

@@ -20,9 +20,9 @@ from orchestrator.experiment.plan import Experiment
 from orchestrator.experiment.report import (
     ExperimentFindings,
     ExperimentReport,
-    ParameterProblem,
     Results,
 )
+from orchestrator.parameters import ParameterProblem
 from orchestrator.recording.layout import write_json
 from orchestrator.suggestion import suggestion
 from studies.method import csv_file

@@ -15,9 +15,9 @@ from orchestrator.experiment.plan import Experiment
 from orchestrator.experiment.report import (
     ExperimentFindings,
     ExperimentReport,
-    ParameterProblem,
     Results,
 )
+from orchestrator.parameters import ParameterProblem
 from orchestrator.recording.layout import write_json
 from studies.method import csv_file
 from studies.method.text import columns_of_text, interval

@@ -22,8 +22,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
+from orchestrator.installed import installed_class
 from orchestrator.parameters import Parameter
-from orchestrator.report import installed_class
 
 GROUP: Final = "orchestrator.learners"
 

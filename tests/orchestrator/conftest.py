@@ -1,11 +1,13 @@
 """Fixtures of the tests of the orchestrator."""
 
+from collections.abc import Iterable
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
 
-from orchestrator import registry, report
+from orchestrator import installed, registry, report
+from orchestrator.algorithm import base
 from orchestrator.experiment import report as experiment_report
 
 SAMPLE_UNITS = {
@@ -27,15 +29,21 @@ SAMPLE_UNITS = {
 
 @pytest.fixture
 def sample_units(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Install the components and reports of `packages/sample_units.py`, and no others."""
+    """Install the components and reports of `packages/sample_units.py`, and no others.
+
+    The coupling algorithms are those that are installed.
+    """
+    offered = installed.entry_points
     monkeypatch.syspath_prepend(Path(__file__).parent / "packages")
 
-    def entry_points(group: str) -> list[EntryPoint]:
+    def entry_points(group: str) -> Iterable[EntryPoint]:
+        if group == base.GROUP:
+            return offered(group)
         found = SAMPLE_UNITS.get(group, {})
         return [EntryPoint(name, value, group) for name, value in found.items()]
 
     monkeypatch.setattr(registry, "entry_points", entry_points)
-    monkeypatch.setattr(report, "entry_points", entry_points)
+    monkeypatch.setattr(installed, "entry_points", entry_points)
 
 
 TWO_UNITS = """\

@@ -239,7 +239,7 @@ def test_an_explicit_order_names_every_component_once() -> None:
     with pytest.raises(SystemStructureError) as error:
         GaussSeidel(("lefd", "right", "right")).turns(system)
     assert error.value.problems == (
-        "the Gauss-Seidel order names `lefd`, which is no component; did you mean `left`?",
-        "the Gauss-Seidel order names `right` 2 times; name it once",
-        "the Gauss-Seidel order does not name the component `left`",
+        "the order of Gauss-Seidel: there is no component `lefd`; did you mean `left`?",
+        "the order of Gauss-Seidel: `right` is named twice",
+        "the order of Gauss-Seidel: `left` missing; name every component, or leave `order` out",
     )

@@ -75,9 +75,9 @@ def test_graph_is_text_and_drawing(
         "direct feedthrough:\n"
         "  base: y depends on u, vehicle.x\n\n"
         "algebraic loops:\n"
-        "  algebraic loop: `base.u` -> `base.y` -> `base.u`; give Gauss-Seidel an explicit order, "
-        "which breaks the loop with one step of delay, or use Jacobi, which delays every "
-        "connection\n\n"
+        "  algebraic loop: `base.u` -> `base.y` -> `base.u`; solve it with "
+        "`algorithm: fixed-point`, or give Gauss-Seidel an explicit order, which breaks the loop "
+        "with one step of delay, or use Jacobi, which delays every connection\n\n"
         f"drawn in {drawing}\n"
     )
     root = ET.fromstring(drawing.read_text())  # noqa: S314 - our own file

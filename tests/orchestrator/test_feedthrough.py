@@ -77,9 +77,9 @@ def test_a_loop_is_reported_with_every_connector_on_it_and_a_way_out() -> None:
     looped = system(parts, "gain.y > sum.u", "sum.y > gain.u", "other.y > sum.v", "sum.y > other.u")
     (loop,) = loops(looped)
     assert describe(loop) == (
-        "algebraic loop: `gain.u` -> `gain.y` -> `sum.u` -> `sum.y` -> `gain.u`; give Gauss-Seidel "
-        "an explicit order, which breaks the loop with one step of delay, or use Jacobi, which "
-        "delays every connection"
+        "algebraic loop: `gain.u` -> `gain.y` -> `sum.u` -> `sum.y` -> `gain.u`; solve it with "
+        "`algorithm: fixed-point`, or give Gauss-Seidel an explicit order, which breaks the loop "
+        "with one step of delay, or use Jacobi, which delays every connection"
     )
     with pytest.raises(SystemStructureError) as error:
         simulate(looped, GaussSeidel(), start=0, stop=1, seed=0)

@@ -9,13 +9,14 @@ from hypothesis import given, strategies as st
 from typing_extensions import override
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.algorithm.fixed_point import FixedPoint
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
-from orchestrator.component import Component
+from orchestrator.component import RestorableComponent
 from orchestrator.errors import ComponentError, ScenarioError
 from orchestrator.placement import placing
 from orchestrator.scenario.build import load_scenario
-from orchestrator.scenario.graph import ages, graph_of, grouped
+from orchestrator.scenario.graph import graph_of, grouped
 from orchestrator.scenario.wiring import assemble
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.simulation import simulate
@@ -135,11 +136,11 @@ def test_an_unknown_transport_is_an_error_that_lists_those_installed(scenario_fi
         pass
 
 
-class Clock(Component):
+class Clock(RestorableComponent[Time]):
     """Writes the simulated time; records how old the time is that it reads."""
 
     def __init__(self) -> None:
-        self.ages: list[Duration] = []
+        self.ages: dict[Time, Duration] = {}
         self._time = 0
 
     @property
@@ -157,14 +158,26 @@ class Clock(Component):
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
         self._time = t + h
-        self.ages.append(self._time - int(np.asarray(inputs["u"])))
+        self.ages[self._time] = self._time - int(np.asarray(inputs["u"]))
 
     @override
     def outputs(self) -> Signals:
         return {"y": np.asarray(self._time)}
 
+    @override
+    def save(self) -> Time:
+        return self._time
 
-@given(st.integers(1, 12), st.integers(1, 12), st.sampled_from([Jacobi(), GaussSeidel(("a", "b"))]))
+    @override
+    def restore(self, state: Time) -> None:
+        self._time = state
+
+
+@given(
+    st.integers(1, 12),
+    st.integers(1, 12),
+    st.sampled_from([Jacobi(), GaussSeidel(("a", "b")), FixedPoint()]),
+)
 def test_the_predicted_ages_are_those_of_a_simulation(
     a: int, b: int, algorithm: CosimulationAlgorithm
 ) -> None:
@@ -172,10 +185,9 @@ def test_the_predicted_ages_are_those_of_a_simulation(
     wires = [Connection(Endpoint(x, "y"), Endpoint(z, "u")) for x, z in ("ab", "ba")]
     system = System(clocks, {"a": a, "b": b}, wires)
     simulate(system, algorithm, start=0, stop=a * b, seed=0)
-    is_parallel = isinstance(algorithm, Jacobi)
-    for target, own, other in (("b", b, a), ("a", a, b)):
-        predicted = ages(other, own, is_parallel=is_parallel, is_forward=target == "b")
-        assert (min(clocks[target].ages), max(clocks[target].ages)) == predicted
+    for (_, target), age in algorithm.ages(system).items():
+        found = clocks[target].ages.values()
+        assert (min(found), max(found)) == (age.youngest, age.oldest)
 
 
 def test_the_graph_has_layers_and_feedback(scenario_file: Path) -> None:

@@ -9,9 +9,9 @@ from orchestrator.experiment.plan import Experiment
 from orchestrator.experiment.report import (
     ExperimentFindings,
     ExperimentReport,
-    ParameterProblem,
     Results,
 )
+from orchestrator.parameters import ParameterProblem
 
 
 class Tally(ExperimentReport):

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from orchestrator import registry, report
+from orchestrator import installed as offers, registry, report
 from orchestrator.experiment.plan import RunKey
 from orchestrator.experiment.work import Result, Work, perform
 from orchestrator.experiment.workers import Workers
@@ -102,7 +102,7 @@ def installed(monkeypatch: pytest.MonkeyPatch) -> None:
         return [EntryPoint(name, value, group) for name, value in TOYS.get(group, {}).items()]
 
     monkeypatch.setattr(registry, "entry_points", entry_points)
-    monkeypatch.setattr(report, "entry_points", entry_points)
+    monkeypatch.setattr(offers, "entry_points", entry_points)
 
 
 @pytest.fixture
