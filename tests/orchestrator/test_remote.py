@@ -3,7 +3,7 @@
 import importlib
 import logging
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from orchestrator.algorithm.fixed_point import FixedPoint
+from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError
 from orchestrator.parameters import PythonComponentType
 from orchestrator.randomness import stream
@@ -27,6 +29,8 @@ from orchestrator.remote.protocol import (
 from orchestrator.remote.transport import LoopbackTransport
 from orchestrator.remote.wire import WireError
 from orchestrator.signal import Connector
+from orchestrator.simulation import simulate
+from orchestrator.system import Connection, Endpoint, System
 
 
 @pytest.fixture
@@ -214,3 +218,58 @@ def test_a_host_answers_a_command_that_comes_too_early() -> None:
     reply, _ = Message.decode(ComponentHost().handle(command.encode()))
     assert (reply.kind, reply.epoch, reply.sequence) == (Kind.FAILED, 1, 7)
     assert reply.document["failure"]["text"] == "the component was not created yet"
+
+
+def run_in_a_ring(runs: ModuleType, components: Mapping[str, Component]) -> Any:
+    """The trace of three components in a ring, stepped until they agree."""
+    names = list(components)
+    wires = [
+        Connection(Endpoint(name, "y"), Endpoint(names[k - 1], "u")) for k, name in enumerate(names)
+    ]
+    trace = runs.Trace()
+    system = System(components, dict.fromkeys(components, runs.STEP), wires)
+    simulate(system, FixedPoint(), start=0, stop=20 * runs.STEP, seed=3, observers=[trace])
+    return trace
+
+
+def test_steps_are_taken_back_elsewhere_as_they_are_here(
+    runs: ModuleType, units: ModuleType
+) -> None:
+    """The same bytes; and a host keeps no more states than somebody here holds."""
+    names = ("a", "b", "c")
+    local = run_in_a_ring(runs, {name: units.Drawing() for name in names})
+    specs = [ComponentSpec(name=name, type="remote_units:Drawing", values={}) for name in names[1:]]
+    kept: list[int] = []
+    with launch(specs, LoopbackTransport()) as components:
+        b = components["b"]
+        host = b._component._dialogue._link._host  # type: ignore[attr-defined]
+        restorable = host._restorable
+
+        def counted() -> Any:
+            kept.append(len(host._states))
+            return restorable()
+
+        host._restorable = counted
+        remote = run_in_a_ring(runs, {"a": units.Drawing(), **components})
+    assert remote.bits == local.bits
+    assert len(kept) > 20 * 5
+    assert max(kept) <= 2
+
+
+def test_who_cannot_return_here_cannot_elsewhere(runs: ModuleType, tmp_path: Path) -> None:
+    with launch(runs.swarms(tmp_path), LoopbackTransport()) as components:
+        assert not any(isinstance(each, RestorableComponent) for each in components.values())
+
+
+def test_a_state_that_is_not_there_is_an_error_of_the_component(units: ModuleType) -> None:
+    """One of an earlier run: the host has forgotten it, and says so."""
+    specs = [ComponentSpec(name="a", type="remote_units:Drawing", values={})]
+    with launch(specs, LoopbackTransport()) as components:
+        component = components["a"]
+        assert isinstance(component, RestorableComponent)
+        component.setup(0, stream(1, "a"))
+        state = component.save()
+        component.setup(0, stream(1, "a"))
+        with pytest.raises(ComponentError, match=r"there is no state \d+ of this run"):
+            component.restore(state)
+        component.close()

@@ -17,10 +17,13 @@ from hypothesis import given, strategies as st
 
 from adapters.fmi import FmuComponentType
 from adapters.fmi.errors import FmuError
+from orchestrator.algorithm.fixed_point import FixedPoint
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentTypeError
 from orchestrator.randomness import stream
 from orchestrator.signal import Causality, Connector, Signal, Signals, Variability
+from orchestrator.simulation import simulate
+from orchestrator.system import Connection, Endpoint, System
 from orchestrator.testing import check_component
 
 STEP = 100_000_000
@@ -226,6 +229,22 @@ def test_a_state_of_an_earlier_run_is_refused(fmu: Fmu) -> None:
     with pytest.raises(FmuError, match="belongs to an instance that was closed"):
         lag.restore(state)
     lag.close()
+
+
+def test_two_fmus_in_a_cycle_are_stepped_until_they_agree(fmu: Fmu) -> None:
+    """Each lag follows the other one's new value: both are the solution of two linear equations."""
+    parts = {"a": component(fmu("lag"), initial=1.0), "b": component(fmu("lag"), initial=-3.0)}
+    wires = [("a.x", "b.u"), ("b.x", "a.u")]
+    links = [Connection(*map(Endpoint.parse, wire)) for wire in wires]
+    system = System(parts, dict.fromkeys(parts, STEP), links)
+    result = simulate(system, FixedPoint(), start=0, stop=3 * STEP, seed=0)
+    decay = math.exp(-0.1 / 2)
+    matrix = np.array([[1, decay - 1], [decay - 1, 1]])
+    wanted = np.array([1.0, -3.0])
+    for _ in range(3):
+        wanted = np.linalg.solve(matrix, decay * wanted)
+    found = [np.asarray(result.values[name]["x"]) for name in "ab"]
+    np.testing.assert_allclose(np.ravel(found), wanted, rtol=1e-8)
 
 
 def test_the_seed_is_drawn_unless_it_is_set(fmu: Fmu) -> None:

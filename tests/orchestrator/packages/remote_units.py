@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from typing_extensions import override
 
-from orchestrator.component import Component
+from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
 from orchestrator.signal import Causality, Connector, Signals
@@ -222,3 +222,40 @@ DEEDS = {
     "leave_a_child": _leave_a_child,
     "read_input": _read_input,
 }
+
+
+class Drawing(RestorableComponent[tuple[dict[str, Any], float]]):
+    """y = u / 2 + a random number."""
+
+    def __init__(self) -> None:
+        self._rng = np.random.default_rng(0)
+        self._y = 0.0
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        feedthrough = frozenset({"u"})
+        return {
+            "u": Connector(causality=INPUT),
+            "y": Connector(causality=OUTPUT, feedthrough=feedthrough),
+        }
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._rng, self._y = rng, 0.0
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._y = 0.5 * float(np.asarray(inputs["u"])) + self._rng.random()
+
+    @override
+    def outputs(self) -> Signals:
+        return {"y": np.array(self._y)}
+
+    @override
+    def save(self) -> tuple[dict[str, Any], float]:
+        return dict(self._rng.bit_generator.state), self._y
+
+    @override
+    def restore(self, state: tuple[dict[str, Any], float]) -> None:
+        self._rng.bit_generator.state, self._y = state
