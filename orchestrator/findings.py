@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from orchestrator.measure import Measure
 from orchestrator.recording.layout import write_json
 from orchestrator.recording.reader import Recording
 from orchestrator.report import report_type
@@ -16,38 +17,66 @@ FIGURE: Final = "figure.png"
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """What a report says about one run.
+    """What a report and measures say about one run.
 
     Attributes:
-        metrics: by name; empty without a report.
-        summary: lines for the terminal; empty without a report.
+        metrics: by name; those of measures under `measures`, by the name of each.
+        summary: lines for the terminal.
     """
 
     metrics: Mapping[str, Any]
     summary: str
 
 
-def make_report(name: str | None, directory: Path, *, figure: bool) -> Findings:
-    """Apply a report to the recording in `directory` and write its metrics and its figure.
+def make_report(
+    name: str | None, measures: Mapping[str, Measure], directory: Path, *, figure: bool
+) -> Findings:
+    """Ask a report and measures about the recording in `directory`; write metrics and a figure.
 
     Args:
-        name: of an installed report; `None` writes empty metrics.
+        name: of an installed report, or `None`.
+        measures: by the name that the metrics are to have.
         directory: of a run.
-        figure: whether to draw.
+        figure: whether the report is to draw.
 
     Raises:
         ComponentTypeError: the report cannot be loaded.
         RecordingError: there is no recording.
-        Exception: whatever the report raises.
+        Exception: whatever the report or a measure raises; a note on it names the measure.
     """
     recording = Recording(directory)
-    if name is None:
-        write_json(directory / METRICS, {})
-        return Findings({}, "")
-    report = report_type(name)()
+    report = None if name is None else report_type(name)()
+    found = {} if report is None else dict(report.metrics(recording))
+    if measures:
+        found["measures"] = {
+            label: _asked(label, each, recording) for label, each in measures.items()
+        }
     # through JSON and back, so that everybody sees what a reader of the file will see
-    metrics = json.loads(json.dumps(report.metrics(recording), allow_nan=False))
+    metrics = json.loads(json.dumps(found, allow_nan=False))
     write_json(directory / METRICS, metrics)
+    if report is None:
+        return Findings(metrics, _lines(metrics))
     if figure:
         report.figure(recording, metrics, directory / FIGURE)
-    return Findings(metrics, report.summary(metrics, recording.manifest))
+    summary = report.summary(metrics, recording.manifest)
+    return Findings(metrics, "\n".join(filter(None, [summary, _lines(metrics)])))
+
+
+def _asked(label: str, measure: Measure, recording: Recording) -> Mapping[str, Any]:
+    try:
+        return dict(measure.compute(recording))
+    except Exception as error:
+        error.add_note(f"measure `{label}`")
+        raise
+
+
+def _lines(metrics: Mapping[str, Any]) -> str:
+    """What the measures found, for the terminal: a line for each."""
+    return "\n".join(
+        f"{label}: {', '.join(f'{key} {_spell(value)}' for key, value in found.items())}"
+        for label, found in metrics.get("measures", {}).items()
+    )
+
+
+def _spell(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else "-" if value is None else str(value)

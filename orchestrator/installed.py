@@ -6,6 +6,7 @@ Python looks for packages in the same places.
 
 import importlib.metadata
 import sys
+from collections.abc import Mapping
 from functools import lru_cache
 from importlib.metadata import EntryPoints
 from typing import TypeVar
@@ -19,6 +20,11 @@ _Base = TypeVar("_Base")
 def entry_points(group: str) -> EntryPoints:
     """The entry points of all installed packages in `group`."""
     return _found(group, tuple(sys.path))
+
+
+def offers(group: str) -> Mapping[str, str]:
+    """What packages offer in `group`: where each comes from, by name, sorted."""
+    return {entry.name: entry.value for entry in sorted(entry_points(group=group))}
 
 
 @lru_cache

@@ -21,7 +21,7 @@ import abc
 import dataclasses
 import enum
 import typing
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Final
@@ -78,6 +78,18 @@ class ParameterProblem:
     address: tuple[str | int, ...]
     what: str
     at_key: bool = False
+
+
+class Parametrised:
+    """A plug-in whose parameters are the fields of a frozen dataclass, each made by `parameter`."""
+
+    def problems(self, components: Sequence[str]) -> Iterator[ParameterProblem]:
+        """Everything wrong with the parameters in a system of `components`, by their names.
+
+        Asked for before any component exists.
+        """
+        del components
+        yield from ()
 
 
 class ComponentType(abc.ABC):
@@ -177,6 +189,7 @@ __all__ = [
     "ComponentType",
     "Parameter",
     "ParameterProblem",
+    "Parametrised",
     "PythonComponentType",
     "declared",
     "description",

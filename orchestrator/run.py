@@ -188,11 +188,12 @@ def _run(
         logger.info("`%s` is true at t = %.9g s", scenario.until, seconds(result.time))
     logger.info("done; fingerprint %s", recorder.fingerprint)
     try:
-        findings = make_report(scenario.report, directory, figure=figure)
+        findings = make_report(scenario.report, scenario.asked(), directory, figure=figure)
     except Exception as error:  # a report is a plug-in and may raise anything
         logger.info("the report failed: %r", error, exc_info=error)
         reason = f"{type(error).__name__}: {error}"
-        message = f"the run is complete; its report `{scenario.report}` failed: {reason}"
+        what = (getattr(error, "__notes__", None) or [f"report `{scenario.report}`"])[0]
+        message = f"the run is complete; its {what} failed: {reason}"
         raise ReportFailedError(message, directory) from error
     return RunOutcome(
         directory=directory,
@@ -222,6 +223,6 @@ def _report_anyway(scenario: Scenario, directory: Path) -> None:
     The figure can wait for `nlosim report`: whoever watches wants to know why it ended.
     """
     try:
-        make_report(scenario.report, directory, figure=False)
+        make_report(scenario.report, scenario.asked(), directory, figure=False)
     except Exception as error:
         logger.info("no report of the truncated recording: %r", error)

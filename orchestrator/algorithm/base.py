@@ -1,13 +1,13 @@
 """The interface of a co-simulation algorithm."""
 
 import abc
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from typing import Final
 
 from orchestrator.algorithm.age import Age
 from orchestrator.algorithm.exchange import Due
-from orchestrator.installed import entry_points, installed_class
-from orchestrator.parameters import ParameterProblem
+from orchestrator.installed import installed_class, offers
+from orchestrator.parameters import Parametrised
 from orchestrator.system import System
 from orchestrator.timebase import Time
 
@@ -15,7 +15,7 @@ GROUP: Final = "orchestrator.algorithms"
 """Entry points by the name that scenarios write: subclasses of `CosimulationAlgorithm`."""
 
 
-class CosimulationAlgorithm(abc.ABC):
+class CosimulationAlgorithm(Parametrised):
     """Decides who steps when, and which values it sees.
 
     An algorithm is a frozen dataclass; its fields, each made with `parameter`, are what a scenario
@@ -30,14 +30,6 @@ class CosimulationAlgorithm(abc.ABC):
     participant that is due must have been begun, finished and published once when `arrive`
     returns; in between it may be taken back by `restore` to what `save` gave, and step again.
     """
-
-    def problems(self, components: Sequence[str]) -> Iterator[ParameterProblem]:
-        """Everything wrong with the parameters in a system of `components`, by their names.
-
-        Asked for before any component exists. What only the connections tell is for `turns`.
-        """
-        del components
-        yield from ()
 
     @abc.abstractmethod
     def turns(self, system: System) -> tuple[str, ...]:
@@ -76,7 +68,7 @@ class CosimulationAlgorithm(abc.ABC):
 
 def installed() -> Mapping[str, str]:
     """The algorithms that packages offer: by name, where each comes from."""
-    return {entry.name: entry.value for entry in sorted(entry_points(group=GROUP))}
+    return offers(GROUP)
 
 
 def algorithm_type(name: str) -> type[CosimulationAlgorithm]:

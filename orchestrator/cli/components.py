@@ -1,13 +1,15 @@
-"""`nlosim components`: component types and coupling algorithms."""
+"""`nlosim components`: component types, coupling algorithms and measures."""
 
 import json
 from argparse import Namespace
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
-from orchestrator import registry
-from orchestrator.algorithm.base import algorithm_type, installed as installed_algorithms
+from orchestrator import measure, registry
+from orchestrator.algorithm import base
 from orchestrator.cli.columns import columns
 from orchestrator.cli.outcome import Outcome
 from orchestrator.errors import ComponentTypeError, CosimError
@@ -24,23 +26,58 @@ from orchestrator.signal import Connector
 
 
 def execute(arguments: Namespace) -> Outcome:
-    """List all types and algorithms, or describe one."""
+    """List all that is installed, or describe one."""
     return _all() if arguments.name is None else _one(arguments.name)
 
 
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """Plug-ins besides component types: classes with typed parameters.
+
+    Attributes:
+        title: of several.
+        key: in JSON.
+        place: where a scenario says the parameters of one.
+        installed: where each comes from, by name.
+        load: the class of that name.
+    """
+
+    title: str
+    key: str
+    place: str
+    installed: Callable[[], Mapping[str, str]]
+    load: Callable[[str], type]
+
+    def rows(self) -> list[dict[str, str | None]]:
+        return [
+            _row(name, origin, partial(self._describe, name))
+            for name, origin in self.installed().items()
+        ]
+
+    def _describe(self, name: str) -> str:
+        return description(self.load(name))
+
+
+_KINDS: Final = (
+    _Kind("coupling algorithms", "algorithms", "`coupling`", base.installed, base.algorithm_type),
+    _Kind("measures", "measures", "`measures`", measure.installed, measure.measure_type),
+)
+
+
 def _all() -> Outcome:
-    types = [
-        _row(name, offer.origin, lambda offer=offer: offer.load().description)  # type: ignore[misc]
-        for name, offer in registry.installed().items()
-    ]
-    algorithms = [
-        _row(name, origin, lambda name=name: description(algorithm_type(name)))  # type: ignore[misc]
-        for name, origin in installed_algorithms().items()
-    ]
+    offers = registry.installed().items()
+    types = [_row(name, offer.origin, partial(_description, offer)) for name, offer in offers]
     lines = _listed(types) if types else ["no component types are installed"]
-    lines += ["", "coupling algorithms:", *_listed(algorithms)] if algorithms else []
+    others = {kind: kind.rows() for kind in _KINDS}
+    for kind, rows in others.items():
+        lines += ["", f"{kind.title}:", *_listed(rows)] if rows else []
     lines += ["", "`nlosim components NAME` shows parameters and connectors."]
-    return Outcome(text="\n".join(lines), data={"components": types, "algorithms": algorithms})
+    data = {kind.key: rows for kind, rows in others.items()}
+    return Outcome(text="\n".join(lines), data={"components": types, **data})
+
+
+def _description(offer: registry.Offer) -> str:
+    return offer.load().description
 
 
 def _row(name: str, origin: str, describe: Callable[[], str]) -> dict[str, str | None]:
@@ -56,10 +93,10 @@ def _listed(rows: Sequence[Mapping[str, str | None]]) -> list[str]:
     return [f"{row['name']:<{width}}  {row['description']}" for row in rows]
 
 
-def _algorithm(name: str) -> Outcome:
-    found = algorithm_type(name)
+def _plugin(kind: _Kind, name: str) -> Outcome:
+    found = kind.load(name)
     parameters = declared(found)
-    lines = [f"{name}: {description(found)}", "", "parameters, under `coupling`:"]
+    lines = [f"{name}: {description(found)}", "", f"parameters, under {kind.place}:"]
     lines += columns([_parameter_row(n, p) for n, p in parameters.items()]) or ["  none"]
     return Outcome(
         text="\n".join(lines),
@@ -72,8 +109,9 @@ def _algorithm(name: str) -> Outcome:
 
 
 def _one(name: str) -> Outcome:
-    if name in installed_algorithms() and name not in registry.installed():
-        return _algorithm(name)
+    for kind in _KINDS:
+        if name in kind.installed() and name not in registry.installed():
+            return _plugin(kind, name)
     is_path = name.endswith(".fmu") or "/" in name
     found = registry.fmu_type(Path(name)) if is_path else registry.component_type(name)
     connectors, reason = _connectors(found, name)

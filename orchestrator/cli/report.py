@@ -9,6 +9,7 @@ from orchestrator.experiment import findings as experiment_findings
 from orchestrator.experiment.stored import is_experiment
 from orchestrator.findings import FIGURE, METRICS, make_report
 from orchestrator.recording.reader import Recording
+from orchestrator.scenario.measures import measures_of
 
 
 def execute(arguments: Namespace) -> Outcome:
@@ -18,11 +19,13 @@ def execute(arguments: Namespace) -> Outcome:
 
 
 def _of_run(directory: Path) -> Outcome:
-    name = Recording(directory).manifest.get("scenario", {}).get("report")
-    if name is None:
-        raise CosimError(f"the scenario of `{directory}` names no report")
-    findings = make_report(name, directory, figure=True)
-    lines = [findings.summary.rstrip(), "", f"wrote {directory / METRICS}, {directory / FIGURE}"]
+    scenario = Recording(directory).manifest.get("scenario", {})
+    name, measures = scenario.get("report"), measures_of(scenario.get("measures", {}))
+    if name is None and not measures:
+        raise CosimError(f"the scenario of `{directory}` names neither a report nor measures")
+    findings = make_report(name, measures, directory, figure=True)
+    wrote = [str(directory / METRICS), *([] if name is None else [str(directory / FIGURE)])]
+    lines = [findings.summary.rstrip(), "", f"wrote {', '.join(wrote)}"]
     return Outcome(
         text="\n".join(lines).lstrip("\n"),
         data={"out": str(directory), "metrics": dict(findings.metrics)},

@@ -151,8 +151,8 @@ class _Load:
     def _resolved(self, scenario: Scenario) -> Mapping[str, Any]:
         """The scenario without its seed, if its components fit together."""
         assemble(scenario).close()
-        if scenario.report is None:
-            what = "the scenario names no `report`, thus its runs have no metrics"
+        if scenario.report is None and not scenario.measures:
+            what = "the scenario names no `report` and no `measures`: its runs have no metrics"
             self.source.add(("scenario",), what)
         resolved = scenario.resolved()
         del resolved["seed"]

@@ -1,20 +1,27 @@
 """From a scenario file to a `Scenario`: every problem of the file at once, each at its place."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Any, Final, TypeVar, cast
 
 from pydantic import ValidationError
 
 from orchestrator import registry, report
 from orchestrator.algorithm.base import algorithm_type
 from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
-from orchestrator.parameters import REQUIRED, ComponentType, Parameter, declared
+from orchestrator.measure import measure_type
+from orchestrator.parameters import REQUIRED, ComponentType, Parameter, Parametrised, declared
 from orchestrator.scenario import diagnosis, extension, overrides as overriding, schema, values
 from orchestrator.scenario.document import Address, Document
-from orchestrator.scenario.model import ComponentUse, ConnectionUse, CouplingUse, Scenario
+from orchestrator.scenario.model import (
+    ComponentUse,
+    ConnectionUse,
+    CouplingUse,
+    MeasureUse,
+    Scenario,
+)
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.wiring import problems_of_sound_parts
 from orchestrator.suggestion import suggestion
@@ -38,6 +45,7 @@ def load_scenario(path: Path, overrides: Sequence[str] = ()) -> Scenario:
     return _Build(path, tuple(overrides), document).scenario()
 
 
+_P = TypeVar("_P", bound=Parametrised)
 _KINDS: Final = ("type", "fmu")
 """The keys that say what a component is."""
 
@@ -68,6 +76,7 @@ class _Build:
         self._check_times(file.time, components)
         self._check_names(file)
         coupling = self._coupling(file.coupling, tuple(file.components))
+        measures = self._measures(file)
         if file.report is not None:
             try:
                 report.report_type(file.report)
@@ -90,6 +99,7 @@ class _Build:
             connections=connections,
             include=tuple(file.recording.include),
             exclude=tuple(file.recording.exclude),
+            measures=measures,
             report=file.report,
             remarks=tuple(self.remarks),
             document=self.document,
@@ -154,27 +164,60 @@ class _Build:
         `null` for what an algorithm does not have says nothing, so that a file can take back what
         the file that it extends says for another algorithm.
         """
-        address: Address = ("coupling",)
-        try:
-            algorithm = algorithm_type(entry.algorithm)
-        except ComponentTypeError as error:
-            self._add((*address, "algorithm"), str(error))
+        said, address = entry.model_extra or {}, ("coupling",)
+        found = self._plugin_type(algorithm_type, entry.algorithm, (*address, "algorithm"))
+        if found is None:
             return None
+        parameters = declared(found)
+        given = {name: v for name, v in said.items() if name in parameters or v is not None}
+        made = self._plugin(found, address, given, components)
+        return (
+            None
+            if made is None
+            else CouplingUse(name=entry.algorithm, algorithm=made[0], values=made[1])
+        )
+
+    def _measures(self, file: schema.ScenarioFile) -> Mapping[str, MeasureUse]:
+        found = {}
+        for name, entry in file.measures.items():
+            given = dict(entry or {})
+            address = ("measures", name)
+            is_named = isinstance(given.get("type"), str)
+            kind = given.pop("type") if is_named else name
+            where = (*address, "type") if is_named else address
+            measure = self._plugin_type(measure_type, kind, where, at_key=not is_named)
+            made = None
+            if measure is not None:
+                made = self._plugin(measure, address, given, tuple(file.components))
+            if made is not None:
+                found[name] = MeasureUse(type_name=kind, measure=made[0], values=made[1])
+        return MappingProxyType(found)
+
+    def _plugin_type(
+        self, load: Callable[[str], type[_P]], name: str, address: Address, *, at_key: bool = False
+    ) -> type[_P] | None:
+        try:
+            return load(name)
+        except ComponentTypeError as error:
+            self._add(address, str(error), at_key=at_key)
+            return None
+
+    def _plugin(
+        self, found: type[_P], address: Address, given: Mapping[str, Any], components: Sequence[str]
+    ) -> tuple[_P, Mapping[str, Any]] | None:
+        """An algorithm or a measure with its parameters; `None` if they are wrong."""
         before = len(self.problems)
-        parameters = declared(algorithm)
-        said = (entry.model_extra or {}).items()
-        given = {name: value for name, value in said if name in parameters or value is not None}
-        values = self._values(address, parameters, given)
+        values = self._values(address, declared(found), given)
         if len(self.problems) > before:
             return None
         try:
-            made = algorithm(**values)
+            made: _P = cast("Callable[..., _P]", found)(**values)
         except ValueError as error:
             self._add(address, str(error), at_key=True)
             return None
-        for problem in made.problems(components):
-            self._add((*address, *problem.address), problem.what, at_key=problem.at_key)
-        return CouplingUse(name=entry.algorithm, algorithm=made, values=values)
+        for each in made.problems(components):
+            self._add((*address, *each.address), each.what, at_key=each.at_key)
+        return made, values
 
     def _values(
         self, address: Address, declared: Mapping[str, Parameter], given: Mapping[str, Any]
@@ -199,7 +242,7 @@ class _Build:
         return MappingProxyType(converted)
 
     def _unknown(self, address: Address, name: str, declared: Collection[str]) -> None:
-        """A parameter that the type of a component, or the coupling algorithm, does not have.
+        """A parameter that the type of a component, the algorithm or a measure does not have.
 
         If an override has just replaced the type, a file's parameters of the old one are no
         mistake.

@@ -10,6 +10,7 @@ from typing import Any
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.errors import Problem
+from orchestrator.measure import Measure
 from orchestrator.parameters import DRAWN, REQUIRED, ComponentType, declared
 from orchestrator.scenario.document import Document
 from orchestrator.scenario.units import format_duration
@@ -72,9 +73,26 @@ class CouplingUse:
 
     def resolved(self) -> dict[str, Any]:
         """The entry of a scenario file that means the same."""
-        parameters = declared(type(self.algorithm))
-        said = {n: written(parameters[n], v) for n, v in self.values.items() if v is not None}
-        return {"algorithm": self.name, **said}
+        return {"algorithm": self.name, **_written(type(self.algorithm), self.values)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasureUse:
+    """One measure of a scenario.
+
+    Attributes:
+        type_name: of the installed measure.
+        measure: with its parameters.
+        values: the parameters that the scenario sets, in their declared type and unit.
+    """
+
+    type_name: str
+    measure: Measure
+    values: Mapping[str, Any]
+
+    def resolved(self) -> dict[str, Any]:
+        """The entry of a scenario file that means the same."""
+        return {"type": self.type_name, **_written(type(self.measure), self.values)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +113,7 @@ class Scenario:
         start, stop: the first and the last communication point [ns].
         until: the output that ends the run before `stop` once it is true, or `None`.
         include, exclude: patterns of the outputs that are recorded.
+        measures: by name.
         report: the name of an installed report, or `None`.
         remarks: what is not wrong, but may not be meant.
         document: where everything was written.
@@ -113,6 +132,7 @@ class Scenario:
     connections: tuple[ConnectionUse, ...]
     include: tuple[str, ...]
     exclude: tuple[str, ...]
+    measures: Mapping[str, MeasureUse]
     report: str | None
     remarks: tuple[Problem, ...]
     document: Document = field(repr=False, compare=False)
@@ -122,11 +142,16 @@ class Scenario:
         """The name of the file without its suffix."""
         return self.path.stem
 
+    def asked(self) -> dict[str, Measure]:
+        """The measures by name."""
+        return {name: use.measure for name, use in self.measures.items()}
+
     def resolved(self) -> dict[str, Any]:
         """The scenario as a scenario file: overrides applied, defaults written out.
 
         Reading it again gives the same run, wherever relative paths start.
         """
+        measures = {name: use.resolved() for name, use in self.measures.items()}
         return {
             "schema": 1,
             "title": self.title,
@@ -141,8 +166,15 @@ class Scenario:
             "components": {name: _resolved(use) for name, use in self.components.items()},
             "connections": [{"from": c.source, "to": c.target} for c in self.connections],
             "recording": {"include": list(self.include), "exclude": list(self.exclude)},
+            **({"measures": measures} if measures else {}),
             **({} if self.report is None else {"report": self.report}),
         }
+
+
+def _written(record: type, values: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters of a plug-in as a scenario file says them."""
+    parameters = declared(record)
+    return {n: written(parameters[n], v) for n, v in values.items() if v is not None}
 
 
 def _resolved(use: ComponentUse) -> dict[str, Any]:

@@ -169,6 +169,13 @@ class ScenarioFile(_Mapping):
 
     recording: Recording = Recording()
 
+    measures: Annotated[
+        dict[Name, dict[str, Any] | None], Field(examples=[{"longest-gap": {"signal": "a.y"}}])
+    ] = {}
+    """Installed measures by name, each with its parameters: numbers about the run in
+    `metrics.json`. `type` among the parameters names the measure if that is not the name, so that
+    one can be asked twice."""
+
     report: Annotated[Text | None, Field(examples=["red-light"])] = None
     """The installed report that makes metrics and a figure of the recording."""
 

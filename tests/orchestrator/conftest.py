@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from orchestrator import installed, registry, report
+from orchestrator import installed, measure, registry, report
 from orchestrator.algorithm import base
 from orchestrator.experiment import report as experiment_report
 
@@ -16,6 +16,11 @@ SAMPLE_UNITS = {
         "receiver": "sample_units:Receiver",
         "alarm": "sample_units:Alarm",
         "broken": "sample_units:Broken",
+    },
+    measure.GROUP: {
+        "span": "sample_units:Span",
+        "clumsy": "sample_units:Clumsy",
+        "no-measure": "sample_units:Trace",
     },
     report.GROUP: {"trace": "sample_units:Trace", "buggy": "sample_units:Buggy"},
     experiment_report.GROUP: {

@@ -176,7 +176,10 @@ def test_seeds(scenario_file: Path, seeds: str, expected: tuple[int, ...]) -> No
         (
             "report: trace, ",
             "",
-            "2:11: scenario: the scenario names no `report`, thus its runs have no metrics",
+            (
+                "2:11: scenario: the scenario names no `report` and no `measures`: "
+                "its runs have no metrics"
+            ),
         ),
     ],
 )

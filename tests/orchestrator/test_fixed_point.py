@@ -419,3 +419,49 @@ def test_what_was_published_before_a_failed_iteration_stays_readable() -> None:
         )
     assert sorted(watch.seen) == [0, H]
     assert number(watch.seen[H]["a"]["y"]) == pytest.approx(2, abs=1e-8)
+
+
+def test_bytes_have_to_be_equal_to_the_last() -> None:
+    """A zero byte at the end is a difference, as it is none for NumPy's strings."""
+    feedthrough = frozenset({"u"})
+    connectors = {
+        "u": Connector(causality=Causality.INPUT, dtype=None, mime_type="a/b", start=b""),
+        "y": Connector(
+            causality=Causality.OUTPUT, dtype=None, mime_type="a/b", feedthrough=feedthrough
+        ),
+    }
+    longer = FunctionComponent(connectors, lambda s, i, t: (s, {"y": bytes(i["u"])[:3] + b"\0"}))
+    copy = FunctionComponent(connectors, lambda s, i, t: (s, {"y": bytes(i["u"])}))
+    system = wired({"longer": longer, "copy": copy}, "longer.y > copy.u, copy.y > longer.u")
+    assert watched(system, FixedPoint(), H).seen[H]["copy"]["y"] == b"\0" * 4
+
+
+def test_the_tolerance_may_be_zero() -> None:
+    """Then the outputs are equal to the last bit."""
+    parts = {"a": algebraic(lambda u, t: 0.25 * u + 1), "b": algebraic(lambda u, t: u)}
+    algorithm = FixedPoint(relative_tolerance=0, absolute_tolerance=0)
+    end = watched(wired(parts, "a.y > b.u, b.y > a.u"), algorithm, H).seen[H]
+    assert number(end["a"]["y"]) == number(end["b"]["y"]) == 0.25 * number(end["a"]["y"]) + 1
+
+
+@pytest.mark.parametrize("broken", ["save", "restore"])
+def test_a_state_that_cannot_be_taken_is_an_error_of_the_component(
+    broken: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plant = Plant()
+    whole: Callable[..., Any] = getattr(plant, broken)
+
+    def fail(*arguments: Any) -> Any:
+        if plant.steps < 50:
+            return whole(*arguments)
+        raise OSError("out of space")
+
+    monkeypatch.setattr(plant, broken, fail)
+    parts = {"plant": plant, "control": algebraic(lambda w, t: -0.8 * w)}
+    system = wired(parts, "plant.w > control.u, control.y > plant.u")
+    with pytest.raises(ComponentError) as error:
+        simulate(system, FixedPoint(), start=0, stop=50 * H, seed=0)
+    doing = {"save": "saving", "restore": "restoring"}[broken]
+    assert error.value.component == "plant"
+    assert error.value.time in (H, 2 * H, 3 * H)
+    assert error.value.message == f"while {doing} its state: OSError: out of space"

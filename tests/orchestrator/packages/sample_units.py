@@ -1,6 +1,6 @@
 """Small components that tests of scenarios and of the command line wire together."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -9,7 +9,8 @@ import numpy as np
 from typing_extensions import override
 
 from orchestrator.component import Component
-from orchestrator.parameters import parameter
+from orchestrator.measure import Measure
+from orchestrator.parameters import ParameterProblem, parameter
 from orchestrator.recording.reader import Recording
 from orchestrator.report import Report
 from orchestrator.signal import Causality, Connector, Signals
@@ -191,3 +192,30 @@ class Buggy(Report):
     @override
     def figure(self, recording: Recording, metrics: Mapping[str, Any], path: Path) -> None:
         pass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Span(Measure):
+    """Between the least and the greatest value of a signal."""
+
+    signal: str = parameter(doc="`component.connector`")
+    scale: float = parameter(1.0, unit="m", minimum=0.001, doc="what one is")
+
+    @override
+    def problems(self, components: Sequence[str]) -> Iterator[ParameterProblem]:
+        if self.signal.partition(".")[0] not in components:
+            yield ParameterProblem(("signal",), f"`{self.signal}` is of no component")
+
+    @override
+    def compute(self, recording: Recording) -> Mapping[str, float | int | bool | str | None]:
+        values = recording[self.signal].values
+        return {"span": float(np.ptp(values)) / self.scale, "samples": len(values), "none": None}
+
+
+@dataclass(frozen=True, slots=True)
+class Clumsy(Measure):
+    """Raises an error."""
+
+    @override
+    def compute(self, recording: Recording) -> Mapping[str, float | int | bool | str | None]:
+        raise LookupError("no such number")

@@ -1,0 +1,112 @@
+"""Measures: plug-ins with parameters that answer one question about any recording."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from orchestrator.cli import main
+from orchestrator.errors import ScenarioError
+from orchestrator.scenario.build import load_scenario
+from tests.orchestrator.test_scenario_build import problems_of
+
+SPAN = "measures={span: {signal: car.vehicle.x, scale: 50 cm}}"
+
+
+def test_measures_stand_in_the_metrics_of_a_run_beside_those_of_its_report(
+    scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    arguments = ["run", str(scenario_file), "--set", SPAN, "--set", "report=trace"]
+    assert main([*arguments, "--out", str(out), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    metrics = json.loads((out / "metrics.json").read_text())
+    assert answer["metrics"] == metrics
+    assert metrics["distance_m"] > 0
+    found = metrics["measures"]["span"]
+    assert set(found) == {"span", "samples", "none"}
+    assert found["none"] is None
+    assert main(["run", str(scenario_file), "--set", SPAN, "--out", str(tmp_path / "alone")]) == 0
+    line = f"span: span {found['span']:.6g}, samples {found['samples']}, none -"
+    assert line in capsys.readouterr().out
+
+
+def test_a_parameter_of_a_measure_has_its_unit(scenario_file: Path, tmp_path: Path) -> None:
+    """Of half a metre there are twice as many as of a metre; one measure is asked twice."""
+    measures = (
+        "measures={half: {type: span, signal: car.vehicle.x, scale: 50 cm}, "
+        "whole: {type: span, signal: car.vehicle.x}}"
+    )
+    assert main(["run", str(scenario_file), "--set", measures, "--out", str(tmp_path / "o")]) == 0
+    found = json.loads((tmp_path / "o" / "metrics.json").read_text())["measures"]
+    assert found["half"]["span"] == 2 * found["whole"]["span"] > 0
+
+
+def test_measures_are_asked_again_by_report(
+    scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert main(["run", str(scenario_file), "--set", SPAN, "--out", str(out)]) == 0
+    first = (out / "metrics.json").read_text()
+    (out / "metrics.json").unlink()
+    capsys.readouterr()
+    assert main(["report", str(out)]) == 0
+    assert (out / "metrics.json").read_text() == first
+    text = capsys.readouterr().out
+    assert text.startswith("span: span ")
+    assert "figure.png" not in text
+
+
+def test_a_resolved_scenario_has_the_same_measures(scenario_file: Path, tmp_path: Path) -> None:
+    first = load_scenario(scenario_file, [SPAN])
+    again = tmp_path / "resolved.yaml"
+    again.write_text(json.dumps(first.resolved()))
+    assert load_scenario(again).measures == first.measures
+
+
+@pytest.mark.parametrize(
+    ("measures", "message"),
+    [
+        ("{spam: {}}", "measures.spam: no measure `spam` is installed; did you mean `span`"),
+        ("{a: {type: spam}}", ":22: measures.a.type: no measure `spam` is installed; did you mean"),
+        ("{no-measure: }", "measures.no-measure: the measure `no-measure` is not a class derived"),
+        ("{span: {}}", "measures.span: the parameter `signal` is missing: text"),
+        (
+            "{span: {signal: car.x, scal: 1}}",
+            "measures.span.scal: there is no parameter `scal`; did you mean `scale`?",
+        ),
+        ("{span: {signal: car.x, scale: 1 s}}", "expected a length (m), got a time"),
+        ("{span: {signal: bus.x}}", ":27: measures.span.signal: `bus.x` is of no component"),
+    ],
+)
+def test_what_is_wrong_with_a_measure_is_located(
+    scenario_file: Path, measures: str, message: str
+) -> None:
+    title = "title: Two units"
+    found = problems_of(scenario_file, (title, f"{title}\nmeasures: {measures}"))
+    assert any(message in problem and "yaml:3:" in problem for problem in found), found
+    with pytest.raises(ScenarioError):
+        load_scenario(scenario_file)
+
+
+def test_a_measure_that_fails_is_named_and_the_recording_stays(
+    scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    code = main(["run", str(scenario_file), "--set", "measures={clumsy: }", "--out", str(out)])
+    assert code == 5
+    message = "its measure `clumsy` failed: LookupError: no such number"
+    assert message in " ".join(capsys.readouterr().err.split())
+    assert json.loads((out / "manifest.json").read_text())["status"] == "done"
+
+
+def test_measures_are_listed_and_described(
+    scenario_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["components"]) == 0
+    text = capsys.readouterr().out
+    assert "measures:\n" in text
+    assert "span        Between the least and the greatest value of a signal." in text
+    assert main(["components", "span"]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "scale number = 1 m >= 0.001 what one is" in text
