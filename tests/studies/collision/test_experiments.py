@@ -124,3 +124,14 @@ def test_weaker_radios_differ_in_nothing_else() -> None:
     assert set(file.seeds) < set(whole.seeds)
     for name, settings in file.factors["power"].items():
         assert settings == {"components.channel.parameters.transmit_power": name}
+
+
+def test_a_policy_that_forgets_differs_in_nothing_else_over_the_simulated_channel() -> None:
+    """An experiment beside the campaign: 60 seeds, for its analysis."""
+    file, whole = read("collision_memory_direct"), read("collision_relay")
+    compression, speed = whole.factors["compression"]["32"], whole.factors["speed"]["30 km/h"]
+    forgets = {"components.policy.parameters.maximum_age": "150 ms"}
+    assert file.fixed == {**whole.fixed, **compression, **speed, **forgets}
+    assert file.factors["method"].items() <= whole.factors["method"].items()
+    assert set(file.seeds) < set(whole.seeds)
+    assert file.metrics == METRICS
