@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         ScenarioError as ScenarioError,
         SystemStructureError as SystemStructureError,
     )
+    from orchestrator.measure import Measure as Measure
     from orchestrator.observer import (
         Observer as Observer,
         SimulationResult as SimulationResult,
@@ -68,6 +69,7 @@ _HOMES: Final = {
         "ScenarioError",
         "SystemStructureError",
     ),
+    "orchestrator.measure": ("Measure",),
     "orchestrator.observer": ("Observer", "SimulationResult"),
     "orchestrator.parameters": ("ComponentType", "parameter"),
     "orchestrator.recording.reader": ("Recording", "Series"),

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from adapters.fmi import FmuComponentType
-from fmus.messages.features import read_features
-from fmus.messages.records import LINKS, POINT, SENSOR, frame
+from fmus.messages.records import LINKS
 from fmus.native.build import build_fmu, load_unit
 from fmus.native.targets import select_targets
 from orchestrator.cli import main
@@ -22,43 +21,6 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").g
 
 def python_blocks(page: Path) -> list[str]:
     return re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
-
-
-def test_the_example_component_keeps_the_contract() -> None:
-    names: dict[str, Any] = {"__name__": "my_package.newest"}
-    first, *_ = python_blocks(ROOT / "docs" / "adding-a-component.md")
-    exec(compile(first, "newest.py", "exec"), names)  # noqa: S102 - our own manual
-    newest = names["Newest"]
-    check_component(newest(newest.Parameters()), steps=5, h=100_000_000, seed=1)
-
-
-def test_the_example_policy_and_encoder_keep_the_contract() -> None:
-    """The encoder's message is what the policy waits for."""
-    names: dict[str, Any] = {"__name__": "my_package"}
-    for block in python_blocks(ROOT / "docs" / "adding-a-component.md")[-2:]:
-        exec(compile(block, "my_package.py", "exec"), names)  # noqa: S102 - our own manual
-    policy, encoder = names["Cautious"](), names["NearestPoints"]()
-    for component in (policy, encoder):
-        check_component(component, steps=3, h=100_000_000, seed=1)
-    inputs = {name: connector.start_value() for name, connector in policy.connectors.items()}
-    inputs |= {"ego.speed": np.array(4.0), "points": scan_of_a_wall(), "ego.id": np.array(1)}
-    encoder.step(inputs, 0, 100_000_000)
-    (sent,) = read_features(encoder.outputs()["features"])
-    assert sent.vehicle == 2
-    np.testing.assert_array_equal(sent.keypoints[:, 0], np.arange(3, 35))
-    policy.step(inputs, 0, 100_000_000)
-    assert policy.outputs()["command"].tolist() == [0.0, 0.0, 0.0]
-    policy.step({**inputs, "received.features": encoder.outputs()["features"]}, 0, 100_000_000)
-    assert policy.outputs()["command"].tolist() == [1.0, 0.0, 0.0]
-
-
-def scan_of_a_wall() -> bytes:
-    """Vehicle 2 sees 100 points ahead of it, each 1 m farther, and as many on the ground."""
-    sensor, points = np.zeros(1, SENSOR), np.zeros(200, POINT)
-    sensor["vehicle"], sensor["count"], sensor["position"] = 2, 200, (0.0, 0.0, 2.0)
-    points["position"][:100, 0] = 3.0 + np.arange(100)
-    points["position"][100:, 2] = -2.0
-    return frame("LPTS", sensor, points.tobytes())
 
 
 def test_the_coverage_map_shows_what_stands_in_the_way() -> None:
