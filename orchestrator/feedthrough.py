@@ -68,7 +68,8 @@ def dependent_groups(system: System, *, by_feedthrough: bool) -> tuple[tuple[str
 
     Args:
         system: the components and their connections.
-        by_feedthrough: whether only connections into direct feedthrough count.
+        by_feedthrough: whether only those of an algebraic loop form a group; the groups are then in
+            the order of direct feedthrough. Otherwise any cycle of connections makes one.
 
     Returns:
         Groups of names; a component that depends on no other one that depends on it is a group of
@@ -76,8 +77,30 @@ def dependent_groups(system: System, *, by_feedthrough: bool) -> tuple[tuple[str
         group the first of them goes first, and the rest as in `feedthrough_order`.
     """
     graph = _components(system, by_feedthrough=by_feedthrough)
-    groups = (tuple(_ordered(knot, graph)) for knot in _condensed(list(graph), graph))
-    return tuple(groups)
+    sets = _looped(system) if by_feedthrough else [set(knot) for knot in _knots(graph)]
+    first_of = {name: name for name in graph}
+    for names in sets:
+        first = next(name for name in graph if name in names)
+        first_of.update(dict.fromkeys(names, first))
+    members = {first: [n for n in graph if first_of[n] == first] for first in first_of.values()}
+    contracted = {
+        first: [first_of[target] for name in names for target in graph[name]]
+        for first, names in members.items()
+    }
+    leaders = [name for name in graph if first_of[name] == name]
+    return tuple(tuple(_ordered(members[f], graph)) for f in _ordered(leaders, contracted))
+
+
+def _looped(system: System) -> list[set[str]]:
+    """Sets of components that algebraic loops connect, disjoint."""
+    found: list[set[str]] = []
+    for loop in loops(system):
+        names = {end.component for end in (*loop.path, *loop.others)}
+        for other in [each for each in found if each & names]:
+            found.remove(other)
+            names |= other
+        found.append(names)
+    return found
 
 
 def _components(system: System, *, by_feedthrough: bool) -> dict[str, list[str]]:

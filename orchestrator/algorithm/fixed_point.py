@@ -44,9 +44,8 @@ class FixedPoint(CosimulationAlgorithm):
 
     iterate: Literal["cycles", "algebraic-loops"] = parameter(
         "cycles",
-        doc="what is repeated: every cycle of connections, or only components that depend on each "
-        "other by direct feedthrough; other connections against the order are then delayed, as "
-        "with Gauss-Seidel",
+        doc="what is repeated: every cycle of connections, or only the components of algebraic "
+        "loops; other connections against the order are then delayed, as with Gauss-Seidel",
     )
     relative_tolerance: float = parameter(
         1e-9, minimum=0, maximum=1, doc="change of an output relative to its value that is accepted"

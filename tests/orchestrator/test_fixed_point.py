@@ -465,3 +465,41 @@ def test_a_state_that_cannot_be_taken_is_an_error_of_the_component(
     assert error.value.component == "plant"
     assert error.value.time in (H, 2 * H, 3 * H)
     assert error.value.message == f"while {doing} its state: OSError: out of space"
+
+
+def test_components_that_only_seem_to_loop_are_not_repeated() -> None:
+    """Feedthrough goes both ways between `a` and `b`, but along different connectors."""
+    crossed = {
+        "u": Connector(causality=Causality.INPUT),
+        "v": Connector(causality=Causality.INPUT),
+        "y": Connector(causality=Causality.OUTPUT, feedthrough=frozenset({"u"})),
+        "z": Connector(causality=Causality.OUTPUT),
+    }
+    made = [
+        FunctionComponent(crossed, lambda s, i, t: (s, {"y": i["u"], "z": np.array(seconds(t))}))
+        for _ in range(2)
+    ]
+    loop = {"c": algebraic(lambda u, t: 0.5 * u + 1), "d": algebraic(lambda u, t: u)}
+    parts = {"a": made[0], "c": loop["c"], "b": made[1], "d": loop["d"]}
+    wires = "a.z > b.u, b.z > a.u, b.y > a.v, c.y > d.u, d.y > c.u"
+    system = wired(parts, wires)
+    some = FixedPoint(iterate="algebraic-loops")
+    assert some.solved(system) == (frozenset({"c", "d"}),)
+    turns = some.turns(system)
+    assert sorted(turns) == ["a", "b", "c", "d"]
+    assert abs(turns.index("c") - turns.index("d")) == 1
+    assert FixedPoint().solved(system) == (frozenset({"a", "b"}), frozenset({"c", "d"}))
+
+
+def test_loops_that_share_a_component_are_one_group() -> None:
+    two = {
+        "u": Connector(causality=Causality.INPUT),
+        "v": Connector(causality=Causality.INPUT),
+        "y": Connector(causality=Causality.OUTPUT, feedthrough=frozenset({"u"})),
+        "z": Connector(causality=Causality.OUTPUT, feedthrough=frozenset({"v"})),
+    }
+    hub = FunctionComponent(two, lambda s, i, t: (s, {"y": i["u"], "z": i["v"]}))
+    parts = {"p": algebraic(lambda u, t: 0.5 * u + 1), "hub": hub, "q": algebraic(lambda u, t: u)}
+    system = wired(parts, "p.y > hub.u, hub.y > p.u, q.y > hub.v, hub.z > q.u")
+    some = FixedPoint(iterate="algebraic-loops")
+    assert some.solved(system) == (frozenset({"p", "hub", "q"}),)
