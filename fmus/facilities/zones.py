@@ -7,8 +7,9 @@ from typing import Final
 
 import numpy as np
 
+from fmus.facilities.connectors import BlindZones
 from fmus.messages.apm import Apm
-from orchestrator.signal import Array, Signals
+from orchestrator.signal import Array
 
 ZONE_SIZE: Final = 12
 """Of one zone in a request [byte]: centre and range in single precision."""
@@ -105,17 +106,17 @@ NOWHERE: Final = Zones(heading=0.0, centers=np.empty((0, 2)), ranges=np.empty(0)
 """No zones."""
 
 
-def zones_in(inputs: Signals, heading: float) -> Zones:
+def zones_in(blind_zones: BlindZones, heading: float) -> Zones:
     """The zones in use, rounded to single precision as on the air.
 
     Args:
-        inputs: of the facilities layer.
+        blind_zones: where the ego is blind.
         heading: that the ego vehicle believed to have in the scan with these zones [rad].
 
     Raises:
-        ValueError: the inputs `blind_zone.*` are not connected, or not zones.
+        ValueError: the inputs `blind_zone.*` are not connected, or are no zones.
     """
-    centers, ranges = (np.asarray(inputs[f"blind_zone.{name}"]) for name in ("center", "range"))
+    centers, ranges = blind_zones.centers, blind_zones.ranges
     if len(ranges) == 0:
         raise ValueError(
             "`blind_zone` has no entries, so `answer: demanded` can ask for nothing: connect "
