@@ -15,8 +15,8 @@ from fmus.facilities.zones import NOWHERE, Zones, zones_in
 from fmus.messages.apm import decode
 
 ANSWER_HEADER: Final = 16
-"""Of an answer to a request with zones [byte]: the time of that request and the time of the scan,
-8 each. An answer without data so says where and when nothing was there."""
+"""Header of an answer to a request with zones [byte]: the time of that request and the time of the
+scan, 8 each. An answer without data so says where and when nothing was there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -51,7 +51,7 @@ class Bsms:
     """The messages that go on the air in one step.
 
     Attributes:
-        states: of the senders, `CONTENT` records.
+        states: those of the senders, `CONTENT` records, shape (message,).
         heard: what each sender announces; `power` is of shape (message, link).
     """
 
@@ -84,7 +84,7 @@ class BsmSender:
             end: of the interval, at most one period later [ns].
 
         Returns:
-            The times of sending [ns], shape (messages,), and the contents, `CONTENT`
+            The times of sending [ns], int64, shape (message,), and the contents, `CONTENT`
             records of the same shape, with the state at the communication point.
         """
         self._meet(vehicles)
@@ -137,6 +137,9 @@ class Neighbourhood:
         """The connectors `received.bsm.*` at `now`, neighbours by ascending id.
 
         What did not change is the same object as before.
+
+        Returns:
+            By name, arrays with the shape and unit that the connector declares.
         """
         keep = (self._table["time"] >= now - self._maximum_age) & (self._table["id"] != ego)
         if not keep.all():

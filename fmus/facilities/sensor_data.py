@@ -20,8 +20,8 @@ class SensorData:
     """What a message of sensor data says.
 
     Attributes:
-        objects: in the scan, `OBJECT` records.
-        features: of the scan, as sent; None without any.
+        objects: those in the scan, `OBJECT` records, shape (object,).
+        features: those of the scan, as sent; None without any.
     """
 
     objects: Array
@@ -83,11 +83,11 @@ class ScanFeatures:
         return bool(new)
 
     def of(self, vehicle: int) -> FeaturesMessage | None:
-        """Of the last scan of one vehicle; None if there are none."""
+        """The features of the last scan of one vehicle; None if there are none."""
         return self._newest.get(vehicle)
 
     def vehicles(self) -> Set[int]:
-        """Whose features there are."""
+        """The vehicles whose features are known."""
         return self._newest.keys()
 
     def is_new_scan(self, vehicle: int, *, new_objects: bool) -> bool:

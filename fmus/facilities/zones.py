@@ -12,15 +12,15 @@ from fmus.messages.apm import Apm
 from orchestrator.signal import Array
 
 ZONE_SIZE: Final = 12
-"""Of one zone in a request [byte]: centre and range in single precision."""
+"""Size of one zone in a request [byte]: centre and range in single precision."""
 
 _RESOLUTION: Final = 0.5
 """Largest side of a sub-cell [m]; that of the perception unit's `region_resolution`."""
 _MOST_SUB_CELLS: Final = 100
-"""Along one side of a cell."""
+"""Sub-cells along one side of a cell, at most."""
 _SHIFT: Final = 1e-7
-"""Of the squares, along both axes [m]. Centres of sub-cells often lie on the border of a square,
-when the two vehicles' grids are aligned; away from it, rounding errors decide nothing."""
+"""Shift of the squares along both axes [m]. Centres of sub-cells often lie on the border of a
+square, when the two vehicles' grids are aligned; away from it, rounding errors decide nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -50,7 +50,7 @@ class Zones:
             maximum: upper corners [m], shape (box, 2).
 
         Returns:
-            bool, shape (box,).
+            Whether each box does, bool, shape (box,).
         """
         offset = ((minimum + maximum) / 2.0)[:, None] - self.centers  # (box, zone, 2)
         half = ((maximum - minimum) / 2.0)[:, None]

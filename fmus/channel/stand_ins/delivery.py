@@ -35,7 +35,7 @@ Float: TypeAlias = npt.NDArray[np.float64]
 Codes: TypeAlias = npt.NDArray[np.uint8]
 
 LIGHT_SPEED: Final = 299_792_458.0
-"""[m/s]."""
+"""Speed of light [m/s]."""
 
 RECEIVED: Final = OUTCOMES.index("R")
 NOISE_LOSS: Final = OUTCOMES.index("N")

@@ -24,7 +24,7 @@ class LinkRows:
     Args:
         times: [ns], shape (row,).
         transmitter: numbers of vehicles, shape (row,).
-        receiver: likewise.
+        receiver: numbers of vehicles, shape (row,).
     """
 
     def __init__(self, times: Int, transmitter: Int, receiver: Int) -> None:
@@ -46,7 +46,7 @@ class LinkRows:
         Args:
             time: [ns].
             transmitter: number of a vehicle.
-            receivers: likewise, shape (receiver,).
+            receivers: numbers of vehicles, shape (receiver,).
 
         Returns:
             Rows, `NO_ROW` where there is none, shape (receiver,).
@@ -68,7 +68,7 @@ class LinkRows:
         Args:
             time: [ns].
             transmitter: number of a vehicle.
-            receivers: likewise, shape (receiver,).
+            receivers: numbers of vehicles, shape (receiver,).
             tolerance: rows farther away do not count [ns].
             used: by row, whether it does not count any more.
 

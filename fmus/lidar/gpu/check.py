@@ -12,7 +12,7 @@ from orchestrator.signal import Array
 COORDINATE_LIMIT: Final = 1e8
 """Beyond it a coordinate [m] is a mistake, and squares and differences lose precision."""
 LENGTH_LIMIT: Final = 1e4
-"""The same for sizes and heights [m]."""
+"""Largest size or height [m]."""
 ANGLE_LIMIT: Final = 1e6
 """Largest heading [rad]."""
 ID_LIMIT: Final = 2**31

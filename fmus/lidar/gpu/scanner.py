@@ -21,7 +21,7 @@ from orchestrator.timebase import Time
 _BATCH_RAYS: Final = 2**21
 """Sensors are cast together up to so many rays, which bounds the memory."""
 _BATCH_PAIRS: Final = 2**22
-"""The same for pairs of a sensor and a prism."""
+"""So many pairs of a sensor and a prism at most are cast together, which bounds it too."""
 _POINT_LIMIT: Final = 2**32
 
 

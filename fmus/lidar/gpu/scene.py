@@ -59,14 +59,14 @@ class Prisms:
 
     @property
     def first(self) -> Int:
-        """Index of the first corner of each ring, shape (prism,)."""
+        """Indices of the first corner of each ring, shape (prism,)."""
         return np.asarray(np.cumsum(self.count) - self.count, np.int64)
 
     def circles(self) -> Float:
-        """A circle around each ring: x, y of the centre of its bounding box and radius [m].
+        """A circle around each ring.
 
         Returns:
-            Shape (prism, 3).
+            x, y of the centre of its bounding box and the radius [m], shape (prism, 3).
         """
         if len(self.count) == 0:
             return np.zeros((0, 3))
