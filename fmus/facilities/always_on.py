@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from typing_extensions import override
 
-from fmus.facilities.connectors import Inputs
+from fmus.facilities.inputs import Inputs
 from fmus.facilities.layer import FacilitiesLayer
 from fmus.facilities.load import Load, LoadParameters
 from fmus.facilities.outbox import Arrival, Message

@@ -8,7 +8,7 @@ from typing import Final
 
 from typing_extensions import override
 
-from fmus.facilities.connectors import BlindZones
+from fmus.facilities.inputs import BlindZones
 from fmus.facilities.load import Load
 from fmus.facilities.sensor_data import SensorData
 from fmus.facilities.zones import NOWHERE, Zones, zones_in

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from fmus.facilities.connectors import Vehicles
+from fmus.facilities.inputs import Vehicles
 from fmus.facilities.link_power import Powers
 from fmus.messages.records import NO_VEHICLE
 from orchestrator.signal import Array

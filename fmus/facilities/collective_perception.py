@@ -8,8 +8,8 @@ import numpy as np
 from typing_extensions import override
 
 from fmus.facilities import cpm
-from fmus.facilities.connectors import Inputs, Vehicles
 from fmus.facilities.cpm_rules import InclusionRules, Station
+from fmus.facilities.inputs import Inputs, Vehicles
 from fmus.facilities.layer import FacilitiesLayer, LayerParameters
 from fmus.facilities.lower_layers import LowerLayers
 from fmus.facilities.outbox import Arrival, Message

@@ -8,7 +8,8 @@ import numpy as np
 from typing_extensions import override
 
 from fmus.facilities.bsm import Bsm, Bsms, BsmSender, Neighbourhood
-from fmus.facilities.connectors import CONNECTORS, OUTPUTS, Inputs, Vehicles
+from fmus.facilities.connectors import CONNECTORS, OUTPUTS
+from fmus.facilities.inputs import Inputs, Vehicles
 from fmus.facilities.link_power import Announcements, Measurements
 from fmus.facilities.outbox import Broadcasts, Message, Outbox
 from fmus.facilities.received import Received

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from fmus.facilities.connectors import Inputs
+from fmus.facilities.inputs import Inputs
 from fmus.facilities.load import Load
 from fmus.facilities.outbox import Arrival
 from fmus.facilities.received import Received

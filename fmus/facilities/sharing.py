@@ -5,7 +5,7 @@ from collections.abc import Set
 
 import numpy as np
 
-from fmus.facilities.connectors import Inputs, Vehicles
+from fmus.facilities.inputs import Inputs, Vehicles
 from fmus.facilities.outbox import Arrival, Message
 from fmus.facilities.received import Received
 from fmus.messages.apm import read_header

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from fmus.facilities.connectors import BlindZones
+from fmus.facilities.inputs import BlindZones
 from fmus.messages.apm import Apm
 from orchestrator.signal import Array
 

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 import numpy as np
 from typing_extensions import override
 
-from fmus.channel.stand_ins.connectors import CONNECTORS, Inputs
+from fmus.channel.stand_ins.connectors import CONNECTORS
 from fmus.channel.stand_ins.delivery import Delivery, DeliveryState, LinkModel
+from fmus.channel.stand_ins.inputs import Inputs
 from fmus.channel.stand_ins.parameters import RadioParameters, refuse
 from orchestrator.component import RestorableComponent
 from orchestrator.signal import Causality, Connector, Signals

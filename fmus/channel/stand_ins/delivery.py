@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from fmus.channel.stand_ins.airtime import frame_duration
 from fmus.channel.stand_ins.busy import BusyRatio, BusyState
-from fmus.channel.stand_ins.connectors import Inputs
+from fmus.channel.stand_ins.inputs import Inputs
 from fmus.channel.stand_ins.packets import Frame, Waiting, WaitingState
 from fmus.channel.stand_ins.parameters import RadioParameters
 from fmus.channel.stand_ins.radios import Radios

@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from fmus.channel.stand_ins.connectors import Inputs
+from fmus.channel.stand_ins.inputs import Inputs
 
 Int = npt.NDArray[np.int64]
 Float = npt.NDArray[np.float64]

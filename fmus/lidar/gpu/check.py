@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from fmus.lidar.gpu.connectors import Inputs
+from fmus.lidar.gpu.inputs import Inputs
 from orchestrator.signal import Array
 
 COORDINATE_LIMIT: Final = 1e8

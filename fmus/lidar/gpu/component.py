@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from typing_extensions import override
 
-from fmus.lidar.gpu.connectors import CONNECTORS, Inputs
+from fmus.lidar.gpu.connectors import CONNECTORS
+from fmus.lidar.gpu.inputs import Inputs
 from fmus.lidar.gpu.parameters import LidarParameters, check_parameters
 from orchestrator.component import RestorableComponent
 from orchestrator.signal import Connector, Signals

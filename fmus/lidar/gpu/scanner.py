@@ -7,8 +7,8 @@ import torch
 
 from fmus.lidar.gpu.check import check_inputs
 from fmus.lidar.gpu.cloud import Noise, points, reported
-from fmus.lidar.gpu.connectors import Inputs
 from fmus.lidar.gpu.hits import first_hits
+from fmus.lidar.gpu.inputs import Inputs
 from fmus.lidar.gpu.noise import scan_key
 from fmus.lidar.gpu.parameters import LidarParameters
 from fmus.lidar.gpu.pattern import Pattern

@@ -10,8 +10,8 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from fmus.facilities.answers import ANSWER_HEADER, DemandedAnswers
-from fmus.facilities.connectors import BlindZones
 from fmus.facilities.demand_driven import Facilities
+from fmus.facilities.inputs import BlindZones
 from fmus.facilities.zones import NOWHERE, ZONE_SIZE
 from fmus.messages.apm import Apm, decode, read_header
 from studies.verification.perception.bytes_on_air import RAW_POINT

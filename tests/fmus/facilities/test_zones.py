@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from fmus.facilities.connectors import BlindZones
+from fmus.facilities.inputs import BlindZones
 from fmus.facilities.zones import NOWHERE, Zones, zones_in
 from fmus.messages.apm import Apm
 from orchestrator.signal import Array

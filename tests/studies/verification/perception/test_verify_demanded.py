@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fmus.facilities.answers import ANSWER_HEADER, DemandedAnswers
-from fmus.facilities.connectors import BlindZones
+from fmus.facilities.inputs import BlindZones
 from fmus.facilities.sensor_data import SensorData
 from fmus.messages.records import OBJECT, POINT, SENSOR, frame
 from fmus.perception.interface import INTERFACE
