@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from typing_extensions import override
 
+from fmus.facilities.inputs import Inputs
 from fmus.facilities.layer import FacilitiesLayer
 from fmus.facilities.load import Load, LoadParameters
 from fmus.facilities.outbox import Arrival, Message
@@ -12,7 +13,6 @@ from fmus.facilities.received import Received
 from fmus.facilities.sensor_data import ScanFeatures, SensorData
 from fmus.facilities.sharing import Scans, Sharing
 from fmus.messages.records import SENSOR_DATA
-from orchestrator.signal import Signals
 from orchestrator.timebase import Duration, Time
 
 
@@ -49,13 +49,13 @@ class AlwaysOn(Sharing):
         self._features = ScanFeatures(load)
 
     @override
-    def messages(self, inputs: Signals, now: Time, h: Duration) -> list[Message]:
+    def messages(self, inputs: Inputs, now: Time, h: Duration) -> list[Message]:
         new_objects = self._scans.update(inputs)
         if not self._features.update(inputs) and not new_objects:
             return []
         return [
             self._message(vehicle, now)
-            for vehicle in self._scans.senders(inputs, self._features.vehicles())
+            for vehicle in self._scans.senders(inputs.vehicles, self._features.vehicles())
             if self._features.is_new_scan(vehicle, new_objects=new_objects)
         ]
 

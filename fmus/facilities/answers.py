@@ -8,15 +8,15 @@ from typing import Final
 
 from typing_extensions import override
 
+from fmus.facilities.inputs import BlindZones
 from fmus.facilities.load import Load
 from fmus.facilities.sensor_data import SensorData
 from fmus.facilities.zones import NOWHERE, Zones, zones_in
 from fmus.messages.apm import decode
-from orchestrator.signal import Signals
 
 ANSWER_HEADER: Final = 16
-"""Of an answer to a request with zones [byte]: the time of that request and the time of the scan,
-8 each. An answer without data so says where and when nothing was there."""
+"""Header of an answer to a request with zones [byte]: the time of that request and the time of the
+scan, 8 each. An answer without data so says where and when nothing was there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,15 +36,15 @@ class Answers(abc.ABC):
     """How much of a scan is asked for and sent."""
 
     @abc.abstractmethod
-    def asked(self, inputs: Signals, heading: float | None) -> Zones:
+    def asked(self, blind_zones: BlindZones, heading: float | None) -> Zones:
         """What a request says beside its route.
 
         Args:
-            inputs: of the facilities layer.
+            blind_zones: where the ego is blind.
             heading: of the ego vehicle's newest APM [rad]; None if it has none.
 
         Raises:
-            ValueError: the inputs are not zones, and why.
+            ValueError: they are no zones, and why.
         """
 
     @abc.abstractmethod
@@ -73,7 +73,7 @@ class WholeAnswers(Answers):
         self._load = load
 
     @override
-    def asked(self, inputs: Signals, heading: float | None) -> Zones:
+    def asked(self, blind_zones: BlindZones, heading: float | None) -> Zones:
         return NOWHERE
 
     @override
@@ -101,9 +101,9 @@ class DemandedAnswers(Answers):
         self._size = size
 
     @override
-    def asked(self, inputs: Signals, heading: float | None) -> Zones:
+    def asked(self, blind_zones: BlindZones, heading: float | None) -> Zones:
         """The zones lie along the ego vehicle's heading; without a scan there are none."""
-        return NOWHERE if heading is None else zones_in(inputs, heading)
+        return NOWHERE if heading is None else zones_in(blind_zones, heading)
 
     @override
     def is_due(self, *, new_apms: bool, new_data: bool) -> bool:

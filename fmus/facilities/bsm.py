@@ -4,16 +4,16 @@ Each equipped vehicle sends one message per period at a phase of its own (SAE J2
 BSMs at 10 Hz; the phase is uniform because vehicles do not synchronise).
 """
 
-import operator
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
+from fmus.facilities.inputs import Vehicles
 from fmus.facilities.link_power import Powers
 from fmus.messages.records import NO_VEHICLE
-from orchestrator.signal import Array, Signal, Signals
+from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time
 
 CONTENT: Final = np.dtype(
@@ -29,16 +29,6 @@ CONTENT: Final = np.dtype(
 )
 """What one message says; fields as the connectors `received.bsm.*`, `time` in [ns]."""
 
-_SOURCES: Final = (
-    "vehicle.equipped",
-    "vehicle.id",
-    "vehicle.position",
-    "vehicle.heading",
-    "vehicle.velocity",
-    "vehicle.size",
-    "vehicle.antenna_height",
-)
-"""The inputs that say what is sent; they hold until traffic goes on."""
 _TOLD: Final = ("id", "position", "heading", "velocity", "size", "antenna_height")
 """The fields that are connectors as they are."""
 
@@ -61,7 +51,7 @@ class Bsms:
     """The messages that go on the air in one step.
 
     Attributes:
-        states: of the senders, `CONTENT` records.
+        states: those of the senders, `CONTENT` records, shape (message,).
         heard: what each sender announces; `power` is of shape (message, link).
     """
 
@@ -81,20 +71,20 @@ class BsmSender:
         self._period = period
         self._rng = rng
         self._phases: dict[int, Duration] = {}
-        self._known: list[Signal] = []
+        self._known: Vehicles | None = None
         self._states: Array = np.empty(0, CONTENT)
         self._state_phases: Array = np.empty(0, np.int64)
 
-    def due(self, vehicles: Signals, begin: Time, end: Time) -> tuple[Array, Array]:
+    def due(self, vehicles: Vehicles, begin: Time, end: Time) -> tuple[Array, Array]:
         """The messages sent in [`begin`, `end`).
 
         Args:
-            vehicles: the inputs `vehicle.*` of the facilities layer.
+            vehicles: every vehicle on the scene.
             begin: of the interval [ns].
             end: of the interval, at most one period later [ns].
 
         Returns:
-            The times of sending [ns], shape (messages,), and the contents, `CONTENT`
+            The times of sending [ns], int64, shape (message,), and the contents, `CONTENT`
             records of the same shape, with the state at the communication point.
         """
         self._meet(vehicles)
@@ -104,17 +94,19 @@ class BsmSender:
         contents["time"] = times[sending]
         return times[sending], contents
 
-    def _meet(self, vehicles: Signals) -> None:
+    def _meet(self, vehicles: Vehicles) -> None:
         """Look up states and phases of the equipped vehicles, unless all is as before."""
-        known = [vehicles[name] for name in _SOURCES]
-        if len(self._known) == len(known) and all(map(operator.is_, known, self._known)):
+        if self._known is not None and vehicles.is_same(self._known):
             return
-        self._known = known
-        equipped = np.flatnonzero(vehicles["vehicle.equipped"])
+        self._known = vehicles
+        equipped = np.flatnonzero(vehicles.equipped)
         self._states = np.zeros(len(equipped), CONTENT)
-        self._states["position"] = np.asarray(vehicles["vehicle.position"])[equipped, :2]
-        for field in ("id", "heading", "velocity", "size", "antenna_height"):
-            self._states[field] = np.asarray(vehicles[f"vehicle.{field}"])[equipped]
+        self._states["id"] = vehicles.id[equipped]
+        self._states["position"] = vehicles.position[equipped, :2]
+        self._states["heading"] = vehicles.heading[equipped]
+        self._states["velocity"] = vehicles.velocity[equipped]
+        self._states["size"] = vehicles.size[equipped]
+        self._states["antenna_height"] = vehicles.antenna_height[equipped]
         ids = self._states["id"].tolist()
         for vehicle in ids:
             if vehicle not in self._phases:
@@ -145,6 +137,9 @@ class Neighbourhood:
         """The connectors `received.bsm.*` at `now`, neighbours by ascending id.
 
         What did not change is the same object as before.
+
+        Returns:
+            By name, arrays with the shape and unit that the connector declares.
         """
         keep = (self._table["time"] >= now - self._maximum_age) & (self._table["id"] != ego)
         if not keep.all():

@@ -9,6 +9,7 @@ from typing_extensions import override
 
 from fmus.facilities import cpm
 from fmus.facilities.cpm_rules import InclusionRules, Station
+from fmus.facilities.inputs import Inputs, Vehicles
 from fmus.facilities.layer import FacilitiesLayer, LayerParameters
 from fmus.facilities.lower_layers import LowerLayers
 from fmus.facilities.outbox import Arrival, Message
@@ -17,7 +18,7 @@ from fmus.facilities.sharing import Scans, Sharing
 from fmus.messages.records import SENSOR_DATA
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
-from orchestrator.signal import Array, Signals
+from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time, nanoseconds
 
 
@@ -150,14 +151,14 @@ class CollectivePerception(Sharing):
         self._senders: dict[int, _Sender] = {}
 
     @override
-    def messages(self, inputs: Signals, now: Time, h: Duration) -> list[Message]:
+    def messages(self, inputs: Inputs, now: Time, h: Duration) -> list[Message]:
         self._scans.update(inputs)
         made: list[Message] = []
-        for vehicle in self._scans.senders(inputs):
+        for vehicle in self._scans.senders(inputs.vehicles):
             sender = self._sender(vehicle, now)
             event = now + (sender.phase - now) % self._period
             if event < now + h:
-                made += self._generate(inputs, vehicle, sender, event)
+                made += self._generate(inputs.vehicles, vehicle, sender, event)
         return made
 
     @override
@@ -173,7 +174,7 @@ class CollectivePerception(Sharing):
         return self._senders[vehicle]
 
     def _generate(
-        self, inputs: Signals, vehicle: int, sender: _Sender, event: Time
+        self, vehicles: Vehicles, vehicle: int, sender: _Sender, event: Time
     ) -> list[Message]:
         """The messages of one generation event: none, one, or one per segment."""
         objects = self._scans.objects_of(vehicle)
@@ -184,7 +185,7 @@ class CollectivePerception(Sharing):
             return []
         if informs:
             sender.next_information = event + self._information_period
-        row = int(np.flatnonzero(np.asarray(inputs["vehicle.id"]) == vehicle)[0])
+        row = int(np.flatnonzero(vehicles.id == vehicle)[0])
         parts = self._parts(chosen)
         return [
             self._message(
@@ -192,8 +193,8 @@ class CollectivePerception(Sharing):
                 cpm.Cpm(
                     station=vehicle,
                     time=event,
-                    position=np.asarray(inputs["vehicle.position"])[row, :2],
-                    heading=float(np.asarray(inputs["vehicle.heading"])[row]),
+                    position=vehicles.position[row, :2],
+                    heading=float(vehicles.heading[row]),
                     objects=part,
                     ages=sender.station.ages(part, event),
                     perceived=len(objects),

@@ -55,9 +55,9 @@ class Cpm:
         time: of generation [ns].
         position: of the sender, world frame [m], shape (2,).
         heading: of the sender, counter-clockwise from east [rad].
-        objects: `OBJECT` records. The message carries neither `points` (0 when decoded) nor
-            more than the last 16 bits of `instance`.
-        ages: how long each object has been tracked [ns], shape (objects,); at most 2.047 s is
+        objects: `OBJECT` records of shape (object,). The message carries neither `points` (0 when
+            decoded) nor more than the last 16 bits of `instance`.
+        ages: how long each object has been tracked [ns], shape (object,); at most 2.047 s is
             sent.
         perceived: number of objects the sender perceives, sent or not.
         sensor_range: radius that the lidar sees [m]; None: without sensor information.

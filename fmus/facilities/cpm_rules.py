@@ -86,12 +86,12 @@ class Station:
         They count as included from then on.
 
         Args:
-            objects: `OBJECT` records of the vehicle's last scan.
+            objects: those of the vehicle's last scan, `OBJECT` records, shape (object,).
             now: time of the generation event [ns].
             most: room in the message; those that waited longest, and new ones, come first.
 
         Returns:
-            Shape (objects,).
+            Whether each object is included, bool, shape (object,).
         """
         states = {int(row["instance"]): _state(row, now) for row in objects}
         self._since = {
@@ -109,7 +109,15 @@ class Station:
         return np.array([int(number) in chosen for number in objects["instance"]], np.bool_)
 
     def ages(self, objects: Array, now: Time) -> Array:
-        """How long each of these objects has been tracked [ns], int64, shape (objects,)."""
+        """How long objects have been tracked at `now` [ns].
+
+        Args:
+            objects: `OBJECT` records of shape (object,).
+            now: time of the generation event [ns].
+
+        Returns:
+            Ages [ns], int64, shape (object,).
+        """
         since = [self._since.get(int(number), now) for number in objects["instance"]]
         return now - np.array(since, np.int64)
 
@@ -118,7 +126,7 @@ class Station:
         return -math.inf if last is None else last.time
 
     def _remembered(self, now: Time) -> dict[int, Inclusion]:
-        """Without those so old that an inclusion is due anyway."""
+        """The last inclusions, but for those so old that another one is due anyway."""
         oldest = now - self._rules.longest
         return {number: last for number, last in self._included.items() if last.time > oldest}
 

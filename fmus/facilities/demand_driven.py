@@ -8,17 +8,17 @@ import numpy as np
 from typing_extensions import override
 
 from fmus.facilities.answers import Answers, DemandedAnswers, WholeAnswers
+from fmus.facilities.inputs import Inputs
 from fmus.facilities.layer import FacilitiesLayer
 from fmus.facilities.load import Load, LoadParameters
 from fmus.facilities.outbox import Arrival, Message
 from fmus.facilities.received import Received
 from fmus.facilities.sensor_data import ScanFeatures, SensorData
-from fmus.facilities.sharing import Changes, Sharing
+from fmus.facilities.sharing import Change, Sharing
 from fmus.facilities.zones import ZONE_SIZE, Zones
-from fmus.messages.apm import read_header, split
-from fmus.messages.records import APM, NO_VEHICLE, OBJECT, REQUEST, SENSOR_DATA, unframe
+from fmus.messages.apm import read_header
+from fmus.messages.records import APM, NO_VEHICLE, REQUEST, SENSOR_DATA
 from orchestrator.parameters import parameter
-from orchestrator.signal import Signals
 from orchestrator.timebase import Duration, Time, nanoseconds
 
 
@@ -83,14 +83,14 @@ class DemandDriven(Sharing):
         self._answers = _answers(parameters.answer, load)
         self._sessions: dict[int, _Session] = {}
         self._scanned: dict[int, bytes] = {}
-        self._changes = Changes()
+        self._apms, self._objects = Change(), Change()
         self._features = ScanFeatures(load)
 
     @override
-    def messages(self, inputs: Signals, now: Time, h: Duration) -> list[Message]:
+    def messages(self, inputs: Inputs, now: Time, h: Duration) -> list[Message]:
         self._sessions = {v: s for v, s in self._sessions.items() if s.end > now}
-        new_apms = self._changes.is_new("apms", inputs)
-        new_objects = self._changes.is_new("objects", inputs)
+        new_apms = self._apms.is_new(inputs.apms)
+        new_objects = self._objects.is_new(inputs.objects)
         self._features.update(inputs)
         due = [
             sharer
@@ -101,7 +101,7 @@ class DemandDriven(Sharing):
             )
         ]
         return [
-            *(self._apms(inputs, now) if new_apms else []),
+            *(self._broadcasts(inputs, now) if new_apms else []),
             *self._requests(inputs, now),
             *(self._sensor_data(sorted(due), inputs, now) if due else []),
         ]
@@ -117,16 +117,14 @@ class DemandDriven(Sharing):
             case _Session() as session:
                 self._sessions[receiver] = self._with_newest_zones(receiver, session)
 
-    def _apms(self, inputs: Signals, now: Time) -> list[Message]:
+    def _broadcasts(self, inputs: Inputs, now: Time) -> list[Message]:
         """A broadcast of every APM, and a copy along the route where there is a session.
 
         Obstacles that call for a relay keep the broadcast from the ego too; without the copy
         the match, and with it the session, would end.
         """
-        radios = np.asarray(inputs["vehicle.equipped"])
-        equipped = set(np.asarray(inputs["vehicle.id"])[radios].tolist())
-        messages = split(bytes(inputs["apms"]))
-        self._scanned = {int(read_header(apm)["vehicle"]): apm for apm in messages}
+        equipped = set(inputs.vehicles.with_radio())
+        self._scanned = {int(read_header(apm)["vehicle"]): apm for apm in inputs.apm_messages()}
         broadcasts = [
             Message(
                 kind=APM,
@@ -146,18 +144,17 @@ class DemandDriven(Sharing):
         ]
         return broadcasts + routed
 
-    def _requests(self, inputs: Signals, now: Time) -> list[Message]:
-        ego = int(np.asarray(inputs["ego.id"]))
-        sharers = np.asarray(inputs["match.sharer"])
-        if not inputs["match.trigger"] or ego == NO_VEHICLE or now < self._next_request:
+    def _requests(self, inputs: Inputs, now: Time) -> list[Message]:
+        ego, relay = inputs.ego, inputs.relay
+        if not inputs.trigger or ego == NO_VEHICLE or now < self._next_request:
             return []
         self._next_request = now + self._request_period
-        sharer, relay = int(sharers[0]), int(np.asarray(inputs["relay"]))
+        sharer = int(inputs.sharers[0])
         route = () if relay in {NO_VEHICLE, sharer, ego} else (relay,)
         end = now + self._session
         own = self._scanned.get(ego)
         heading = None if own is None else float(read_header(own)["heading"])
-        zones = self._answers.asked(inputs, heading)
+        zones = self._answers.asked(inputs.blind_zones, heading)
         return [
             Message(
                 kind=REQUEST,
@@ -170,8 +167,8 @@ class DemandDriven(Sharing):
             )
         ]
 
-    def _sensor_data(self, sharers: Sequence[int], inputs: Signals, now: Time) -> list[Message]:
-        objects = unframe("OBJS", bytes(inputs["objects"]), OBJECT)
+    def _sensor_data(self, sharers: Sequence[int], inputs: Inputs, now: Time) -> list[Message]:
+        objects = inputs.object_records()
         made = []
         for sharer in sharers:
             session = self._sessions[sharer]

@@ -8,19 +8,18 @@ import numpy as np
 from typing_extensions import override
 
 from fmus.facilities.bsm import Bsm, Bsms, BsmSender, Neighbourhood
-from fmus.facilities.connectors import CONNECTORS
+from fmus.facilities.connectors import CONNECTORS, OUTPUTS
+from fmus.facilities.inputs import Inputs, Vehicles
 from fmus.facilities.link_power import Announcements, Measurements
 from fmus.facilities.outbox import Broadcasts, Message, Outbox
 from fmus.facilities.received import Received
-from fmus.facilities.sharing import Changes, Sharing
+from fmus.facilities.sharing import Change, Sharing
 from fmus.messages.records import (
     BSM,
     NO_VEHICLE,
     OUTCOMES,
-    RECEPTION,
     REQUEST,
     SENSOR_DATA,
-    unframe,
 )
 from orchestrator.component import Component
 from orchestrator.parameters import parameter
@@ -97,48 +96,44 @@ class FacilitiesLayer(Component):
         self._outbox = Outbox(given.fragment_size, 2 * maximum_age)
         self._received = Received(maximum_age, self._received_scans)
         self._sensor_data = np.array(0, np.int64)
-        self._changes = Changes()
+        self._receptions = Change()
         self._ways = self._sharing(start, rng)
         self._outputs: Signals = {
-            name: connector.start_value()
-            for name, connector in CONNECTORS.items()
-            if name.startswith(("packets", "received"))
+            name: connector.start_value() for name, connector in OUTPUTS.items()
         }
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        now = t + h
-        ego = int(np.asarray(inputs["ego.id"]))
-        self._receive(inputs, ego)
+        given, now = Inputs.read(inputs), t + h
+        self._receive(given)
         self._measurements.forget(now)
-        shared = self._ways.messages(inputs, now, h)
-        safety = self._safety_messages(inputs, now, h)
+        shared = self._ways.messages(given, now, h)
+        safety = self._safety_messages(given.vehicles, now, h)
         messages = list(map(self._processed, shared))
         self._outbox.forget(now)
-        sharers = np.asarray(inputs["match.sharer"])
-        links = self._announcements.links(now, sharers[sharers != NO_VEHICLE])
+        links = self._announcements.links(now, given.sharers[given.sharers != NO_VEHICLE])
         self._outputs = {
             "packets": self._outbox.send(messages, [safety]),
             **self._received.outputs(now),
             "received.sensor_data.count": self._sensor_data,
-            **self._neighbourhood.outputs(now, ego),
-            **links.outputs(ego, self._measurements.by(ego)),
+            **self._neighbourhood.outputs(now, given.ego),
+            **links.outputs(given.ego, self._measurements.by(given.ego)),
         }
 
     @override
     def outputs(self) -> Signals:
         return self._outputs
 
-    def _receive(self, inputs: Signals, ego: int) -> None:
+    def _receive(self, inputs: Inputs) -> None:
         """Take in what arrived."""
-        if not self._changes.is_new("receptions", inputs):
+        if not self._receptions.is_new(inputs.receptions):
             return
-        rows = unframe("RCPT", bytes(inputs["receptions"]), RECEPTION)
+        rows = inputs.reception_records()
         rows = rows.compress((rows["outcome"] == _RECEIVED) & (rows["addressed"] == 1))
         self._measurements.measure(rows.compress(rows["kind"] == BSM))
-        rows = rows.compress((rows["receiver"] == ego) | (rows["kind"] == REQUEST))
+        rows = rows.compress((rows["receiver"] == inputs.ego) | (rows["kind"] == REQUEST))
         # sensor data addressed to the ego are for it: nobody else asks for any
-        sensor_data = (rows["kind"] == SENSOR_DATA) & (rows["receiver"] == ego)
+        sensor_data = (rows["kind"] == SENSOR_DATA) & (rows["receiver"] == inputs.ego)
         if sensor_data.any():
             self._sensor_data = np.array(self._sensor_data + np.count_nonzero(sensor_data))
         for arrival in self._outbox.arrivals(rows):
@@ -152,8 +147,8 @@ class FacilitiesLayer(Component):
                 case _:
                     self._ways.receive(arrival, self._received)
 
-    def _safety_messages(self, inputs: Signals, now: Time, h: Duration) -> Broadcasts:
-        times, states = self._bsm.due(inputs, now, now + h)
+    def _safety_messages(self, vehicles: Vehicles, now: Time, h: Duration) -> Broadcasts:
+        times, states = self._bsm.due(vehicles, now, now + h)
         heard = self._measurements.table(states["id"]).announced()
         size = np.full(len(times), self._common.bsm_size)
         if self._common.announced_power_size:

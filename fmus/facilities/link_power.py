@@ -21,7 +21,7 @@ WEAKEST: Final = -156.0
 _NEVER: Final = np.iinfo(np.int64).min
 """When a link was heard that never was."""
 _NOBODY: Final = np.iinfo(np.int64).max
-"""Behind all radios in a table, so that a search for any vehicle ends within it."""
+"""A number behind all radios in a table, so that a search for any vehicle ends within it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,7 +43,14 @@ class Powers:
         return Powers(transmitter=self.transmitter, power=power)
 
     def of(self, vehicles: Array) -> Array:
-        """The power of each of `vehicles` [dBm], NaN where it is not known."""
+        """The powers at which these vehicles were received.
+
+        Args:
+            vehicles: their numbers, int64, shape (vehicle,).
+
+        Returns:
+            Powers [dBm], NaN where they are not known, shape (vehicle,).
+        """
         if len(self.transmitter) == 0:
             return np.full(len(vehicles), np.nan)
         row = np.minimum(self.transmitter.searchsorted(vehicles), len(self.transmitter) - 1)
@@ -65,7 +72,15 @@ class Links:
     power: Array
 
     def outputs(self, ego: int, own: Powers) -> Mapping[str, Array]:
-        """The connectors `received.link.*`: what the ego measured itself comes first."""
+        """The connectors `received.link.*`: what the ego measured itself comes first.
+
+        Args:
+            ego: number of the ego vehicle.
+            own: what it measures.
+
+        Returns:
+            By name, arrays with the shape and unit that the connector declares.
+        """
         measured = np.full(len(own.power), ego, np.int64)
         return {
             "received.link.transmitter": np.concatenate([own.transmitter, self.transmitter]),
@@ -102,7 +117,11 @@ class Measurements:
         self._power: Array = np.full((1, 1), np.nan)
 
     def measure(self, received: Array) -> None:
-        """Take in `RECEPTION` records, by time; those without a power measure nothing."""
+        """Take in messages that were received; those without a power measure nothing.
+
+        Args:
+            received: `RECEPTION` records by time, shape (reception,).
+        """
         known = ~np.isnan(received["power_dbm"])
         if not known.all():
             received = received.compress(known)
@@ -126,7 +145,11 @@ class Measurements:
         return Powers(transmitter=self._radios[heard], power=self._power[row][heard])
 
     def table(self, receivers: Array) -> Powers:
-        """What each of `receivers` measures: `power` is of shape (receiver, link)."""
+        """What several radios measure: `power` is of shape (receiver, link).
+
+        Args:
+            receivers: numbers of their vehicles, int64, shape (receiver,).
+        """
         row = self._radios.searchsorted(receivers)
         heard = self._time[row] >= self._oldest
         heard &= (self._radios[row] == receivers)[:, None]
@@ -191,7 +214,12 @@ class Announcements:
             self._links = None
 
     def links(self, now: Time, transmitters: Array) -> Links:
-        """What is known at `now` of the links from `transmitters`, in this order."""
+        """What is known of links by announcements, in the order of their transmitters.
+
+        Args:
+            now: the communication point [ns].
+            transmitters: numbers of their vehicles, int64, shape (transmitter,).
+        """
         oldest = now - self._lifetime
         for vehicle in [v for v, (time, _) in self._last.items() if time < oldest]:
             del self._last[vehicle]

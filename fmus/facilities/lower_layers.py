@@ -22,7 +22,7 @@ the payload 2, header information 12 (presence 1, ITS-AID of CPMs 3, generation 
 _DIGEST: Final = 9
 """The signer as the last 8 bytes of its certificate's hash, and the choice."""
 _CERTIFICATES: Final = 3
-"""Before a certificate: the choice, and how many follow, 2 bytes."""
+"""What stands before a certificate: the choice, and how many follow, 2 bytes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -103,7 +103,11 @@ class Broadcasts:
         )
 
     def headers(self) -> Array:
-        """A `PACKET` record for each message, as if it were sent in one piece; without an id."""
+        """The packets if each message were sent in one piece; without ids.
+
+        Returns:
+            `PACKET` records of shape (message,).
+        """
         headers = np.zeros(len(self), PACKET)
         headers["time"], headers["source"], headers["size"] = self.time, self.source, self.size
         headers["destination"], headers["route"] = NO_VEHICLE, NO_VEHICLE
@@ -185,7 +189,7 @@ class Outbox:
 
         Args:
             receptions: `RECEPTION` records of fragments received by an addressee of the
-                last hop, in order of time.
+                last hop, in order of time, shape (reception,).
 
         Returns:
             First the messages that are whole, in the order in which they became so; then, once
@@ -264,7 +268,7 @@ def _cut(messages: Array, count: Array, grain: Array) -> Array:
 
 
 def _headers(messages: Sequence[Message]) -> Array:
-    """As `Broadcasts.headers`."""
+    """`PACKET` records of these messages, as `Broadcasts.headers` makes them."""
     rows = [
         (
             0,  # no id yet

@@ -23,7 +23,7 @@ TIME_STEP: Final = 1_000_000
 """Resolution of times [ns] (TimestampIts, DeltaTimeMilliSecondSigned)."""
 
 _ROUNDING: Final = 1e-6
-"""Of a step: what a value may lie above a multiple of it by rounding in double precision."""
+"""How far a value may lie above a multiple of a step by rounding, in steps; double precision."""
 
 
 def to_element(
@@ -67,7 +67,7 @@ def to_element(
 
 
 def to_record(row: dict[str, Any], station: int, time: Time, reference: Array) -> Array:
-    """The `OBJECT` that a receiver makes of one PerceivedObject.
+    """The `OBJECT` record, of shape (), that a receiver makes of one PerceivedObject.
 
     Args:
         row: the decoded data element.

@@ -35,16 +35,24 @@ class Received:
         self._apms[source] = (time, apm)
 
     def replace_objects(self, source: int, time: Time, objects: Array) -> None:
-        """`objects` are all that `source` told at `time` [ns]; what it told before is obsolete.
+        """Forget what a source told before; what overtook a newer message changes nothing.
 
-        What overtook a newer message changes nothing.
+        Args:
+            source: a vehicle.
+            time: of its message [ns].
+            objects: all that the message tells, `OBJECT` records of shape (object,).
         """
         if time > self._scans.get(source, time - 1):
             self._scans[source] = time
             self._objects[source] = objects
 
     def update_objects(self, source: int, objects: Array) -> None:
-        """`objects` are some of those that `source` sees; of each the newest is kept."""
+        """Take in some of the objects that a source sees; of each the newest record is kept.
+
+        Args:
+            source: a vehicle.
+            objects: `OBJECT` records of shape (object,).
+        """
         known = self._objects.get(source)
         rows = objects if known is None else np.concatenate([known, objects])
         by_time = rows[np.argsort(rows["time"], kind="stable")]
@@ -52,7 +60,12 @@ class Received:
         self._objects[source] = np.array([newest[number] for number in sorted(newest)], OBJECT)
 
     def add_keypoints(self, features: FeaturesMessage, arrived: Array) -> None:
-        """Of `features`, those keypoints `arrived`; bool, shape (keypoint,)."""
+        """Take in keypoints of a scan.
+
+        Args:
+            features: those of the scan, as sent.
+            arrived: which of its keypoints are there, bool, shape (keypoint,).
+        """
         self._features.add(features, arrived)
 
     def outputs(self, now: Time) -> Mapping[str, bytes]:

@@ -39,8 +39,8 @@ class ReceivedFeatures:
         """Take in keypoints beside those of the same scan that arrived before.
 
         Args:
-            features: of the scan, as sent.
-            arrived: bool, shape (keypoint,).
+            features: those of the scan, as sent.
+            arrived: which of its keypoints are there, bool, shape (keypoint,).
         """
         scans = self._scans.setdefault(features.vehicle, {})
         known = scans.get(features.time)

@@ -6,12 +6,13 @@ from typing import Final
 
 import numpy as np
 
+from fmus.facilities.inputs import Inputs
 from fmus.facilities.load import Load
 from fmus.facilities.outbox import Arrival
 from fmus.facilities.received import Received
-from fmus.facilities.sharing import Changes
-from fmus.messages.features import FeaturesMessage, read_features
-from orchestrator.signal import Array, Signals
+from fmus.facilities.sharing import Change
+from fmus.messages.features import FeaturesMessage
+from orchestrator.signal import Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -19,8 +20,8 @@ class SensorData:
     """What a message of sensor data says.
 
     Attributes:
-        objects: in the scan, `OBJECT` records.
-        features: of the scan, as sent; None without any.
+        objects: those in the scan, `OBJECT` records, shape (object,).
+        features: those of the scan, as sent; None without any.
     """
 
     objects: Array
@@ -55,11 +56,11 @@ class ScanFeatures:
 
     def __init__(self, load: Load) -> None:
         self._load = load
-        self._changes = Changes()
+        self._signal = Change()
         self._newest: dict[int, FeaturesMessage] = {}
         self._new: Set[int] = _NONE
 
-    def update(self, inputs: Signals) -> bool:
+    def update(self, inputs: Inputs) -> bool:
         """Read the input `features`; whether there were new scans.
 
         Raises:
@@ -67,10 +68,10 @@ class ScanFeatures:
                 the load.
         """
         self._new = _NONE
-        if not self._changes.is_new("features", inputs):
+        if not self._signal.is_new(inputs.features):
             return False
         known, self._newest, new = self._newest, {}, set()
-        for message in read_features(bytes(inputs["features"])):
+        for message in inputs.feature_messages():
             vehicle = message.vehicle
             if vehicle in self._newest:
                 raise ValueError(f"`features` has two messages of vehicle {vehicle}")
@@ -82,11 +83,11 @@ class ScanFeatures:
         return bool(new)
 
     def of(self, vehicle: int) -> FeaturesMessage | None:
-        """Of the last scan of one vehicle; None if there are none."""
+        """The features of the last scan of one vehicle; None if there are none."""
         return self._newest.get(vehicle)
 
     def vehicles(self) -> Set[int]:
-        """Whose features there are."""
+        """The vehicles whose features are known."""
         return self._newest.keys()
 
     def is_new_scan(self, vehicle: int, *, new_objects: bool) -> bool:

@@ -5,11 +5,12 @@ from collections.abc import Set
 
 import numpy as np
 
+from fmus.facilities.inputs import Inputs, Vehicles
 from fmus.facilities.outbox import Arrival, Message
 from fmus.facilities.received import Received
-from fmus.messages.apm import split
-from fmus.messages.records import APM_HEADER, OBJECT, unframe
-from orchestrator.signal import Array, Signal, Signals
+from fmus.messages.apm import read_header
+from fmus.messages.records import OBJECT
+from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time
 
 
@@ -17,11 +18,11 @@ class Sharing(abc.ABC):
     """What the vehicles send besides BSMs, and what a receiver makes of it."""
 
     @abc.abstractmethod
-    def messages(self, inputs: Signals, now: Time, h: Duration) -> list[Message]:
+    def messages(self, inputs: Inputs, now: Time, h: Duration) -> list[Message]:
         """The messages that applications hand over in [`now`, `now + h`).
 
         Args:
-            inputs: of the facilities layer, at `now`.
+            inputs: those of the facilities layer, at `now`.
             now: the communication point [ns].
             h: until the next one [ns].
 
@@ -41,17 +42,16 @@ class Sharing(abc.ABC):
         """
 
 
-class Changes:
-    """Tells which message-like inputs are new; they hold their value until the next one."""
+class Change:
+    """Tells when a message-like input is new; it holds its value until the next one."""
 
     def __init__(self) -> None:
-        self._last: dict[str, Signal] = {}
+        self._last: bytes | None = None
 
-    def is_new(self, name: str, inputs: Signals) -> bool:
-        """Whether the input changed since this was last asked."""
-        value = inputs[name]
-        changed = self._last.get(name) != value
-        self._last[name] = value
+    def is_new(self, signal: bytes) -> bool:
+        """Whether the signal changed since this was last asked."""
+        changed = self._last != signal
+        self._last = signal
         return changed
 
 
@@ -62,31 +62,28 @@ class Scans:
     """
 
     def __init__(self) -> None:
-        self._changes = Changes()
+        self._apms, self._tables = Change(), Change()
         self._objects: dict[int, Array] = {}
         self._lidars: frozenset[int] = frozenset()
 
-    def update(self, inputs: Signals) -> bool:
+    def update(self, inputs: Inputs) -> bool:
         """Read the inputs `apms` and `objects`; whether there were new scans."""
-        new_apms = self._changes.is_new("apms", inputs)
-        new_objects = self._changes.is_new("objects", inputs)
+        new_apms = self._apms.is_new(inputs.apms)
+        new_objects = self._tables.is_new(inputs.objects)
         if not (new_apms or new_objects):
             return False
-        table = unframe("OBJS", bytes(inputs["objects"]), OBJECT)
+        table = inputs.object_records()
         self._objects = {int(s): table[table["sensor"] == s] for s in np.unique(table["sensor"])}
-        apms = split(bytes(inputs["apms"]))
-        sources = {int(np.frombuffer(apm, APM_HEADER, 1)[0]["vehicle"]) for apm in apms}
+        sources = {int(read_header(apm)["vehicle"]) for apm in inputs.apm_messages()}
         self._lidars = frozenset(sources | self._objects.keys())
         return True
 
-    def senders(self, inputs: Signals, others: Set[int] = frozenset()) -> list[int]:
+    def senders(self, vehicles: Vehicles, others: Set[int] = frozenset()) -> list[int]:
         """The vehicles with a lidar and a radio, ascending; `others` have a lidar too."""
-        radios = np.asarray(inputs["vehicle.equipped"])
-        lidars = self._lidars | others
-        return sorted(lidars.intersection(np.asarray(inputs["vehicle.id"])[radios].tolist()))
+        return sorted((self._lidars | others).intersection(vehicles.with_radio()))
 
     def objects_of(self, vehicle: int) -> Array:
-        """`OBJECT` records of the last scan of one vehicle."""
+        """The objects in the last scan of one vehicle, `OBJECT` records of shape (object,)."""
         found = self._objects.get(vehicle)
         return _NOTHING if found is None else found
 

@@ -7,19 +7,20 @@ from typing import Final
 
 import numpy as np
 
+from fmus.facilities.inputs import BlindZones
 from fmus.messages.apm import Apm
-from orchestrator.signal import Array, Signals
+from orchestrator.signal import Array
 
 ZONE_SIZE: Final = 12
-"""Of one zone in a request [byte]: centre and range in single precision."""
+"""Size of one zone in a request [byte]: centre and range in single precision."""
 
 _RESOLUTION: Final = 0.5
 """Largest side of a sub-cell [m]; that of the perception unit's `region_resolution`."""
 _MOST_SUB_CELLS: Final = 100
-"""Along one side of a cell."""
+"""Sub-cells along one side of a cell, at most."""
 _SHIFT: Final = 1e-7
-"""Of the squares, along both axes [m]. Centres of sub-cells often lie on the border of a square,
-when the two vehicles' grids are aligned; away from it, rounding errors decide nothing."""
+"""Shift of the squares along both axes [m]. Centres of sub-cells often lie on the border of a
+square, when the two vehicles' grids are aligned; away from it, rounding errors decide nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,7 +50,7 @@ class Zones:
             maximum: upper corners [m], shape (box, 2).
 
         Returns:
-            bool, shape (box,).
+            Whether each box does, bool, shape (box,).
         """
         offset = ((minimum + maximum) / 2.0)[:, None] - self.centers  # (box, zone, 2)
         half = ((maximum - minimum) / 2.0)[:, None]
@@ -105,17 +106,17 @@ NOWHERE: Final = Zones(heading=0.0, centers=np.empty((0, 2)), ranges=np.empty(0)
 """No zones."""
 
 
-def zones_in(inputs: Signals, heading: float) -> Zones:
+def zones_in(blind_zones: BlindZones, heading: float) -> Zones:
     """The zones in use, rounded to single precision as on the air.
 
     Args:
-        inputs: of the facilities layer.
+        blind_zones: where the ego is blind.
         heading: that the ego vehicle believed to have in the scan with these zones [rad].
 
     Raises:
-        ValueError: the inputs `blind_zone.*` are not connected, or not zones.
+        ValueError: the inputs `blind_zone.*` are not connected, or are no zones.
     """
-    centers, ranges = (np.asarray(inputs[f"blind_zone.{name}"]) for name in ("center", "range"))
+    centers, ranges = blind_zones.centers, blind_zones.ranges
     if len(ranges) == 0:
         raise ValueError(
             "`blind_zone` has no entries, so `answer: demanded` can ask for nothing: connect "

@@ -48,12 +48,12 @@ class FeaturesMessage:
 
     @property
     def keypoint_size(self) -> int:
-        """Of one keypoint on the air [byte]."""
+        """Size of one keypoint on the air [byte]."""
         return (COORDINATES + self.dimensions) * _NUMBER.itemsize
 
     @property
     def size(self) -> int:
-        """Of the message on the air, padding included [byte]."""
+        """Size of the message on the air, padding included [byte]."""
         return self.capacity * self.keypoint_size
 
 

@@ -179,13 +179,27 @@ LINKS: Final = ("LOS", "NLOSv", "NLOSb")
 
 
 def frame(magic: str, records: np.ndarray, tail: bytes = b"") -> bytes:
-    """`records` as a Binary signal, followed by `tail`."""
+    """A Binary signal of records.
+
+    Args:
+        magic: its four letters.
+        records: of one of the types above, shape (count,).
+        tail: what follows them.
+    """
     head = _HEAD.pack(magic.encode(), 1, len(records), records.dtype.itemsize)
     return head + records.tobytes() + tail
 
 
 def unframe(magic: str, data: bytes, dtype: np.dtype) -> np.ndarray:
     """The records in a Binary signal, read-only; none if it is empty.
+
+    Args:
+        magic: the four letters that it should begin with.
+        data: the signal.
+        dtype: that of its records.
+
+    Returns:
+        Records of shape (count,).
 
     Raises:
         ValueError: `data` is not such a signal.

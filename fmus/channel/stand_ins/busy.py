@@ -47,7 +47,13 @@ class BusyRatio:
         self._answer: Float = np.empty(0)
 
     def add(self, vehicles: Int, start: Time, end: Time) -> None:
-        """A frame is on the air from `start` to `end` [ns] and busies `vehicles`."""
+        """Take note of a frame.
+
+        Args:
+            vehicles: for whom the medium is busy with it: numbers, shape (vehicle,).
+            start: when it goes on the air [ns].
+            end: when it leaves it [ns].
+        """
         self._frames.append(_OnAir(vehicles, start, end))
 
     def advance(self, now: Time) -> None:
@@ -66,7 +72,10 @@ class BusyRatio:
         """The ratios of `vehicles`, 0 where nothing was heard; the same object if nothing changed.
 
         Args:
-            vehicles: numbers, shape (vehicle,).
+            vehicles: numbers of the vehicles, shape (vehicle,).
+
+        Returns:
+            Shares of the last complete window, 0 to 1, shape (vehicle,).
         """
         if self._asked is not vehicles:
             self._asked, self._answer = vehicles, np.zeros(len(vehicles))

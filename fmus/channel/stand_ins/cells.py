@@ -65,19 +65,23 @@ class CellReader:
         raise TableError(shown, count - len(shown))
 
     def numbers(self, column: str, minimum: float = -np.inf, maximum: float = np.inf) -> Float:
-        """A column of finite numbers within bounds."""
+        """A column of finite numbers within bounds; float64, shape (row,), units as in the file."""
         return self._numbers(column, minimum, maximum, may_be_empty=False)
 
     def optional_numbers(
         self, column: str, minimum: float = -np.inf, maximum: float = np.inf
     ) -> Float:
-        """A column of numbers that there need not be; NaN where nothing is written, or `nan`."""
+        """A column of numbers that there need not be; NaN where nothing is written, or `nan`.
+
+        Returns:
+            float64, shape (row,), units as in the file.
+        """
         if column not in self._table.columns:
             return np.full(len(self._table), np.nan)
         return self._numbers(column, minimum, maximum, may_be_empty=True)
 
     def vehicles(self, column: str, names: Mapping[str, int]) -> Int:
-        """A column of vehicles: numbers as they are, text as `names` says."""
+        """A column of vehicles: numbers as they are, text as `names` says; int64, shape (row,)."""
         cells = self._table.columns[column]
         numbers = {cell: _vehicle(cell, names) for cell in set(cells)}
         values = np.array([numbers[cell] for cell in cells], np.int64)
@@ -95,11 +99,15 @@ class CellReader:
         return values
 
     def codes(self, column: str, codes: Mapping[str, int]) -> Int:
-        """A column of words that stand for numbers."""
+        """A column of words that stand for numbers; int64, shape (row,)."""
         return self._codes(column, codes)
 
     def optional_codes(self, column: str, codes: Mapping[str, int], default: int) -> Int:
-        """A column of words that there need not be; `default` where nothing is written."""
+        """A column of words that there need not be; `default` where nothing is written.
+
+        Returns:
+            int64, shape (row,).
+        """
         if column not in self._table.columns:
             return np.full(len(self._table), default, np.int64)
         return self._codes(column, {**codes, None: default})

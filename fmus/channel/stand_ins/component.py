@@ -8,6 +8,7 @@ from typing_extensions import override
 
 from fmus.channel.stand_ins.connectors import CONNECTORS
 from fmus.channel.stand_ins.delivery import Delivery, DeliveryState, LinkModel
+from fmus.channel.stand_ins.inputs import Inputs
 from fmus.channel.stand_ins.parameters import RadioParameters, refuse
 from orchestrator.component import RestorableComponent
 from orchestrator.signal import Causality, Connector, Signals
@@ -55,11 +56,11 @@ class LinkModelComponent(RestorableComponent[tuple[DeliveryState, Signals]]):
 
     @override
     def initialise(self, inputs: Signals) -> None:
-        self._outputs = {**self._outputs, "busy_ratio": np.zeros(len(inputs["vehicle.id"]))}
+        self._outputs = {**self._outputs, "busy_ratio": np.zeros(len(Inputs.read(inputs).id))}
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self._outputs = self._delivery.step(inputs, t, h)
+        self._outputs = self._delivery.step(Inputs.read(inputs), t, h)
 
     @override
     def outputs(self) -> Signals:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from fmus.channel.stand_ins.airtime import frame_duration
 from fmus.channel.stand_ins.busy import BusyRatio, BusyState
+from fmus.channel.stand_ins.inputs import Inputs
 from fmus.channel.stand_ins.packets import Frame, Waiting, WaitingState
 from fmus.channel.stand_ins.parameters import RadioParameters
 from fmus.channel.stand_ins.radios import Radios
@@ -34,7 +35,7 @@ Float: TypeAlias = npt.NDArray[np.float64]
 Codes: TypeAlias = npt.NDArray[np.uint8]
 
 LIGHT_SPEED: Final = 299_792_458.0
-"""[m/s]."""
+"""Speed of light [m/s]."""
 
 RECEIVED: Final = OUTCOMES.index("R")
 NOISE_LOSS: Final = OUTCOMES.index("N")
@@ -127,11 +128,11 @@ class Delivery:
         self._pending: Array = _NO_RECEPTION
         self._busy = BusyRatio(nanoseconds(parameters.busy_window), start)
 
-    def step(self, inputs: Signals, t: Time, h: Duration) -> Signals:
+    def step(self, inputs: Inputs, t: Time, h: Duration) -> Signals:
         """The outputs after the step from `t` to `t + h` [ns]."""
         end = t + h
         radios = Radios.of(inputs)
-        self._waiting.accept(bytes(inputs["packets"]), radios, t)
+        self._waiting.accept(inputs.packets, radios, t)
         sent, ending = [], [self._pending]
         for frame in self._waiting.due(end):
             transmission, receptions = self._send(frame, radios)
@@ -141,7 +142,7 @@ class Delivery:
         return {
             "receptions": self._release(np.concatenate(ending), end),
             "transmissions": frame_of("SENT", np.array(sent, TRANSMISSION)),
-            "busy_ratio": self._busy.of(np.asarray(inputs["vehicle.id"])),
+            "busy_ratio": self._busy.of(inputs.id),
         }
 
     def save(self) -> DeliveryState:

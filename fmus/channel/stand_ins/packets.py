@@ -8,7 +8,7 @@ from typing import Final
 
 from fmus.channel.stand_ins.airtime import LONGEST_FRAME
 from fmus.channel.stand_ins.radios import Radios
-from fmus.messages.records import NO_VEHICLE, PACKET, unframe
+from fmus.messages.records import NO_VEHICLE
 from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time
 
@@ -82,26 +82,25 @@ class Waiting:
         self._known: frozenset[int] = frozenset()
         self._highest = NO_VEHICLE
 
-    def accept(self, packets: bytes, radios: Radios, now: Time) -> None:
+    def accept(self, packets: Array, radios: Radios, now: Time) -> None:
         """Take in the packets of the input that were not in it before.
 
         Args:
-            packets: the "PKTS" signal.
+            packets: `PACKET` records of shape (packet,).
             radios: of the scene at `now`.
             now: start of the step [ns].
 
         Raises:
-            ValueError: the signal or a packet in it is malformed; the message names it.
+            ValueError: a packet is malformed; the message names it.
         """
         self._highest = max(self._highest, radios.highest)
-        rows = unframe("PKTS", packets, PACKET)
-        ids = rows["id"].tolist()
+        ids = packets["id"].tolist()
         known, self._known = self._known, frozenset(ids)
         if len(self._known) < len(ids):
             twice = next(number for number in ids if ids.count(number) > 1)
             raise ValueError(f"packets: id {twice} appears twice; ids are unique in a run")
         new = [index for index, number in enumerate(ids) if number not in known]
-        for index, frame in zip(new, _frames(rows[new], now), strict=True):
+        for index, frame in zip(new, _frames(packets[new], now), strict=True):
             problem = self._problem(frame, radios)
             if problem:
                 raise ValueError(f"packets[{index}]{problem}")

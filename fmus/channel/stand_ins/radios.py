@@ -1,11 +1,12 @@
 """The radios in the scene: who they are and where their antennas stand."""
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
-from orchestrator.signal import Signals
+from fmus.channel.stand_ins.inputs import Inputs
 
 Int = npt.NDArray[np.int64]
 Float = npt.NDArray[np.float64]
@@ -28,12 +29,11 @@ class Radios:
     highest: int
 
     @classmethod
-    def of(cls, inputs: Signals) -> "Radios":
-        """The radios in the inputs `vehicle.*`."""
-        ids = np.asarray(inputs["vehicle.id"])
-        equipped = np.asarray(inputs["vehicle.equipped"])
-        antenna = np.array(inputs["vehicle.position"])
-        antenna[:, 2] += np.asarray(inputs["vehicle.antenna_height"])
+    def of(cls, inputs: Inputs) -> Self:
+        """The radios in the scene of a step."""
+        ids, equipped = inputs.id, inputs.equipped
+        antenna = inputs.position.copy()
+        antenna[:, 2] += inputs.antenna_height
         return cls(
             id=ids[equipped],
             antenna=antenna[equipped],

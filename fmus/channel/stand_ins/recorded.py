@@ -27,8 +27,9 @@ class Events:
     """What a run recorded of its channel.
 
     Attributes:
-        receptions: RECEPTION records, by (handed, packet, hop, receiver).
-        handed: when the frame of each was handed to the transmitter's radio [ns].
+        receptions: RECEPTION records, by (handed, packet, hop, receiver), shape (reception,).
+        handed: when the frame of each was handed to the transmitter's radio [ns], int64, shape
+            (reception,).
         start: of the run [ns].
     """
 
@@ -61,8 +62,9 @@ class Events:
         """The events with the time at which each frame was handed to its radio.
 
         Args:
-            receptions: RECEPTION records.
-            transmissions: TRANSMISSION records, of all of their frames at least.
+            receptions: RECEPTION records, shape (reception,).
+            transmissions: TRANSMISSION records, of all of their frames at least, shape
+                (transmission,).
             start: of the run [ns].
 
         Raises:

@@ -2,7 +2,7 @@
 
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -24,7 +24,7 @@ class LinkRows:
     Args:
         times: [ns], shape (row,).
         transmitter: numbers of vehicles, shape (row,).
-        receiver: likewise.
+        receiver: numbers of vehicles, shape (row,).
     """
 
     def __init__(self, times: Int, transmitter: Int, receiver: Int) -> None:
@@ -46,18 +46,15 @@ class LinkRows:
         Args:
             time: [ns].
             transmitter: number of a vehicle.
-            receivers: likewise, shape (receiver,).
+            receivers: numbers of vehicles, shape (receiver,).
 
         Returns:
             Rows, `NO_ROW` where there is none, shape (receiver,).
         """
-        spans = self._spans.get(transmitter, _NOTHING)
         found = np.full(len(receivers), NO_ROW)
-        for index, receiver in enumerate(receivers.tolist()):
-            span = spans.get(receiver)
-            if span is not None:
-                row = bisect_right(self._times, time, *span) - 1
-                found[index] = row if row >= span[0] else NO_ROW
+        for index, first, last in self._recorded(transmitter, receivers):
+            row = bisect_right(self._times, time, first, last) - 1
+            found[index] = row if row >= first else NO_ROW
         return found
 
     def nearest(
@@ -68,20 +65,24 @@ class LinkRows:
         Args:
             time: [ns].
             transmitter: number of a vehicle.
-            receivers: likewise, shape (receiver,).
+            receivers: numbers of vehicles, shape (receiver,).
             tolerance: rows farther away do not count [ns].
             used: by row, whether it does not count any more.
 
         Returns:
             Rows, `NO_ROW` where there is none, shape (receiver,).
         """
-        spans = self._spans.get(transmitter, _NOTHING)
         found = np.full(len(receivers), NO_ROW)
-        for index, receiver in enumerate(receivers.tolist()):
-            span = spans.get(receiver)
-            if span is not None:
-                found[index] = self._nearest(time, *span, tolerance, used)
+        for index, first, last in self._recorded(transmitter, receivers):
+            found[index] = self._nearest(time, first, last, tolerance, used)
         return found
+
+    def _recorded(self, transmitter: int, receivers: Int) -> Iterator[tuple[int, int, int]]:
+        """The index of each receiver that the recording knows, and where its rows begin and end."""
+        spans = self._spans.get(transmitter, _NOTHING)
+        for index, receiver in enumerate(receivers.tolist()):
+            if (span := spans.get(receiver)) is not None:
+                yield index, *span
 
     def _nearest(
         self, time: Time, first: int, last: int, tolerance: Duration, used: Sequence[int]

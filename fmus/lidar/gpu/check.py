@@ -6,12 +6,13 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from orchestrator.signal import Array, Signals
+from fmus.lidar.gpu.inputs import Inputs
+from orchestrator.signal import Array
 
 COORDINATE_LIMIT: Final = 1e8
 """Beyond it a coordinate [m] is a mistake, and squares and differences lose precision."""
 LENGTH_LIMIT: Final = 1e4
-"""The same for sizes and heights [m]."""
+"""Largest size or height [m]."""
 ANGLE_LIMIT: Final = 1e6
 """Largest heading [rad]."""
 ID_LIMIT: Final = 2**31
@@ -20,21 +21,17 @@ BODY_CLASSES: Final = 5
 Mask = npt.NDArray[np.bool_]
 
 
-def check_inputs(inputs: Signals) -> None:
+def check_inputs(inputs: Inputs) -> None:
     """Refuse what is no scene.
 
     Args:
-        inputs: as declared in `connectors`.
+        inputs: everything there is.
 
     Raises:
         ValueError: the first culprit, with its name and index.
     """
     for problem in (*_vehicle_problems(inputs), *_building_problems(inputs)):
         raise ValueError(problem)
-
-
-def _array(inputs: Signals, name: str) -> Array:
-    return np.asarray(inputs[name])
 
 
 def _is_coordinate(value: Array) -> Mask:
@@ -46,11 +43,10 @@ def _is_length(value: Array) -> Mask:
     return np.asarray((value > 0) & (value <= LENGTH_LIMIT))
 
 
-def _vehicle_problems(inputs: Signals) -> Iterator[str]:
+def _vehicle_problems(inputs: Inputs) -> Iterator[str]:
     """What is wrong with the first vehicle that is wrong."""
-    numbers, heading = _array(inputs, "vehicle.id"), _array(inputs, "vehicle.heading")
-    position, size = _array(inputs, "vehicle.position"), _array(inputs, "vehicle.size")
-    body = _array(inputs, "vehicle.body")
+    numbers, position, heading = inputs.id, inputs.position, inputs.heading
+    size, body = inputs.size, inputs.body
     wrong = (numbers < 0) | (numbers >= ID_LIMIT)
     wrong[1:] |= numbers[1:] <= numbers[:-1]
     wrong |= ~(_is_coordinate(position) & _is_length(size)).all(axis=1)
@@ -89,10 +85,10 @@ def _no_coordinate(name: str, i: int, k: int, value: float) -> str:
     )
 
 
-def _building_problems(inputs: Signals) -> Iterator[str]:
+def _building_problems(inputs: Inputs) -> Iterator[str]:
     """What is wrong with the first corner, then with the first ring, that is wrong."""
-    vertex, index = _array(inputs, "building.vertex"), _array(inputs, "building.index")
-    height = _array(inputs, "building.height")
+    vertex, index = inputs.building_vertex, inputs.building_index
+    height = inputs.building_height
     buildings = len(height)
     wrong = ~_is_coordinate(vertex).all(axis=1) | (index < 0) | (index >= buildings)
     wrong[1:] |= index[1:] < index[:-1]

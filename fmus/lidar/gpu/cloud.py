@@ -50,6 +50,9 @@ def reported(hits: Hits, key: Tensor, noise: Noise, pattern: Pattern) -> tuple[H
         key: of the random numbers of each sensor, int64, shape (sensor,).
         noise: how large it is.
         pattern: the rays.
+
+    Returns:
+        These hits, and the measured ranges [m], float64, shape (hit,).
     """
     bits = random_bits(pick(key, hits.sensor) + pick(pattern.salt, hits.ray))
     kept = torch.nonzero(low_half(bits) >= int(noise.dropout * 2**32))[:, 0]

@@ -9,6 +9,7 @@ import numpy as np
 from typing_extensions import override
 
 from fmus.lidar.gpu.connectors import CONNECTORS
+from fmus.lidar.gpu.inputs import Inputs
 from fmus.lidar.gpu.parameters import LidarParameters, check_parameters
 from orchestrator.component import RestorableComponent
 from orchestrator.signal import Connector, Signals
@@ -60,13 +61,13 @@ class LidarTorch(RestorableComponent[Signals]):
 
     @override
     def initialise(self, inputs: Signals) -> None:
-        self._scan(inputs, self._start)
+        self._scan(Inputs.read(inputs), self._start)
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self._scan(inputs, t + h)
+        self._scan(Inputs.read(inputs), t + h)
 
-    def _scan(self, inputs: Signals, time: Time) -> None:
+    def _scan(self, inputs: Inputs, time: Time) -> None:
         if self._scanner is None:
             raise RuntimeError("the lidar is not running: `setup` comes first")
         self._outputs = {"points": self._scanner.scan(inputs, time)}

@@ -19,7 +19,7 @@ from fmus.lidar.gpu.ragged import expand, pick
 from fmus.lidar.gpu.view import Vectors, View
 
 _COLUMN_MARGIN: Final = 1e-6
-"""By which the azimuths of an edge are widened, in columns; what is too much does not cross."""
+"""How far the azimuths of an edge are widened, in columns; what is too much does not cross."""
 _CHANNEL_BITS: Final = 10
 """Room for the number of channels above an edge, 0..512, in a key."""
 

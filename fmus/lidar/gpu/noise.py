@@ -61,12 +61,12 @@ def random_bits(counter: Tensor) -> Tensor:
 
 
 def low_half(bits: Tensor) -> Tensor:
-    """The lower 32 bits as numbers 0..2^32-1, int64."""
+    """The lower 32 bits as numbers 0..2^32-1; int64, of the shape of `bits`, which is int64."""
     return bits & _LOW_HALF
 
 
 def high_half(bits: Tensor) -> Tensor:
-    """The upper 32 bits as numbers 0..2^32-1, int64."""
+    """The upper 32 bits as numbers 0..2^32-1; int64, of the shape of `bits`, which is int64."""
     return _shifted(bits, 32)
 
 
@@ -80,7 +80,7 @@ def normal_quantile(bits: Tensor) -> Tensor:
         bits: 0..2^32-1, int64, any shape.
 
     Returns:
-        float64, of the shape of `bits`.
+        Quantiles, float64, of the shape of `bits`.
     """
     p = (bits.double() + 0.5) * 2.0**-32
     q = p - 0.5

@@ -87,6 +87,14 @@ class Pattern:
 
         Equal vectors give equal bits wherever they stand in a tensor: products and sums are
         rounded one by one. Faces that share an edge stay tight by that.
+
+        Args:
+            x: components along the heading, float64, any shape.
+            y: components to the left, of the shape of `x` and in its unit.
+            z: components upwards, of the shape of `x` and in its unit.
+
+        Returns:
+            The components in the sensor frame, of the shape of `x` and in its unit each.
         """
         ahead = x * self.pitch[0] - z * self.pitch[1]
         up = x * self.pitch[1] + z * self.pitch[0]

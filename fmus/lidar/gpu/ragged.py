@@ -22,10 +22,10 @@ def pick(values: Tensor, index: Tensor) -> Tensor:
     """`values[index]`, several times faster on a CPU.
 
     Args:
-        values: shape (item,).
+        values: in any unit, shape (item,).
         index: 0 ... item - 1 (none is negative), int64, shape (chosen,).
 
     Returns:
-        Shape (chosen,).
+        The values of the chosen items, shape (chosen,).
     """
     return values.index_select(0, index)

@@ -8,19 +8,20 @@ import torch
 from fmus.lidar.gpu.check import check_inputs
 from fmus.lidar.gpu.cloud import Noise, points, reported
 from fmus.lidar.gpu.hits import first_hits
+from fmus.lidar.gpu.inputs import Inputs
 from fmus.lidar.gpu.noise import scan_key
 from fmus.lidar.gpu.parameters import LidarParameters
 from fmus.lidar.gpu.pattern import Pattern
 from fmus.lidar.gpu.scene import prisms
 from fmus.lidar.gpu.view import PrismTensors, Viewpoints, view
 from fmus.messages.records import POINT, SENSOR, frame
-from orchestrator.signal import Array, Signals
+from orchestrator.signal import Array
 from orchestrator.timebase import Time
 
 _BATCH_RAYS: Final = 2**21
 """Sensors are cast together up to so many rays, which bounds the memory."""
 _BATCH_PAIRS: Final = 2**22
-"""The same for pairs of a sensor and a prism."""
+"""So many pairs of a sensor and a prism at most are cast together, which bounds it too."""
 _POINT_LIMIT: Final = 2**32
 
 
@@ -41,18 +42,18 @@ class Scanner:
         self._noise = Noise(deviation=parameters.range_noise, dropout=parameters.dropout)
         self._pattern = Pattern.of(parameters, self._device)
 
-    def scan(self, inputs: Signals, time: Time) -> bytes:
+    def scan(self, inputs: Inputs, time: Time) -> bytes:
         """A `points` signal (see `fmus.messages.records`).
 
         Args:
-            inputs: as declared in `connectors`.
+            inputs: everything there is.
             time: of the scan [ns].
 
         Raises:
             ValueError: the inputs are no scene, or there are too many points for the format.
         """
         check_inputs(inputs)
-        carriers = np.flatnonzero(inputs["vehicle.lidar"]).astype(np.int64)
+        carriers = np.flatnonzero(inputs.lidar).astype(np.int64)
         sensors = self._sensors(inputs, carriers, time)
         scene = prisms(inputs)
         there = PrismTensors.of(scene, self._device)
@@ -71,15 +72,15 @@ class Scanner:
         sensors["first"] = np.cumsum(sensors["count"]) - sensors["count"]
         return frame("LPTS", sensors, b"".join(found))
 
-    def _sensors(self, inputs: Signals, carriers: Array, time: Time) -> Array:
+    def _sensors(self, inputs: Inputs, carriers: Array, time: Time) -> Array:
         """The records of the sensors, without their points."""
         sensors = np.zeros(len(carriers), SENSOR)
-        sensors["vehicle"] = np.asarray(inputs["vehicle.id"])[carriers]
+        sensors["vehicle"] = inputs.id[carriers]
         sensors["time"] = time
-        sensors["position"] = np.asarray(inputs["vehicle.position"])[carriers]
-        sensors["position"][:, 2] += np.asarray(inputs["vehicle.size"])[carriers, 2]
+        sensors["position"] = inputs.position[carriers]
+        sensors["position"][:, 2] += inputs.size[carriers, 2]
         sensors["position"][:, 2] += self._parameters.mount_height
-        sensors["heading"] = np.asarray(inputs["vehicle.heading"])[carriers]
+        sensors["heading"] = inputs.heading[carriers]
         sensors["pitch"] = self._parameters.pitch
         sensors["roll"] = self._parameters.roll
         return sensors

@@ -6,8 +6,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from fmus.lidar.gpu.inputs import Inputs
 from fmus.messages.records import BUILDING
-from orchestrator.signal import Signals
 
 Float = npt.NDArray[np.float64]
 Int = npt.NDArray[np.int64]
@@ -59,14 +59,14 @@ class Prisms:
 
     @property
     def first(self) -> Int:
-        """Index of the first corner of each ring, shape (prism,)."""
+        """Indices of the first corner of each ring, shape (prism,)."""
         return np.asarray(np.cumsum(self.count) - self.count, np.int64)
 
     def circles(self) -> Float:
-        """A circle around each ring: x, y of the centre of its bounding box and radius [m].
+        """A circle around each ring.
 
         Returns:
-            Shape (prism, 3).
+            x, y of the centre of its bounding box and the radius [m], shape (prism, 3).
         """
         if len(self.count) == 0:
             return np.zeros((0, 3))
@@ -78,7 +78,7 @@ class Prisms:
         return np.column_stack([center, radius])
 
 
-def prisms(inputs: Signals) -> Prisms:
+def prisms(inputs: Inputs) -> Prisms:
     """The prisms of checked inputs: buildings, then the parts of the vehicles."""
     houses, bodies = _buildings(inputs), _bodies(inputs)
     return Prisms(
@@ -92,10 +92,9 @@ def prisms(inputs: Signals) -> Prisms:
     )
 
 
-def _buildings(inputs: Signals) -> Prisms:
-    vertex = np.asarray(inputs["building.vertex"], np.float64)
-    index = np.asarray(inputs["building.index"], np.int64)
-    height = np.asarray(inputs["building.height"], np.float64)
+def _buildings(inputs: Inputs) -> Prisms:
+    vertex, height = inputs.building_vertex, inputs.building_height
+    index = inputs.building_index.astype(np.int64)
     count = np.bincount(index, minlength=len(height)).astype(np.int64)
     first, corner = (np.cumsum(count) - count)[index], np.arange(len(index), dtype=np.int64)
     following = np.where(corner + 1 < first + count[index], corner + 1, first)
@@ -114,20 +113,17 @@ def _buildings(inputs: Signals) -> Prisms:
     )
 
 
-def _bodies(inputs: Signals) -> Prisms:
-    position = np.asarray(inputs["vehicle.position"], np.float64)
-    heading = np.asarray(inputs["vehicle.heading"], np.float64)
-    size = np.asarray(inputs["vehicle.size"], np.float64)
-    body = np.asarray(inputs["vehicle.body"], np.int64)
+def _bodies(inputs: Inputs) -> Prisms:
+    body = inputs.body.astype(np.int64)
     count = _PART_COUNT[body]
     owner = np.repeat(np.arange(len(body), dtype=np.int64), count)
     number = np.arange(len(owner), dtype=np.int64) - np.repeat(np.cumsum(count) - count, count)
     rear, front, width, bottom, top = _PARTS[_FIRST_PART[body[owner]] + number].T
-    length, across, height = size[owner].T
+    length, across, height = inputs.size[owner].T
     ends = np.stack([rear, front, front, rear], axis=1) * length[:, None]
     sides = np.array([-0.5, -0.5, 0.5, 0.5]) * (across * width)[:, None]
-    cosine, sine = np.cos(heading)[owner, None], np.sin(heading)[owner, None]
-    x, y, z = position[owner].T
+    cosine, sine = np.cos(inputs.heading)[owner, None], np.sin(inputs.heading)[owner, None]
+    x, y, z = inputs.position[owner].T
     ring = np.stack(
         [
             x[:, None] + cosine * ends - sine * sides,
@@ -140,7 +136,7 @@ def _bodies(inputs: Signals) -> Prisms:
         count=np.full(len(owner), 4, np.int64),
         bottom=z + bottom * height,
         top=z + top * height,
-        instance=np.asarray(inputs["vehicle.id"], np.int64)[owner],
+        instance=inputs.id[owner],
         reflectivity=np.full(len(owner), VEHICLE_REFLECTIVITY),
         owner=owner,
     )

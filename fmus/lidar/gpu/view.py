@@ -13,7 +13,7 @@ from fmus.lidar.gpu.scene import GROUND_REFLECTIVITY, Float, Int, Prisms
 from fmus.messages.records import GROUND
 
 Vectors: TypeAlias = tuple[Tensor, Tensor, Tensor]
-"""x, y and z."""
+"""The components x, y and z of vectors, of equal shapes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -83,12 +83,26 @@ class Apm:
 
 
 def layer_height(layer: Layer) -> Float:
-    """Height above the ground of the highest object in each cell [m]; 0 where there is none."""
+    """Height above the ground of the highest object in each cell [m]; 0 where there is none.
+
+    Args:
+        layer: `APM_LAYER_CELL` records of any shape.
+
+    Returns:
+        Heights [m], float64, of the shape of `layer`.
+    """
     return layer["height"] * HEIGHT_STEP
 
 
 def layer_velocity(layer: Layer) -> Float:
-    """Velocity of the highest object in each cell, world frame [m/s], shape (..., 2)."""
+    """Velocity of the highest object in each cell, world frame [m/s].
+
+    Args:
+        layer: `APM_LAYER_CELL` records of shape (...,).
+
+    Returns:
+        Velocities [m/s], float64, shape (..., 2).
+    """
     return np.stack([layer["vx"], layer["vy"]], axis=-1) * VELOCITY_STEP
 
 

@@ -11,6 +11,7 @@ from shapely.geometry.base import BaseGeometry
 
 from fmus.facilities.answers import ANSWER_HEADER, DemandedAnswers
 from fmus.facilities.demand_driven import Facilities
+from fmus.facilities.inputs import BlindZones
 from fmus.facilities.zones import NOWHERE, ZONE_SIZE
 from fmus.messages.apm import Apm, decode, read_header
 from studies.verification.perception.bytes_on_air import RAW_POINT
@@ -115,8 +116,8 @@ def demand(
     sharer = match.sharers[0]
     zones = NOWHERE
     if len(match.ranges):
-        inputs = {"blind_zone.center": match.centers, "blind_zone.range": match.ranges}
-        zones = DemandedAnswers(0).asked(inputs, matrices.heading(scene.ego))
+        blind_zones = BlindZones(centers=match.centers, ranges=match.ranges)
+        zones = DemandedAnswers(0).asked(blind_zones, matrices.heading(scene.ego))
     points = scans.on_ground(sharer)
     shapely.prepare(area)
     found = sorted(truth.found_by(sharer))

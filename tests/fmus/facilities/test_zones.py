@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from fmus.facilities.inputs import BlindZones
 from fmus.facilities.zones import NOWHERE, Zones, zones_in
 from fmus.messages.apm import Apm
 from orchestrator.signal import Array
@@ -199,13 +200,13 @@ def test_a_box_is_reached_by_zones_if_it_is_by_one_of_them(
     np.testing.assert_array_equal(united(first, second).reached_by(minimum, maximum), either)
 
 
-def inputs(centers: Array, ranges: Array) -> dict[str, Array]:
-    return {"blind_zone.center": centers, "blind_zone.range": ranges}
+def entries(centers: Array, ranges: Array) -> BlindZones:
+    return BlindZones(centers=centers, ranges=ranges)
 
 
 def test_unused_entries_are_left_out_and_the_rest_is_as_on_the_air() -> None:
     centers = np.array([[0.1, 1000.1], [np.nan, 0.0], [3.0, 4.0]])
-    zones = zones_in(inputs(centers, np.array([0.3, 0.0, 5.0])), 0.7)
+    zones = zones_in(entries(centers, np.array([0.3, 0.0, 5.0])), 0.7)
     assert len(zones) == 2
     packed = np.column_stack([zones.centers, zones.ranges]).astype("<f4").tobytes()
     assert len(packed) == 24
@@ -217,7 +218,7 @@ def test_unused_entries_are_left_out_and_the_rest_is_as_on_the_air() -> None:
 
 def test_an_input_that_is_not_connected_is_named() -> None:
     with pytest.raises(ValueError, match=r"connect .*to: facilities\.blind_zone.*`answer: all`"):
-        zones_in(inputs(np.zeros((0, 2)), np.zeros(0)), 0.0)
+        zones_in(entries(np.zeros((0, 2)), np.zeros(0)), 0.0)
 
 
 @pytest.mark.parametrize(
@@ -229,9 +230,9 @@ def test_what_is_no_zone_is_refused_with_its_place(
 ) -> None:
     centers, ranges = np.array([[1.0, 2.0], center]), np.array([3.0, half])
     with pytest.raises(ValueError, match=r"`blind_zone` 1 has the centre .* must be finite"):
-        zones_in(inputs(centers, ranges), 0.0)
+        zones_in(entries(centers, ranges), 0.0)
 
 
 def test_centres_and_ranges_must_be_as_many() -> None:
     with pytest.raises(ValueError, match=r"center` has 2 entries, `blind_zone\.range` 3"):
-        zones_in(inputs(np.zeros((2, 2)), np.zeros(3)), 0.0)
+        zones_in(entries(np.zeros((2, 2)), np.zeros(3)), 0.0)

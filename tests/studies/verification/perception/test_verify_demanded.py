@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fmus.facilities.answers import ANSWER_HEADER, DemandedAnswers
+from fmus.facilities.inputs import BlindZones
 from fmus.facilities.sensor_data import SensorData
 from fmus.messages.records import OBJECT, POINT, SENSOR, frame
 from fmus.perception.interface import INTERFACE
@@ -75,12 +76,10 @@ def test_no_more_than_the_whole_scan(setting: Setting) -> None:
 def test_the_size_is_that_of_the_answer_of_facilities(setting: Setting) -> None:
     found = setting.demand(setting.match)
     answers, heading = DemandedAnswers(FEATURES), setting.matrices.heading(setting.scene.ego)
-    inputs = {
-        "blind_zone.center": setting.match.centers, "blind_zone.range": setting.match.ranges
-    }  # fmt: skip
+    blind_zones = BlindZones(centers=setting.match.centers, ranges=setting.match.ranges)
     message = setting.matrices.message(setting.match.sharers[0])
     nothing = SensorData(objects=np.empty(0, OBJECT))
-    sent = answers.answer(answers.asked(inputs, heading), message, nothing)
+    sent = answers.answer(answers.asked(blind_zones, heading), message, nothing)
     assert found.answer(FEATURES) == sent.size
     assert found.answer(0) == ANSWER_HEADER + RAW_POINT * found.points
 
