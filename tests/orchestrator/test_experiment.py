@@ -15,12 +15,11 @@ from typing import Any
 import pytest
 import yaml
 
+from orchestrator.campaign import workers
+from orchestrator.campaign.work import Result, RunKey, Work, perform
+from orchestrator.campaign.workers import Workers
 from orchestrator.cli import main
-from orchestrator.experiment import conduct
 from orchestrator.experiment.journal import RUNS as JOURNAL
-from orchestrator.experiment.plan import RunKey
-from orchestrator.experiment.work import Result, Work, perform
-from orchestrator.experiment.workers import Workers
 from tests.interruptions import InterruptedDestructor, record_ignored
 from tests.orchestrator.conftest import SAMPLE_UNITS, TWO_UNITS
 
@@ -206,7 +205,7 @@ def test_an_interruption_that_falls_into_a_destructor_is_not_lost(
 ) -> None:
     """As those of Dask's futures, which run after every run."""
     ignored = record_ignored(monkeypatch)
-    monkeypatch.setattr(conduct, "local_workers", CarelessWorkers().local)
+    monkeypatch.setattr(workers, "local_workers", CarelessWorkers().local)
     path = scenario_file.with_name("experiment.yaml")
     path.write_text(FILE)
     out = str(scenario_file.with_name("out"))

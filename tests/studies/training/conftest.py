@@ -11,11 +11,11 @@ from typing import Any
 import pytest
 
 from orchestrator import installed as offers, registry, report
-from orchestrator.experiment.plan import RunKey
-from orchestrator.experiment.work import Result, Work, perform
-from orchestrator.experiment.workers import Workers
+from orchestrator.campaign.conduct import Options
+from orchestrator.campaign.work import Result, RunKey, Work, perform
+from orchestrator.campaign.workers import Workers
 from studies.training import figure, learner
-from studies.training.conduct import Options, TrainingOutcome, conduct
+from studies.training.conduct import TrainingOutcome, conduct_training
 from studies.training.load import load_training
 from tests.studies.training import toys
 
@@ -91,7 +91,7 @@ class Laboratory:
             command="nlosim train training.yaml",
             check=check,
         )
-        return conduct(replace(load_training(self.file), **changes), options)
+        return conduct_training(replace(load_training(self.file), **changes), options)
 
 
 @pytest.fixture
