@@ -9,9 +9,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from orchestrator import tables
 from orchestrator.campaign.conduct import Interrupted, Options
 from orchestrator.campaign.workers import local_pool, scheduled_workers
-from orchestrator.cli.columns import columns
 from orchestrator.cli.failures import bug
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
@@ -141,12 +141,11 @@ def _done(experiment: Experiment, outcome: ExperimentOutcome) -> Outcome:
 
 def _table(experiment: Experiment, outcome: ExperimentOutcome) -> list[str]:
     """Means or shares with their intervals of 95 %."""
-    names = [*experiment.factors, "n", *experiment.metrics]
     body = [
         [*(str(row[name]) for name in (*experiment.factors, "n")), *_cells(experiment, row)]
         for row in outcome.summary
     ]
-    return columns([names, *body])
+    return tables.text(tables.left(*experiment.factors, "n", *experiment.metrics), body)
 
 
 def _cells(experiment: Experiment, row: dict[str, Any]) -> list[str]:
