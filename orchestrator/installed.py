@@ -29,7 +29,7 @@ def offers(group: str) -> Mapping[str, str]:
 
 @lru_cache
 def _found(group: str, path: tuple[str, ...]) -> EntryPoints:
-    """Those in `group` of the packages on `path`, which is `sys.path`."""
+    """The entry points in `group` of the packages on `path`, which is `sys.path`."""
     del path
     return importlib.metadata.entry_points(group=group)
 

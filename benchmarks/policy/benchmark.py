@@ -17,7 +17,7 @@ NETWORK: Final = "network"
 """The setting: which network drives."""
 
 STEP_TARGET: Final = 8.0
-"""Of a step of the policy [ms]."""
+"""How long a step of the policy may take [ms]."""
 
 LOOP_TARGET: Final = 5.0
 """Simulated seconds per second."""

@@ -73,7 +73,7 @@ class Journal(journal.Journal[tuple[RunKey, Result]]):
         return cls(directory, {k: r for k, r in results.items() if r.error is None})
 
     def of_combinations(self, combinations: Collection[int]) -> list[RunKey]:
-        """Of each of `combinations` the finished run that was noted last, if there is one."""
+        """The finished run that was noted last of each of `combinations` that has one."""
         found = {key.combination: key for key in self.results if key.combination in combinations}
         return sorted(found.values())
 

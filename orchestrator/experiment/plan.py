@@ -67,7 +67,7 @@ class Experiment:
 
     @property
     def levels(self) -> Mapping[str, tuple[str, ...]]:
-        """Of each factor those that are run, in the order of the file."""
+        """The levels of each factor that are run, in the order of the file."""
         return {
             factor: tuple(dict.fromkeys(c.levels[factor] for c in self.combinations))
             for factor in self.factors

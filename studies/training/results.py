@@ -113,7 +113,7 @@ def write(directory: Path, found: Findings) -> str:
 
 
 def _write_csv(path: Path, rows: Sequence[Row]) -> None:
-    """With the columns of all rows, in the order of their appearance."""
+    """Write the columns of all rows, in the order of their appearance."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     draft = path.with_name(f"{path.name}.draft")
     with draft.open("w", encoding="utf-8", newline="") as file:

@@ -116,7 +116,7 @@ class Rollouts:
         return (*scene, *driver_texts(self.training.users, network, phase.beta), f"seed={seed}")
 
     def _folder(self, phase: Phase, seed: int) -> Path:
-        """Of a run; it has a folder for each attempt."""
+        """The folder of a run; it has one for each attempt."""
         return self.directory / RUNS / f"{phase.name}-{seed}"
 
     def _samples(self, phase: str, seed: int) -> Path:

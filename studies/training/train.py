@@ -55,7 +55,7 @@ def _options(arguments: Namespace, check: Callable[[], None]) -> Options:
 
 
 def _changed(training: Training, arguments: Namespace) -> Training:
-    """With the options that stand for values of the file."""
+    """The training with the options that stand for values of the file."""
     if arguments.seed is not None:
         training = replace(training, seed=arguments.seed)
     if arguments.device is not None:
