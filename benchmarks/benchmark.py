@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Self, TypeAlias
 
+from benchmarks.spread import Spread
+
 Measurement: TypeAlias = Mapping[str, float]
 """What one run of a case gave, by name; what the names mean is the benchmark's own business."""
 
@@ -33,6 +35,41 @@ class Row:
     peer_name: str | None = None
     is_higher_better: bool = True
     details: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls,
+        case: str,
+        spread: Spread,
+        unit: str,
+        *,
+        details: Mapping[str, float],
+        peer: float | None = None,
+        peer_name: str | None = None,
+        is_higher_better: bool = True,
+    ) -> Self:
+        """The row of a case with this spread; without a number of the peer it has no name either.
+
+        Args:
+            case: what was measured.
+            spread: of the repetitions.
+            unit: of the spread and of `peer`.
+            details: further numbers, by name.
+            peer: what the same work takes elsewhere, if that is known.
+            peer_name: who that is.
+            is_higher_better: whether a larger number is the better one.
+        """
+        return cls(
+            case=case,
+            ours=spread.median,
+            low=spread.low,
+            high=spread.high,
+            unit=unit,
+            peer=peer,
+            peer_name=None if peer is None else peer_name,
+            is_higher_better=is_higher_better,
+            details=details,
+        )
 
     @property
     def ratio(self) -> float | None:

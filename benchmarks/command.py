@@ -9,6 +9,7 @@ from benchmarks.benchmark import Benchmark
 from benchmarks.harness import Result, measure
 from benchmarks.machine import environment
 from benchmarks.table import table
+from orchestrator.cli.command import command
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.errors import CosimError
@@ -35,12 +36,10 @@ class SettingError(CosimError):
 
 def add_command(commands: Any) -> None:
     """Add `bench` to the subparsers of the command line."""
-    bench = commands.add_parser(
-        "bench",
-        help="measure how fast it is, beside what people use today",
-        description="Run benchmarks: one, or all that are installed.",
-        epilog=_DETAILS,
-        formatter_class=argparse.RawTextHelpFormatter,
+    summary = "measure how fast it is, beside what people use today"
+    title = "Run benchmarks: one, or all that are installed."
+    bench = command(
+        commands, "bench", summary, _DETAILS, description=title, execute=execute, abbreviated=True
     )
     bench.add_argument("name", metavar="NAME", nargs="?", help="one benchmark (default: all)")
     bench.add_argument("--list", action="store_true", help="say what there is, and measure nothing")
@@ -64,8 +63,6 @@ def add_command(commands: Any) -> None:
         metavar="NAME=VALUE",
         help="change a setting of the benchmark; may be repeated",
     )
-    bench.add_argument("--json", action="store_true", help="print one JSON object")
-    bench.set_defaults(execute=execute)
 
 
 def _count(text: str) -> int:

@@ -1,4 +1,4 @@
-"""On what a benchmark ran."""
+"""The machine and the versions on which a benchmark ran."""
 
 import os
 import platform

@@ -16,6 +16,6 @@ class Spread:
 
     @classmethod
     def of(cls, numbers: Iterable[float]) -> Self:
-        """Of at least one number."""
+        """The spread of at least one number."""
         found = sorted(numbers)
         return cls(median=statistics.median(found), low=found[0], high=found[-1])

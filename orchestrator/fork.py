@@ -42,7 +42,7 @@ class Fork:
         return self._copy == 0
 
     def enter(self) -> None:
-        """In the copy: cut it off from everything that it shares with the original."""
+        """Cut this process, the copy, off from everything that it shares with the original."""
         os.close(self._reading)
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal tells both; the original acts
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -51,7 +51,7 @@ class Fork:
         _separate_files(keep=self.answer)
 
     def wait(self) -> bytes:
-        """In the original: the answer, after the copy has ended; empty if it gave none.
+        """The answer for the original, after the copy has ended; empty if it gave none.
 
         Whatever interrupts the waiting ends the copy.
         """

@@ -6,10 +6,10 @@ Python looks for packages in the same places.
 
 import importlib.metadata
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import lru_cache
-from importlib.metadata import EntryPoints
-from typing import TypeVar
+from importlib.metadata import EntryPoint, EntryPoints
+from typing import Any, TypeVar
 
 from orchestrator.errors import ComponentTypeError
 from orchestrator.suggestion import suggestion
@@ -29,12 +29,30 @@ def offers(group: str) -> Mapping[str, str]:
 
 @lru_cache
 def _found(group: str, path: tuple[str, ...]) -> EntryPoints:
-    """Those in `group` of the packages on `path`, which is `sys.path`."""
+    """The entry points in `group` of the packages on `path`, which is `sys.path`."""
     del path
     return importlib.metadata.entry_points(group=group)
 
 
-def installed_class(group: str, name: str, base: type[_Base], noun: str) -> type[_Base]:
+def loaded(entry: EntryPoint, what: str) -> Any:
+    """What an entry point names, imported.
+
+    Args:
+        entry: of an installed package.
+        what: how the message begins if it cannot be imported.
+
+    Raises:
+        ComponentTypeError: whatever went wrong is its cause.
+    """
+    try:
+        return entry.load()
+    except Exception as error:  # whatever a plug-in does when it is imported
+        raise ComponentTypeError(f"{what}: {type(error).__name__}: {error}") from error
+
+
+def installed_class(
+    group: str, name: str, base: type[_Base], noun: str, built_in: Collection[str] = ()
+) -> type[_Base]:
     """Load the class that an installed package offers as `name`.
 
     Args:
@@ -42,18 +60,16 @@ def installed_class(group: str, name: str, base: type[_Base], noun: str) -> type
         name: of the entry point.
         base: what the class must be derived from.
         noun: what messages call it.
+        built_in: names that could have been meant as well, though no package offers them.
 
     Raises:
         ComponentTypeError: it is not installed, or cannot be loaded.
     """
     offers = {entry.name: entry for entry in entry_points(group=group)}
     if name not in offers:
-        raise ComponentTypeError(f"no {noun} `{name}` is installed; {suggestion(name, offers)}")
-    try:
-        found = offers[name].load()
-    except Exception as error:  # whatever a plug-in does when it is imported
-        reason = f"{type(error).__name__}: {error}"
-        raise ComponentTypeError(f"the {noun} `{name}` cannot be loaded: {reason}") from error
+        hint = suggestion(name, {*offers, *built_in})
+        raise ComponentTypeError(f"no {noun} `{name}` is installed; {hint}")
+    found = loaded(offers[name], f"the {noun} `{name}` cannot be loaded")
     if not (isinstance(found, type) and issubclass(found, base)):
         what = f"the {noun} `{name}` is not a class derived from `{base.__name__}`"
         raise ComponentTypeError(what)

@@ -12,7 +12,7 @@ from orchestrator.signal import Array
 
 _LEVEL: Final = 0.95
 _Z: Final = 1.959963984540054
-"""Of a two-sided interval of 95 %."""
+"""The quantile of the normal distribution for a two-sided interval of 95 %."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +81,7 @@ def student_t(freedom: int) -> float:
 
 
 def _probability_within(theta: float, freedom: int) -> float:
-    """Of |T| <= tan(theta) sqrt(freedom); Abramowitz and Stegun, equations 26.7.3 and 26.7.4."""
+    """P(|T| <= tan(theta) sqrt(freedom)); Abramowitz and Stegun, equations 26.7.3 and 26.7.4."""
     is_odd = freedom % 2 == 1
     cosine, total = math.cos(theta), 0.0
     term = cosine if is_odd else 1.0

@@ -104,7 +104,7 @@ class ProgressMeter(Observer):
     """
 
     REDRAWS: Final = 1000
-    """At most so many over a run."""
+    """How often a bar is drawn over a run, at most."""
 
     FORMAT: Final = "{l_bar}{bar}| {n:.2f}/{total:.2f} s [{elapsed}<{remaining}, {rate_noinv_fmt}]"
 

@@ -2,27 +2,20 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from importlib.metadata import EntryPoint
 from typing import Final
 
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
-from orchestrator.installed import entry_points
+from orchestrator.installed import installed_class
 from orchestrator.remote.component import launch
 from orchestrator.remote.protocol import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport, Transport
 from orchestrator.scenario.model import ComponentUse, Scenario
 from orchestrator.scenario.wiring import Place, in_process
-from orchestrator.suggestion import suggestion
 
 GROUP: Final = "orchestrator.transports"
 IN_PROCESS: Final = "in-process"
 LOOPBACK: Final = "loopback"
-
-
-def installed() -> Mapping[str, EntryPoint]:
-    """The transports that packages offer, by name; `in-process` and `loopback` are built in."""
-    return {entry.name: entry for entry in entry_points(group=GROUP)}
 
 
 def transport_type(name: str) -> type[Transport]:
@@ -33,18 +26,8 @@ def transport_type(name: str) -> type[Transport]:
     """
     if name == LOOPBACK:
         return LoopbackTransport
-    offers = installed()
-    if name not in offers:
-        hint = suggestion(name, {*offers, IN_PROCESS, LOOPBACK})
-        raise ComponentTypeError(f"no transport `{name}` is installed; {hint}")
-    try:
-        found = offers[name].load()
-    except Exception as error:  # whatever a plug-in does when it is imported
-        reason = f"{type(error).__name__}: {error}"
-        raise ComponentTypeError(f"the transport `{name}` cannot be loaded: {reason}") from error
-    if not (isinstance(found, type) and issubclass(found, Transport)):
-        raise ComponentTypeError(f"the transport `{name}` is not a class derived from `Transport`")
-    return found
+    built_in = (IN_PROCESS, LOOPBACK)
+    return installed_class(GROUP, name, Transport, "transport", built_in)  # type: ignore[type-abstract]
 
 
 @contextmanager

@@ -19,7 +19,7 @@ def nlosim_version() -> str:
 
 
 def provenance() -> Mapping[str, Any]:
-    """For the manifest of a run; none of it may influence the results."""
+    """What the manifest of a run says of its origin; none of it may influence the results."""
     return {
         "created": datetime.now(tz=UTC).isoformat(timespec="seconds"),
         "versions": {

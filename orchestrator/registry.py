@@ -21,7 +21,7 @@ from typing import Any, Final, cast
 
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
-from orchestrator.installed import entry_points
+from orchestrator.installed import entry_points, loaded
 from orchestrator.parameters import ComponentType, PythonComponentType
 from orchestrator.suggestion import suggestion
 
@@ -132,7 +132,7 @@ def _fmu(entry: EntryPoint) -> ComponentType:
     try:
         path = Path(str(importlib.resources.files(entry.value) / f"{entry.name}.fmu"))
     except Exception as error:
-        raise ComponentTypeError(_cannot_load(entry, error)) from error
+        raise ComponentTypeError(f"{_cannot_load(entry)}: {_sentence(error)}") from error
     if not path.is_file():
         raise ComponentTypeError(
             f"component type `{entry.name}`: `{entry.value}` is installed without "
@@ -142,14 +142,11 @@ def _fmu(entry: EntryPoint) -> ComponentType:
 
 
 def _load(entry: EntryPoint) -> Any:
-    try:
-        return entry.load()
-    except Exception as error:
-        raise ComponentTypeError(_cannot_load(entry, error)) from error
+    return loaded(entry, _cannot_load(entry))
 
 
-def _cannot_load(entry: EntryPoint, error: Exception) -> str:
-    return f"cannot load `{entry.name}` from `{entry.value}`: {_sentence(error)}"
+def _cannot_load(entry: EntryPoint) -> str:
+    return f"cannot load `{entry.name}` from `{entry.value}`"
 
 
 def _sentence(error: Exception) -> str:

@@ -165,14 +165,12 @@ def _peer_key(case: str) -> tuple[str, str]:
 
 def _row(name: str, runs: Sequence[Measurement], peer: float | None) -> Row:
     speed = Spread.of(run["simulated_s"] / run["total_s"] for run in runs)
-    return Row(
-        case=name,
-        ours=speed.median,
-        low=speed.low,
-        high=speed.high,
-        unit=UNIT,
+    return Row.of(
+        name,
+        speed,
+        UNIT,
         peer=peer,
-        peer_name=None if peer is None else PEER,
+        peer_name=PEER,
         details=_details(runs),
     )
 

@@ -94,7 +94,7 @@ class ChannelRun(Case):
 
     @cached_property
     def _start_values(self) -> Mapping[str, Signal]:
-        """Of all inputs, asked for once: objects that stay the same are not set again."""
+        """Start values of all inputs, asked for once: the same objects are not set again."""
         created = self._component_type.create(self.component_type, self.parameters)
         return {
             name: connector.start_value()

@@ -87,7 +87,7 @@ def _whole(numbers: Float) -> Array:
 
 
 def there_and_back(scenes: int, wanted: int) -> npt.NDArray[np.intp]:
-    """Which of `scenes` scenes to show, `wanted` times: to the end, back, and again.
+    """Indices of scenes to show, of `scenes`: to the end, back, and again; shape (wanted,).
 
     The grid of 200 vehicles was recorded for two seconds and is simulated for five. Every scene
     shown is one that SUMO produced, so distances, obstacles and their number are those of the

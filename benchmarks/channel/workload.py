@@ -54,7 +54,7 @@ class Workload:
 
     @cached_property
     def scenes(self) -> Sequence[Mapping[str, Array]]:
-        """`vehicle.*` and `building.*` of each step.
+        """The signals `vehicle.*` and `building.*` of each step, with the axes of these connectors.
 
         What does not change is the same object every time, as in a run. The first scene is shown
         twice: the recordings begin at 0.1 s, when the first packets are sent.

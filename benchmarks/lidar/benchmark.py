@@ -86,14 +86,12 @@ def _casting(name: str, measured: _Measured) -> Row:
         spread = Spread.of(run["cpu_ms"] for run in theirs)
         peer = spread.median
         details |= {"peer_low_ms": spread.low, "peer_high_ms": spread.high}
-    return Row(
-        case=name,
-        ours=ours.median,
-        low=ours.low,
-        high=ours.high,
-        unit=UNIT,
+    return Row.of(
+        name,
+        ours,
+        UNIT,
         peer=peer,
-        peer_name=None if peer is None else PEER,
+        peer_name=PEER,
         is_higher_better=False,
         details=_target(name) | details,
     )
@@ -101,12 +99,10 @@ def _casting(name: str, measured: _Measured) -> Row:
 
 def _everything(name: str, runs: Sequence[Measurement]) -> Row:
     spread = Spread.of(run["cpu_ms"] for run in runs)
-    return Row(
-        case=name,
-        ours=spread.median,
-        low=spread.low,
-        high=spread.high,
-        unit=UNIT,
+    return Row.of(
+        name,
+        spread,
+        UNIT,
         is_higher_better=False,
         details=_target(name)
         | {

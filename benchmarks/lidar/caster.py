@@ -132,7 +132,7 @@ class Caster:
         return Hits(distance=distance, instance=instance)
 
     def prisms(self) -> Sequence[Prism]:
-        """Of the scene that is shown: buildings first, then vehicles."""
+        """The prisms of the scene that is shown: buildings first, then vehicles."""
         return [self._prism(k) for k in range(self._library.caster_prisms(self._caster))]
 
     def _prism(self, number: int) -> Prism:

@@ -24,7 +24,7 @@ Single = npt.NDArray[np.float32]
 Int = npt.NDArray[np.int64]
 
 _GROUND_SIDE: Final = 4000.0
-"""Of the square that stands for the ground [m]."""
+"""The side of the square that stands for the ground [m]."""
 
 _NOTHING: Final = 0
 
@@ -52,7 +52,7 @@ def require_embree() -> None:
 
 
 def embree_version() -> str:
-    """Of the Python package, which carries the library."""
+    """The version of the Python package, which carries the library."""
     return f"embreex {version('embreex')}"
 
 

@@ -42,7 +42,7 @@ class Pattern:
         return self.channels * self.azimuths
 
     def parameters(self) -> Mapping[str, float]:
-        """Of the lidar FMU."""
+        """The parameters of the lidar FMU that make this pattern."""
         return {
             "channels": self.channels,
             "azimuths": self.azimuths,
@@ -77,7 +77,7 @@ DEFAULT: Final = Pattern()
 
 
 def sensor_position(town: Town, scan: int, vehicle: int) -> Float:
-    """Of the sensor on a vehicle, world frame [m], shape (3,)."""
+    """The position of the sensor on a vehicle, world frame [m], shape (3,)."""
     position: Float = town.position[scan, vehicle].copy()
     position[2] += town.size[vehicle, 2] + MOUNT_HEIGHT
     return position

@@ -13,7 +13,7 @@ from orchestrator.signal import Array
 Float = npt.NDArray[np.float64]
 
 SIDE: Final = 300.0
-"""Of the square [m], as in the survey of ray casters from which the targets come."""
+"""The side of the square [m], as in the survey of ray casters from which the targets come."""
 
 BUILDINGS: Final = 20
 INTERVAL: Final = 0.1
@@ -85,7 +85,10 @@ class Town:
         return [int(k) for k in np.flatnonzero(self.lidar)]
 
     def inputs(self) -> Sequence[Mapping[str, Array]]:
-        """`vehicle.*` and `building.*` of each scan; what stays is the same object every time."""
+        """The signals `vehicle.*` and `building.*` of each scan, with these connectors' axes.
+
+        What stays is the same object every time.
+        """
         still = {
             "vehicle.id": _read_only(np.arange(self.vehicles, dtype=np.int64)),
             "vehicle.size": _read_only(self.size),

@@ -17,7 +17,7 @@ NETWORK: Final = "network"
 """The setting: which network drives."""
 
 STEP_TARGET: Final = 8.0
-"""Of a step of the policy [ms]."""
+"""How long a step of the policy may take [ms]."""
 
 LOOP_TARGET: Final = 5.0
 """Simulated seconds per second."""
@@ -102,14 +102,12 @@ def _steps(name: str, measured: _Measured) -> Iterator[Row]:
     for part, key in _PARTS.items():
         spread = Spread.of(run[key] for run in measured[name])
         peer = _median([run[key] for run in peers if key in run])
-        yield Row(
-            case=name + part,
-            ours=spread.median,
-            low=spread.low,
-            high=spread.high,
-            unit="ms / step",
+        yield Row.of(
+            name + part,
+            spread,
+            "ms / step",
             peer=peer,
-            peer_name=None if peer is None else PEER,
+            peer_name=PEER,
             is_higher_better=False,
             details={} if part else {
                 "target_ms": STEP_TARGET,
@@ -123,12 +121,10 @@ def _loops(measured: _Measured) -> Iterator[Row]:
         if runs := measured.get(name):
             spread = Spread.of(run["speed"] for run in runs)
             keys = ("simulated_s", "wall_s", "cpu_s", "policy_s", "encoder_s")
-            yield Row(
-                case=name,
-                ours=spread.median,
-                low=spread.low,
-                high=spread.high,
-                unit="simulated s / s",
+            yield Row.of(
+                name,
+                spread,
+                "simulated s / s",
                 peer=CARLA_SPEED,
                 peer_name=CARLA,
                 details={"target": LOOP_TARGET}

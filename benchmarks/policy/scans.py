@@ -21,7 +21,7 @@ from orchestrator.timebase import Duration, Time, nanoseconds
 
 SCENARIO: Final = Path(scenarios.__file__).with_name("red_light_driving.yaml")
 PERIOD: Final[Duration] = nanoseconds("0.1")
-"""Of the lidars."""
+"""The time between two scans of a lidar."""
 
 STARTS: Final[Mapping[str, Time]] = {
     "2s": nanoseconds("2"),  # 94 m before the crossing
@@ -32,7 +32,7 @@ STARTS: Final[Mapping[str, Time]] = {
 """Where the drives begin that are measured, by name [ns]."""
 
 SCANS: Final = 10
-"""Of each drive, one second."""
+"""Scans of each drive, one second."""
 
 EARLIER: Final = 4
 """Scans before each drive, so that the encoders have their history."""
@@ -58,7 +58,7 @@ class Moment:
         return int(self.inputs["ego.id"])
 
     def scans(self) -> tuple[Cloud, Cloud]:
-        """Of the ego vehicle, and of the sharing node."""
+        """The scans of the ego vehicle, and those of the sharing node."""
         found = {cloud.vehicle == self.ego: cloud for cloud in clouds(bytes(self.inputs["points"]))}
         return found[True], found[False]
 

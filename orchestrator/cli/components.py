@@ -8,9 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from orchestrator import measure, registry
+from orchestrator import measure, registry, tables
 from orchestrator.algorithm import base
-from orchestrator.cli.columns import columns
 from orchestrator.cli.outcome import Outcome
 from orchestrator.errors import ComponentTypeError, CosimError
 from orchestrator.parameters import (
@@ -97,7 +96,7 @@ def _plugin(kind: _Kind, name: str) -> Outcome:
     found = kind.load(name)
     parameters = declared(found)
     lines = [f"{name}: {description(found)}", "", f"parameters, under {kind.place}:"]
-    lines += columns([_parameter_row(n, p) for n, p in parameters.items()]) or ["  none"]
+    lines += tables.lines([_parameter_row(n, p) for n, p in parameters.items()]) or ["  none"]
     return Outcome(
         text="\n".join(lines),
         data={
@@ -117,12 +116,12 @@ def _one(name: str) -> Outcome:
     connectors, reason = _connectors(found, name)
     parameters = found.parameters
     lines = [f"{name}: {found.description}", "", "parameters:"]
-    lines += columns([_parameter_row(n, p) for n, p in parameters.items()])
+    lines += tables.lines([_parameter_row(n, p) for n, p in parameters.items()])
     lines += ["", "connectors:"]
     if reason is not None:
         lines.append(f"  known once the parameters are ({reason})")
     else:
-        lines += columns([_connector_row(n, c) for n, c in connectors.items()])
+        lines += tables.lines([_connector_row(n, c) for n, c in connectors.items()])
     return Outcome(
         text="\n".join(lines),
         data={

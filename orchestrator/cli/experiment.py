@@ -5,20 +5,18 @@ import sys
 from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from orchestrator.cli.columns import columns
+from orchestrator import tables
+from orchestrator.campaign.conduct import Interrupted, Options
+from orchestrator.campaign.workers import local_pool, scheduled_workers
 from orchestrator.cli.failures import bug
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.errors import CosimError
-from orchestrator.experiment.conduct import (
-    ExperimentInterrupted,
-    ExperimentOutcome,
-    Options,
-    conduct,
-)
+from orchestrator.experiment.conduct import ExperimentOutcome, conduct_experiment
 from orchestrator.experiment.load import load_experiment
 from orchestrator.experiment.plan import Experiment
 from orchestrator.experiment.schema import seeds
@@ -33,8 +31,9 @@ def execute(arguments: Namespace) -> Outcome:
         experiment = replace(experiment, seeds=given)
     with stopping() as stop:
         try:
-            outcome = conduct(experiment, _options(arguments, stop.check))
-        except ExperimentInterrupted as error:
+            options, keep = _options(arguments, stop.check), arguments.keep_runs
+            outcome = conduct_experiment(experiment, options, keep_runs=keep)
+        except Interrupted as error:
             return _interrupted(experiment, arguments, error.outcome)
     if outcome.report_error is not None and not outcome.failed:
         return _report_failed(experiment, outcome, outcome.report_error)
@@ -53,10 +52,10 @@ def _check_options(arguments: Namespace) -> None:
 def _options(arguments: Namespace, check: Callable[[], None]) -> Options:
     return Options(
         out=None if arguments.out is None else Path(arguments.out),
-        workers=arguments.workers,
-        scheduler=arguments.scheduler,
+        pool=partial(local_pool, arguments.workers, "experiment")
+        if arguments.scheduler is None
+        else partial(scheduled_workers, arguments.scheduler),
         resume=arguments.resume,
-        keep_runs=arguments.keep_runs,
         progress=not arguments.quiet and sys.stderr.isatty(),
         command=_command(arguments, arguments.out),
         check=check,
@@ -142,12 +141,11 @@ def _done(experiment: Experiment, outcome: ExperimentOutcome) -> Outcome:
 
 def _table(experiment: Experiment, outcome: ExperimentOutcome) -> list[str]:
     """Means or shares with their intervals of 95 %."""
-    names = [*experiment.factors, "n", *experiment.metrics]
     body = [
         [*(str(row[name]) for name in (*experiment.factors, "n")), *_cells(experiment, row)]
         for row in outcome.summary
     ]
-    return columns([names, *body])
+    return tables.text(tables.left(*experiment.factors, "n", *experiment.metrics), body)
 
 
 def _cells(experiment: Experiment, row: dict[str, Any]) -> list[str]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from pathlib import Path
 
-from orchestrator.cli.columns import columns
+from orchestrator import tables
 from orchestrator.cli.drawing import draw
 from orchestrator.cli.outcome import Outcome
 from orchestrator.scenario.build import load_scenario
@@ -64,10 +64,10 @@ def _text(scenario: Scenario, graph: Graph) -> str:
         f"{scenario.title}: {span}, {scenario.coupling.name}",
         "",
         "components, in the order in which they step:",
-        *columns([_node_row(number, node) for number, node in enumerate(graph.nodes, 1)]),
+        *tables.lines([_node_row(number, node) for number, node in enumerate(graph.nodes, 1)]),
         "",
         "connections, with the age of the values when a step of the target ends:",
-        *columns([_edge_row(edge) for edge in graph.edges]),
+        *tables.lines([_edge_row(edge) for edge in graph.edges]),
     ]
     through = [line for node in graph.nodes for line in _feedthrough(node)]
     lines += ["", "direct feedthrough:", *(through or ["  none"])]

@@ -1,13 +1,12 @@
 """The arguments of every command."""
 
 import argparse
-import logging
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import entry_points
 from typing import Final, NoReturn, TypeAlias
 
 from typing_extensions import override
 
-logger = logging.getLogger(__name__)
+from orchestrator.cli.command import add_installed, command
 
 COMMANDS: Final = "orchestrator.commands"
 """Entry points of further commands: a callable that adds its parsers to the subparsers, each
@@ -19,6 +18,38 @@ PATH=VALUE; replaces or adds a value of the scenario, e.g.
   --set components.policy.type=policy-blind
   --set components.channel.parameters.transmit_power="20 dBm"
 VALUE is YAML. May be given several times."""
+
+_RUN: Final = """\
+The run directory holds the recording, manifest.json, metrics.json, figure.png and log.txt.
+Ctrl-C stops the run at the next communication point; what was recorded can be read.
+
+examples:
+  nlosim run scenarios/red_light.yaml
+  nlosim run scenarios/red_light.yaml --seed 3 --out results/seed-3
+  nlosim run scenarios/red_light.yaml --transport zenoh"""
+
+_CHECK: Final = """\
+Prints FILE:LINE:COLUMN: PROBLEM for each, and exits with code 2 if there are any.
+The components are created, to see whether their connections fit, but nothing runs."""
+
+_GRAPH: Final = """\
+Components in the order in which they step, connections and how old the values that travel
+along them are, direct feedthrough and algebraic loops."""
+
+_REPORT: Final = """\
+Of a run: writes metrics.json and figure.png into its directory. Of an experiment, which may have
+been interrupted: runs.parquet, summary.csv, and the folder `report` of the experiment's report."""
+
+_EXPERIMENT: Final = """\
+The directory holds runs.parquet (one row per run), summary.csv (mean and 95 % interval per
+combination of levels) and report/ (what the report that the file names makes of them). What is
+finished when Ctrl-C comes is kept; --resume goes on. A run that fails is tried again, then reported
+with a command that repeats it. See docs/experiments.md.
+
+examples:
+  nlosim experiment studies/red_light/experiments/red_light_methods.yaml
+  nlosim experiment studies/red_light/experiments/red_light_methods.yaml --resume
+  nlosim experiment methods.yaml --scheduler tcp://head-node:8786"""
 
 _EPILOG: Final = """\
 exit codes:
@@ -89,59 +120,19 @@ def parser() -> argparse.ArgumentParser:
     _add_components(commands)
     _add_report(commands)
     _add_experiment(commands)
-    for entry in sorted(entry_points(group=COMMANDS), key=lambda entry: entry.name):
-        try:
-            entry.load()(commands)
-        except Exception as error:  # a broken plug-in must not take the other commands away
-            logger.warning("the command `%s` (%s) cannot be loaded: %s", *_named(entry, error))
+    add_installed(commands, entry_points(group=COMMANDS), "the command `{}`")
     return top
 
 
-def _named(entry: EntryPoint, error: Exception) -> tuple[str, str, str]:
-    return entry.name, entry.value, f"{type(error).__name__}: {error}"
-
-
-def _command(
-    commands: _Commands,
-    name: str,
-    summary: str,
-    details: str,
-) -> argparse.ArgumentParser:
-    command = commands.add_parser(
-        name,
-        help=summary,
-        description=f"{summary[0].upper()}{summary[1:]}.",
-        epilog=details,
-        formatter_class=argparse.RawTextHelpFormatter,
-        allow_abbrev=False,
-    )
-    command.add_argument(
-        "--json", action="store_true", help="print one JSON object, also after an error"
-    )
-    return command
-
-
-def _add_scenario(command: argparse.ArgumentParser) -> None:
-    command.add_argument("scenario", metavar="SCENARIO", help="a scenario file (YAML)")
-    command.add_argument(
+def _add_scenario(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scenario", metavar="SCENARIO", help="a scenario file (YAML)")
+    parser.add_argument(
         "--set", dest="overrides", action="append", default=[], metavar="PATH=VALUE", help=_SET
     )
 
 
 def _add_run(commands: _Commands) -> None:
-    run = _command(
-        commands,
-        "run",
-        "run a scenario and record it",
-        """\
-The run directory holds the recording, manifest.json, metrics.json, figure.png and log.txt.
-Ctrl-C stops the run at the next communication point; what was recorded can be read.
-
-examples:
-  nlosim run scenarios/red_light.yaml
-  nlosim run scenarios/red_light.yaml --seed 3 --out results/seed-3
-  nlosim run scenarios/red_light.yaml --transport zenoh""",
-    )
+    run = command(commands, "run", "run a scenario and record it", _RUN)
     _add_scenario(run)
     run.add_argument("--seed", type=int, metavar="N", help="instead of the scenario's seed")
     run.add_argument(
@@ -161,36 +152,19 @@ examples:
 
 
 def _add_check(commands: _Commands) -> None:
-    check = _command(
-        commands,
-        "check",
-        "print every problem of a scenario",
-        """\
-Prints FILE:LINE:COLUMN: PROBLEM for each, and exits with code 2 if there are any.
-The components are created, to see whether their connections fit, but nothing runs.""",
-    )
+    check = command(commands, "check", "print every problem of a scenario", _CHECK)
     _add_scenario(check)
 
 
 def _add_graph(commands: _Commands) -> None:
-    graph = _command(
-        commands,
-        "graph",
-        "print the wiring of a scenario",
-        """\
-Components in the order in which they step, connections and how old the values that travel
-along them are, direct feedthrough and algebraic loops.""",
-    )
+    graph = command(commands, "graph", "print the wiring of a scenario", _GRAPH)
     _add_scenario(graph)
     graph.add_argument("--svg", metavar="FILE", help="draw it, too")
 
 
 def _add_components(commands: _Commands) -> None:
-    components = _command(
-        commands,
-        "components",
-        "list the installed component types, or describe one",
-        "",
+    components = command(
+        commands, "components", "list the installed component types, or describe one", ""
     )
     components.add_argument(
         "name", metavar="NAME", nargs="?", help="an installed type, or the path of an FMU"
@@ -198,32 +172,15 @@ def _add_components(commands: _Commands) -> None:
 
 
 def _add_report(commands: _Commands) -> None:
-    report = _command(
-        commands,
-        "report",
-        "make tables and figures of a finished run or experiment again",
-        """\
-Of a run: writes metrics.json and figure.png into its directory. Of an experiment, which may have
-been interrupted: runs.parquet, summary.csv, and the folder `report` of the experiment's report.""",
+    report = command(
+        commands, "report", "make tables and figures of a finished run or experiment again", _REPORT
     )
     report.add_argument("directory", metavar="DIR", help="of a run or an experiment")
 
 
 def _add_experiment(commands: _Commands) -> None:
-    experiment = _command(
-        commands,
-        "experiment",
-        "run a scenario with many seeds and settings",
-        """\
-The directory holds runs.parquet (one row per run), summary.csv (mean and 95 % interval per
-combination of levels) and report/ (what the report that the file names makes of them). What is
-finished when Ctrl-C comes is kept; --resume goes on. A run that fails is tried again, then reported
-with a command that repeats it. See docs/experiments.md.
-
-examples:
-  nlosim experiment studies/red_light/experiments/red_light_methods.yaml
-  nlosim experiment studies/red_light/experiments/red_light_methods.yaml --resume
-  nlosim experiment methods.yaml --scheduler tcp://head-node:8786""",
+    experiment = command(
+        commands, "experiment", "run a scenario with many seeds and settings", _EXPERIMENT
     )
     experiment.add_argument("experiment", metavar="FILE", help="an experiment file (YAML)")
     experiment.add_argument(

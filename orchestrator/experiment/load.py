@@ -6,16 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from pydantic import ValidationError
-
-from orchestrator.errors import ComponentTypeError, ScenarioError
+from orchestrator.campaign import loading
+from orchestrator.errors import ComponentTypeError
 from orchestrator.experiment import skip
 from orchestrator.experiment.plan import Combination, Experiment, ReportPlan
 from orchestrator.experiment.report import ExperimentReport, experiment_report_type
 from orchestrator.experiment.schema import MAXIMUM_RUNS, ExperimentFile
-from orchestrator.scenario import diagnosis
 from orchestrator.scenario.build import load_scenario
-from orchestrator.scenario.document import Address, Document
+from orchestrator.scenario.document import Address
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.settings_file import SettingsFile
 from orchestrator.scenario.wiring import assemble
@@ -33,13 +31,9 @@ def load_experiment(path: Path) -> Experiment:
     Raises:
         ScenarioError: all problems, each at its place in the experiment or the scenario.
     """
-    document = Document.read(path)
-    try:
-        file = ExperimentFile.model_validate(document.data)
-    except ValidationError as error:
-        found = diagnosis.problems(document, ExperimentFile, error, whole="the experiment")
-        raise ScenarioError(sorted(found, key=lambda p: p.where)) from None
-    return _Load(path, SettingsFile(document), file).experiment()
+    source, file = loading.read(path, ExperimentFile, "experiment")
+    factors = loading.Factors(source, "factors", file.factors)
+    return _Load(path, source, file, factors).experiment()
 
 
 @dataclass(slots=True)
@@ -49,17 +43,15 @@ class _Load:
     path: Path
     source: SettingsFile
     file: ExperimentFile
+    factors: loading.Factors
 
     def experiment(self) -> Experiment:
-        scenario = (self.path.parent / self.file.scenario).absolute()
-        if not scenario.is_file():
-            what = f"there is no file {scenario} (the path is relative to this file)"
-            self.source.add(("scenario",), what)
+        scenario = loading.scenario_path(self.source, self.path, self.file.scenario)
         self._check_columns()
         self.source.check_paths(self._settings(), _reserved)
         self._check_size()
         self.source.stop_at_problems()
-        for address, what, at_key in skip.problems(self._factors, self.file.skip):
+        for address, what, at_key in skip.problems(self._levels, self.file.skip):
             self.source.add(address, what, at_key=at_key)
         report = self._report()
         self.source.stop_at_problems()
@@ -88,7 +80,7 @@ class _Load:
         )
 
     @property
-    def _factors(self) -> skip.Factors:
+    def _levels(self) -> skip.Factors:
         return {factor: list(levels) for factor, levels in self.file.factors.items()}
 
     def _report(self) -> type[ExperimentReport] | None:
@@ -120,10 +112,7 @@ class _Load:
         """Every path that is set: who sets it, and its address."""
         for path in self.file.fixed:
             yield "`set`", ("set", path)
-        for factor, levels in self.file.factors.items():
-            for level, settings in levels.items():
-                for path in settings:
-                    yield f"the factor `{factor}`", ("factors", factor, level, path)
+        yield from self.factors.settings()
 
     def _check_size(self) -> None:
         runs = math.prod(map(len, self.file.factors.values())) * len(self.file.seeds)
@@ -135,17 +124,11 @@ class _Load:
         """All that are sound; problems with the others."""
         fixed = self.source.overrides(self.file.fixed, ("set",))
         found = []
-        for levels in skip.combinations(self._factors, self.file.skip):
-            overrides = list(fixed)
-            for factor, level in levels.items():
-                settings = self.file.factors[factor][level]
-                overrides += self.source.overrides(settings, ("factors", factor, level))
-            try:
+        for levels in skip.combinations(self._levels, self.file.skip):
+            overrides = (*fixed, *self.factors.overrides(levels))
+            with self.factors.loading(levels):
                 resolved = self._resolved(load_scenario(scenario, overrides))
-            except ScenarioError as error:
-                self.source.add_of_scenario(error.problems, levels)
-                continue
-            found.append(Combination(levels, tuple(overrides), resolved))
+                found.append(Combination(levels, overrides, resolved))
         return found
 
     def _resolved(self, scenario: Scenario) -> Mapping[str, Any]:
@@ -154,9 +137,7 @@ class _Load:
         if scenario.report is None and not scenario.measures:
             what = "the scenario names no `report` and no `measures`: its runs have no metrics"
             self.source.add(("scenario",), what)
-        resolved = scenario.resolved()
-        del resolved["seed"]
-        return resolved
+        return loading.resolved(scenario)
 
 
 def _reserved(keys: tuple[str, ...]) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from orchestrator.campaign.work import RunKey
 from orchestrator.scenario.document import Document
 
 
@@ -22,19 +23,6 @@ class Combination:
     levels: Mapping[str, str]
     overrides: tuple[str, ...]
     resolved: Mapping[str, Any] = field(repr=False)
-
-
-@dataclass(frozen=True, slots=True, order=True)
-class RunKey:
-    """Which run of an experiment.
-
-    Attributes:
-        seed: of the run.
-        combination: the index of its combination.
-    """
-
-    seed: int
-    combination: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,7 +67,7 @@ class Experiment:
 
     @property
     def levels(self) -> Mapping[str, tuple[str, ...]]:
-        """Of each factor those that are run, in the order of the file."""
+        """The levels of each factor that are run, in the order of the file."""
         return {
             factor: tuple(dict.fromkeys(c.levels[factor] for c in self.combinations))
             for factor in self.factors

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from orchestrator.campaign.journal import read_lines
 from orchestrator.errors import CosimError
 from orchestrator.experiment import tables
 from orchestrator.experiment.journal import IDENTITY, RUNS, entries
@@ -30,7 +31,7 @@ def read(directory: Path) -> Results:
     """
     try:
         known = json.loads((directory / IDENTITY).read_text(encoding="utf-8"))
-        results = entries(directory / RUNS)
+        results = entries(read_lines(directory / RUNS))
     except (OSError, ValueError) as error:
         raise StoredError(f"`{directory}` holds no experiment: {error}") from error
     try:

@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from orchestrator.campaign.work import Result, RunKey
+from orchestrator.campaign.workers import require
 from orchestrator.errors import Problem, ScenarioError
-from orchestrator.experiment.plan import Experiment, RunKey
-from orchestrator.experiment.work import Result
-from orchestrator.experiment.workers import require
+from orchestrator.experiment.plan import Experiment
 from orchestrator.intervals import Estimate, mean, share
 from orchestrator.scenario.diagnosis import show
 from orchestrator.suggestion import suggestion

@@ -187,7 +187,7 @@ def parts(files: Files, layout: Layout) -> tuple[Path, ...]:
 
 
 def load(path: Path) -> Array:
-    """The array in `path`, memory-mapped and read-only."""
+    """The array in `path` in its shape and unit there, memory-mapped and read-only."""
     return np.asarray(np.load(path, mmap_mode="r"))
 
 

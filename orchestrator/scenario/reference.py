@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from orchestrator import tables
 from orchestrator.scenario import unit_table
 from orchestrator.scenario.schema import json_schema, whole_schema
 
@@ -136,11 +137,16 @@ def _sections(schema: Mapping[str, Any]) -> Iterator[str]:
 def _section(title: str, model: Mapping[str, Any], definitions: Mapping[str, Any]) -> str:
     required = model.get("required", [])
     rows = [
-        f"| `{key}` | {_kind(value, definitions)} | {_default(key, value, required)} | "
-        f"{_doc(value, definitions)} |"
+        [
+            f"`{key}`",
+            _kind(value, definitions),
+            _default(key, value, required),
+            _doc(value, definitions),
+        ]
         for key, value in model["properties"].items()
     ]
-    table = ["| key | value | default | meaning |", "|---|---|---|---|", *rows]
+    columns = tables.left("key", "value", "default", "meaning")
+    table = tables.markdown(columns, rows, tables.CLOSE)
     return "\n".join([f"## {title}", "", _sentence(model["description"]), "", *table, ""])
 
 
@@ -189,11 +195,10 @@ def _symbols() -> str:
         quantity = unit_table.QUANTITIES.get(row.exponents, "other").removeprefix("a ")
         prefixable = " (prefixes)" if row.takes_prefix else ""
         by_quantity.setdefault(quantity.removeprefix("an "), []).append(f"`{symbol}`{prefixable}")
-    rows = [f"| {quantity} | {', '.join(symbols)} |" for quantity, symbols in by_quantity.items()]
+    rows = [[quantity, ", ".join(symbols)] for quantity, symbols in by_quantity.items()]
+    table = tables.markdown(tables.left("quantity", "symbols"), rows, tables.CLOSE)
     prefixes = ", ".join(f"`{prefix}`" for prefix in unit_table.PREFIXES)
-    return "\n".join(
-        ["| quantity | symbols |", "|---|---|", *rows, "", f"Prefixes: {prefixes}.", ""]
-    )
+    return "\n".join([*table, "", f"Prefixes: {prefixes}.", ""])
 
 
 if __name__ == "__main__":

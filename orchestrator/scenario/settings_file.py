@@ -28,7 +28,7 @@ class SettingsFile:
     document: Document
     problems: list[Problem] = field(default_factory=list)
     _places: dict[str, Place] = field(default_factory=dict)
-    """Of each setting, by the file name that its locations carry."""
+    """Where each setting is written, by the file name that its locations carry."""
 
     def add(self, address: Address, what: str, *, at_key: bool = False) -> None:
         """Note a problem at an address, or at the nearest one above it that is written."""

@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import Final
 
 BASE_UNITS: Final = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "bit", "dB")
-"""In the order of `Exponents`; the first eight are those of FMI."""
+"""The base units in the order of `Exponents`; the first eight are those of FMI."""
 
 Exponents = tuple[int, ...]
 

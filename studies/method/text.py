@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from orchestrator import tables
+
 
 def interval(row: Mapping[str, Any], name: str, form: str, scale: float = 1.0) -> str:
     """An estimate of a row as `mean [low, high]`, a dash where there is none."""
@@ -15,14 +17,10 @@ def interval(row: Mapping[str, Any], name: str, form: str, scale: float = 1.0) -
 
 def columns_of_text(rows: Sequence[Sequence[str]]) -> list[str]:
     """One indented line per row."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
+    return tables.lines(rows)
 
 
 def markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table of Markdown; all columns but the first are aligned to the right."""
-    lines = [head, ["---", *["--:"] * (len(head) - 1)], *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    columns = [*tables.left(head[0]), *tables.right(*head[1:])]
+    return "\n".join(tables.markdown(columns, rows))

@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from orchestrator.cli.command import command
 from orchestrator.cli.outcome import Outcome
 
 _EPILOG = """\
@@ -26,14 +27,8 @@ examples:
 
 def add_command(commands: Any) -> None:
     """Add `train` to the subparsers of the command line."""
-    train = commands.add_parser(
-        "train",
-        help="train a driving policy in the co-simulation",
-        description="Train a driving policy in the co-simulation.",
-        epilog=_EPILOG,
-        formatter_class=argparse.RawTextHelpFormatter,
-        allow_abbrev=False,
-    )
+    summary = "train a driving policy in the co-simulation"
+    train = command(commands, "train", summary, _EPILOG, execute=execute)
     train.add_argument("training", metavar="FILE", type=Path, help="a training file (YAML)")
     train.add_argument(
         "--out",
@@ -52,10 +47,6 @@ def add_command(commands: Any) -> None:
         "--workers", type=int, metavar="N", help="processes that drive (default: one per core)"
     )
     train.add_argument("--quiet", action="store_true", help="no progress bars")
-    train.add_argument(
-        "--json", action="store_true", help="print one JSON object, also after an error"
-    )
-    train.set_defaults(execute=execute)
 
 
 def execute(arguments: argparse.Namespace) -> Outcome:

@@ -1,44 +1,23 @@
 """Conducting a training: driving and learning by turns; what is done already is not done again."""
 
-import contextlib
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from typing_extensions import override
+
+from orchestrator.campaign.conduct import Campaign, Options, conduct
 from orchestrator.log import run_log
-from orchestrator.run import claim_directory, new_directory
 from studies.training import figure, files, results
 from studies.training.device import resolve
 from studies.training.journal import Journal, Run
 from studies.training.plan import Training
 from studies.training.results import Findings
-from studies.training.rollouts import Pool, Rollouts, TrainingFailedError
+from studies.training.rollouts import Rollouts, TrainingFailedError
 from studies.training.rounds import Rounds
 
 logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Options:
-    """How to conduct a training.
-
-    Attributes:
-        out: the directory of the results; `None`: `runs/train-NAME`, numbered.
-        pool: opens the workers of a phase of driving.
-        resume: whether to go on in `out`.
-        progress: whether to draw bars.
-        command: how the user began this, for the record.
-        check: called after every run and epoch; raises `KeyboardInterrupt` if the user asked to
-            stop.
-    """
-
-    out: Path | None
-    pool: Pool
-    resume: bool
-    progress: bool
-    command: str
-    check: Callable[[], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,62 +39,68 @@ class TrainingOutcome:
     error: TrainingFailedError | None
 
 
-class TrainingInterrupted(KeyboardInterrupt):
-    """A training was interrupted from outside.
-
-    Attributes:
-        outcome: of what was done until then; it is written.
-    """
-
-    def __init__(self, outcome: TrainingOutcome) -> None:
-        super().__init__("interrupted")
-        self.outcome = outcome
-
-
-def conduct(training: Training, options: Options) -> TrainingOutcome:
+def conduct_training(training: Training, options: Options) -> TrainingOutcome:
     """Do what is not done yet; write tables, figure and, at the end, the checkpoint.
 
     Raises:
         DeviceError: there is no such device here.
         LearningError: the learner cannot go on.
         RecordingError, ResumeError: the directory cannot be used.
-        TrainingInterrupted: after Ctrl-C; what was done is written.
+        Interrupted: after Ctrl-C; what was done is written.
     """
-    device = resolve(training.device)
-    directory, journal = _journal(training, options, device)
-    rollouts = Rollouts(training, directory, journal, options.pool, options.check, options.progress)
-    rounds = Rounds(
-        training,
-        directory,
-        journal,
-        rollouts,
-        device=device,
-        check=options.check,
-        progress=options.progress,
-    )
-    error = None
-    with contextlib.closing(journal), run_log(directory, echo=False):
-        try:
-            for number in _rounds(training, rollouts, rounds):
-                logger.info("round %d is done", number)
-                _write(training, rollouts)
-            _publish(training, rollouts)
-        except KeyboardInterrupt:
-            raise TrainingInterrupted(_outcome(training, rollouts, None)) from None
-        except TrainingFailedError as reason:
-            logger.info("%s", reason)
-            error = reason
-        return _outcome(training, rollouts, error)
+    return conduct(_Lessons(training, options, resolve(training.device)), options)
 
 
-def _journal(training: Training, options: Options, device: str) -> tuple[Path, Journal]:
-    if options.resume and options.out is not None:
-        return options.out, Journal.resume(options.out, training, options.command, device)
-    if options.out is None:
-        directory = new_directory(Path("runs"), f"train-{training.path.stem}")
-    else:
-        directory = claim_directory(options.out)
-    return directory, Journal.begin(directory, training, options.command, device)
+@dataclass(slots=True)
+class _Lessons(Campaign[Journal, TrainingOutcome]):
+    """Driving and learning, round by round."""
+
+    training: Training
+    options: Options
+    device: str
+    error: TrainingFailedError | None = None
+
+    @property
+    @override
+    def name(self) -> str:
+        return f"train-{self.training.path.stem}"
+
+    @override
+    def begin(self, directory: Path) -> Journal:
+        return Journal.begin(directory, self.training, self.options.command, self.device)
+
+    @override
+    def resume(self, directory: Path) -> Journal:
+        return Journal.resume(directory, self.training, self.options.command, self.device)
+
+    @override
+    def work(self, directory: Path, journal: Journal) -> None:
+        rollouts = Rollouts(self.training, directory, journal, self.options)
+        rounds = Rounds(
+            self.training, directory, journal, rollouts, device=self.device, options=self.options
+        )
+        with run_log(directory, echo=False):
+            try:
+                for number in _rounds(self.training, rollouts, rounds):
+                    logger.info("round %d is done", number)
+                    _write(self.training, rollouts)
+                _publish(self.training, rollouts)
+            except TrainingFailedError as reason:
+                logger.info("%s", reason)
+                self.error = reason
+
+    @override
+    def outcome(self, directory: Path, journal: Journal) -> TrainingOutcome:
+        rollouts = Rollouts(self.training, directory, journal, self.options)
+        found, summary = _write(self.training, rollouts)
+        phases = {phase.name: phase for phase in self.training.phases()}
+        return TrainingOutcome(
+            directory=directory,
+            findings=found,
+            summary=summary,
+            failed=[(run, rollouts.command(run, phases[run.phase])) for run in journal.failed()],
+            error=self.error,
+        )
 
 
 def _rounds(training: Training, rollouts: Rollouts, rounds: Rounds) -> Iterator[int]:
@@ -141,18 +126,3 @@ def _write(training: Training, rollouts: Rollouts) -> tuple[Findings, str]:
     summary = results.write(rollouts.directory, found)
     figure.draw(found, rollouts.directory)
     return found, summary
-
-
-def _outcome(
-    training: Training, rollouts: Rollouts, error: TrainingFailedError | None
-) -> TrainingOutcome:
-    found, summary = _write(training, rollouts)
-    phases = {phase.name: phase for phase in training.phases()}
-    failed = [(run, rollouts.command(run, phases[run.phase])) for run in rollouts.journal.failed()]
-    return TrainingOutcome(
-        directory=rollouts.directory,
-        findings=found,
-        summary=summary,
-        failed=failed,
-        error=error,
-    )

@@ -12,7 +12,7 @@ from studies.method import style
 from studies.training.results import OUTCOMES, Findings, Row
 
 NAME: Final = "training"
-"""Of the files, without suffix."""
+"""The name of the files, without suffix."""
 
 _COLOURS: Final = {
     "training": "#0072B2",
@@ -20,7 +20,7 @@ _COLOURS: Final = {
     "collision": "#D55E00",
     "success": "#009E73",
 }
-"""Of Okabe and Ito's palette, which readers with colour blindness can tell apart."""
+"""Colours of Okabe and Ito's palette, which readers with colour blindness can tell apart."""
 
 
 def draw(found: Findings, directory: Path) -> None:

@@ -1,36 +1,37 @@
-"""What is known of a training that is under way, safe against its sudden end.
+"""What is known of a training that is under way.
 
-training.json   what the training is; a resumed one must be the same
+training.json   what the training is
 provenance.json of every start: command, commit, versions, host, device
-journal.jsonl   one line of JSON per finished run, phase, epoch and round, in the order of finishing
+journal.jsonl   one line of JSON per finished run, phase, epoch and round
 """
 
-import json
-import logging
-import os
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Final, TextIO, TypeAlias
+from typing import Any, Final, TypeAlias
 
-from orchestrator.errors import CosimError
-from orchestrator.experiment.work import Result
-from orchestrator.machine import commit, cpu, memory_gib
-from orchestrator.provenance import nlosim_version, provenance
-from orchestrator.recording.layout import write_json
+from typing_extensions import override
+
+from orchestrator.campaign import journal
+from orchestrator.campaign.journal import Identity, Kind, ResumeError, session
+from orchestrator.campaign.work import Result
 from studies.training.learner import EpochResult
 from studies.training.plan import Training
-
-logger = logging.getLogger(__name__)
 
 IDENTITY: Final = "training.json"
 PROVENANCE: Final = "provenance.json"
 ENTRIES: Final = "journal.jsonl"
 
-
-class ResumeError(CosimError):
-    """The directory holds no training, or another one. Exit code 2."""
+KIND: Final = Kind(
+    noun="training",
+    identity=IDENTITY,
+    sessions=PROVENANCE,
+    entries=ENTRIES,
+    growing="rounds",
+    names={},
+    remarks={"commit": "was begun with the commit", "device": "was begun with the device"},
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,7 +101,7 @@ _KINDS: Final[Mapping[str, type[Entry]]] = {
 }
 
 
-class Journal:
+class Journal(journal.Journal[Entry]):
     """The finished parts of a training.
 
     Attributes:
@@ -110,17 +111,12 @@ class Journal:
         rounds: of the finished rounds the best epoch.
     """
 
-    def __init__(self, directory: Path, entries: list[Entry]) -> None:
+    def __init__(self, directory: Path, entries: Sequence[Entry]) -> None:
         self.runs: dict[tuple[str, int], Run] = {}
         self.phases: list[str] = []
         self.epochs: defaultdict[int, list[Epoch]] = defaultdict(list)
         self.rounds: dict[int, int] = {}
-        for entry in entries:
-            self._note(entry)
-        draft = directory / f"{ENTRIES}.draft"
-        draft.write_text("".join(map(_line, entries)), encoding="utf-8")
-        draft.replace(directory / ENTRIES)  # without the half line of a sudden end
-        self._file: TextIO = (directory / ENTRIES).open("a", encoding="utf-8")
+        super().__init__(directory / ENTRIES, entries)
 
     @classmethod
     def begin(cls, directory: Path, training: Training, command: str, device: str) -> "Journal":
@@ -132,8 +128,7 @@ class Journal:
             command: that began it, for the record.
             device: on which it learns, for the record.
         """
-        write_json(directory / IDENTITY, identity(training))
-        _write_sessions(directory, [_session(training, command, device)])
+        _identity(training).begin(directory, _session(training, command, device))
         return cls(directory, [])
 
     @classmethod
@@ -151,37 +146,19 @@ class Journal:
         Raises:
             ResumeError: there is no training, or another one.
         """
-        try:
-            known = json.loads((directory / IDENTITY).read_text(encoding="utf-8"))
-            sessions = json.loads((directory / PROVENANCE).read_text(encoding="utf-8"))["sessions"]
-            lines = (directory / ENTRIES).read_text(encoding="utf-8").splitlines()
-        except (OSError, ValueError, KeyError) as error:
-            what = f"`{directory}` holds no training to resume; leave `--resume` out"
-            raise ResumeError(what) from error
-        entries = [entry for line in lines if (entry := _entry(line)) is not None]
-        _check(directory, known, training, entries)
-        sessions.append(_session(training, command, device))
-        _warn(directory, sessions)
-        write_json(directory / IDENTITY, identity(training))
-        _write_sessions(directory, sessions)
+        identity = _identity(training)
+        former = identity.former(directory)
+        entries = [_entry(content) for content in former.lines]
+        _check_rounds(directory, training, entries)
+        identity.go_on(directory, former, _session(training, command, device))
         closed = {entry.phase for entry in entries if isinstance(entry, PhaseEnd)}
         return cls(directory, [entry for entry in entries if not _is_to_repeat(entry, closed)])
-
-    def add(self, entry: Entry) -> None:
-        """Note what is finished; when this returns, it is on the disk."""
-        self._note(entry)
-        self._file.write(_line(entry))
-        self._file.flush()
-        os.fsync(self._file.fileno())
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
 
     def failed(self) -> list[Run]:
         """The runs that failed twice."""
         return [run for run in self.runs.values() if run.result.error is not None]
 
+    @override
     def _note(self, entry: Entry) -> None:
         match entry:
             case Run():
@@ -193,6 +170,11 @@ class Journal:
             case RoundEnd():
                 self.rounds[entry.round] = entry.best
 
+    @override
+    def _content(self, entry: Entry) -> Mapping[str, Any]:
+        (kind,) = (name for name, each in _KINDS.items() if isinstance(entry, each))
+        return {"kind": kind, **asdict(entry)}
+
 
 def _is_to_repeat(entry: Entry, closed: set[str]) -> bool:
     if not isinstance(entry, Run):
@@ -200,17 +182,8 @@ def _is_to_repeat(entry: Entry, closed: set[str]) -> bool:
     return entry.result.error is not None and entry.phase not in closed
 
 
-def _line(entry: Entry) -> str:
-    (kind,) = (name for name, each in _KINDS.items() if isinstance(entry, each))
-    return json.dumps({"kind": kind, **asdict(entry)}, allow_nan=False) + "\n"
-
-
-def _entry(line: str) -> Entry | None:
-    """A line read again; `None` for one that was being written when everything ended."""
-    try:
-        content = json.loads(line)
-    except ValueError:
-        return None
+def _entry(content: dict[str, Any]) -> Entry:
+    """A line read again."""
     kind = _KINDS[content.pop("kind")]
     if kind is Run:
         content["result"] = Result(**content["result"])
@@ -219,35 +192,24 @@ def _entry(line: str) -> Entry | None:
     return kind(**content)
 
 
-def identity(training: Training) -> dict[str, Any]:
-    """What must not change while a training is under way, and `rounds`, which may grow."""
-    content = {
-        "nlosim": nlosim_version(),
-        "seed": training.seed,
-        "network": training.network,
-        "scenes": training.scenes,
-        "expert": {"runs": training.expert_runs},
-        "dagger": {"runs": training.round_runs, "beta": training.beta, "decay": training.decay},
-        "validation": {"runs": training.validation_runs, "drives": training.drives},
-        "optimisation": asdict(training.optimisation),
-        "scenario": training.resolved,
-        "rounds": training.rounds,
-    }
-    plain: dict[str, Any] = json.loads(json.dumps(content))  # tuples become lists
-    return plain
+def _identity(training: Training) -> Identity:
+    return Identity(
+        kind=KIND,
+        fixed={
+            "seed": training.seed,
+            "network": training.network,
+            "scenes": training.scenes,
+            "expert": {"runs": training.expert_runs},
+            "dagger": {"runs": training.round_runs, "beta": training.beta, "decay": training.decay},
+            "validation": {"runs": training.validation_runs, "drives": training.drives},
+            "optimisation": asdict(training.optimisation),
+            "scenario": training.resolved,
+        },
+        growing={"rounds": training.rounds},
+    )
 
 
-def _check(
-    directory: Path, known: Mapping[str, Any], training: Training, entries: list[Entry]
-) -> None:
-    new = identity(training)
-    changed = [key for key in new if key != "rounds" and new[key] != known.get(key)]
-    if changed:
-        what = "the version of nlosim" if changed[0] == "nlosim" else f"`{changed[0]}`"
-        raise ResumeError(
-            f"`{directory}` holds another training: {what} changed since; only rounds may be "
-            "added. Choose another --out, without --resume"
-        )
+def _check_rounds(directory: Path, training: Training, entries: Sequence[Entry]) -> None:
     done = max((e.round for e in entries if isinstance(e, Epoch | RoundEnd)), default=0)
     if done > training.rounds:
         raise ResumeError(
@@ -257,21 +219,4 @@ def _check(
 
 
 def _session(training: Training, command: str, device: str) -> dict[str, Any]:
-    """Where the results of one start come from."""
-    origin = provenance()
-    host = {**origin["host"], "cpu": cpu(), "memory_gib": memory_gib()}
-    where = {"command": command, "file": str(training.path), "device": device}
-    return {**where, "commit": commit(), **origin, "host": host}
-
-
-def _write_sessions(directory: Path, sessions: list[dict[str, Any]]) -> None:
-    write_json(directory / PROVENANCE, {"sessions": sessions})
-
-
-def _warn(directory: Path, sessions: list[dict[str, Any]]) -> None:
-    """Say that the result is about to come from two states of the code, or two devices."""
-    former, now = sessions[-2:]
-    for key in ("commit", "device"):
-        if former[key] != now[key]:
-            what = "`%s` was begun with the %s %s; going on with %s, whose results may differ"
-            logger.warning(what, directory, key, former[key] or "unknown", now[key] or "unknown")
+    return session(command, file=str(training.path), device=device)

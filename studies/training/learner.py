@@ -15,15 +15,13 @@ derived from `Learner`:
 """
 
 import abc
-import dataclasses
-import typing
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.installed import installed_class
-from orchestrator.parameters import Parameter
+from orchestrator.parameters import Parameter, declared
 
 GROUP: Final = "orchestrator.learners"
 
@@ -163,13 +161,7 @@ def learner_type(name: str) -> type[Learner]:
 def declared_parameters(learner: type[Learner]) -> Mapping[str, Parameter]:
     """The parameters on offer, by name."""
     record: Any = getattr(learner, "Parameters", None)
-    if record is None:
-        return {}
-    hints = typing.get_type_hints(record)
-    return {
-        each.name: Parameter(type=hints[each.name], default=each.default, **each.metadata)
-        for each in dataclasses.fields(record)
-    }
+    return {} if record is None else declared(record)
 
 
 def create_learner(

@@ -2,18 +2,16 @@
 
 import contextlib
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, Final
 
-from pydantic import ValidationError
-
-from orchestrator.errors import ComponentTypeError, ScenarioError
+from orchestrator.campaign import loading
+from orchestrator.errors import ComponentTypeError
 from orchestrator.scenario import diagnosis
 from orchestrator.scenario.build import load_scenario
-from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.settings_file import SettingsFile
 from orchestrator.scenario.wiring import Assembly, assemble
@@ -49,13 +47,9 @@ def load_training(path: Path) -> Training:
     Raises:
         ScenarioError: all problems, each at its place in the training file or the scenario.
     """
-    document = Document.read(path)
-    try:
-        file = TrainingFile.model_validate(document.data)
-    except ValidationError as error:
-        found = diagnosis.problems(document, TrainingFile, error, whole="the training")
-        raise ScenarioError(sorted(found, key=lambda p: p.where)) from None
-    return _Load(path, SettingsFile(document), file).training()
+    source, file = loading.read(path, TrainingFile, "training")
+    factors = loading.Factors(source, "scenes", file.scenes)
+    return _Load(path, source, file, factors).training()
 
 
 @dataclass(slots=True)
@@ -65,16 +59,14 @@ class _Load:
     path: Path
     source: SettingsFile
     file: TrainingFile
+    factors: loading.Factors
 
     def training(self) -> Training:
-        scenario = (self.path.parent / self.file.scenario).absolute()
-        if not scenario.is_file():
-            what = f"there is no file {scenario} (the path is relative to this file)"
-            self.source.add(("scenario",), what)
+        scenario = loading.scenario_path(self.source, self.path, self.file.scenario)
         checkpoint = (self.path.parent / self.file.checkpoint).resolve()
         self._check_checkpoint(checkpoint)
         self._check_counts()
-        self.source.check_paths(self._settings(), _reserved)
+        self.source.check_paths(self.factors.settings(), _reserved)
         learner = self._learner()
         parameters = {} if learner is None else self._parameters(learner)
         self.source.stop_at_problems()
@@ -93,8 +85,6 @@ class _Load:
         parameters: Mapping[str, Any],
     ) -> Training:
         file = self.file
-        resolved = scenario.resolved()
-        del resolved["seed"]
         return Training(
             path=self.path,
             scenario=scenario.path,
@@ -115,7 +105,7 @@ class _Load:
             optimisation=self._optimisation,
             device=file.device,
             checkpoint=checkpoint,
-            resolved=resolved,
+            resolved=loading.resolved(scenario),
         )
 
     @property
@@ -137,13 +127,6 @@ class _Load:
         if file.validation.drives > file.validation.runs:
             what = f"more than the {file.validation.runs} scenes of `validation.runs`"
             self.source.add(("validation", "drives"), what)
-
-    def _settings(self) -> Iterator[tuple[str, Address]]:
-        """Every path that a level sets: who sets it, and its address."""
-        for factor, levels in self.file.scenes.items():
-            for level, settings in levels.items():
-                for path in settings:
-                    yield f"the factor `{factor}`", ("scenes", factor, level, path)
 
     def _learner(self) -> type[Learner] | None:
         name = self.file.network.get(TYPE)
@@ -190,24 +173,16 @@ class _Load:
 
     def _scene(self, path: Path, levels: Mapping[str, str]) -> Scenario | None:
         """The scenario, driven by the expert; problems of settings are problems of this file."""
-        overrides = [
-            text
-            for factor, level in levels.items()
-            for text in self.source.overrides(
-                self.file.scenes[factor][level], ("scenes", factor, level)
-            )
-        ]
-        try:
+        overrides = self.factors.overrides(levels)
+        with self.factors.loading(levels):
             plain = load_scenario(path, overrides)
             if not self._is_trainable(plain):
                 return None
             scenario = load_scenario(path, [*overrides, *driver_texts(_users(plain), None, 1.0)])
             with contextlib.closing(assemble(scenario)) as assembly:
                 self._check_sample(scenario, assembly)
-        except ScenarioError as error:
-            self.source.add_of_scenario(error.problems, levels)
-            return None
-        return scenario
+            return scenario
+        return None
 
     def _is_trainable(self, scenario: Scenario) -> bool:
         use = scenario.components.get(COMPONENT)

@@ -5,25 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from orchestrator.parameters import REQUIRED, Parameter
+from orchestrator.parameters import REQUIRED, Parameter, ParameterProblem
 from orchestrator.scenario import values
-from orchestrator.scenario.document import Address
 from orchestrator.suggestion import suggestion
-
-
-@dataclass(frozen=True, slots=True)
-class ParameterProblem:
-    """Something wrong with the parameters.
-
-    Attributes:
-        address: of what is wrong, from the top of the parameters; empty for the whole.
-        what: a sentence.
-        at_key: whether the key is wrong rather than its value.
-    """
-
-    address: Address
-    what: str
-    at_key: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
-from orchestrator.cli.columns import columns
+from orchestrator import tables
 from orchestrator.intervals import share
 from studies.training.journal import Journal, Run
 from studies.training.plan import Phase, Training
@@ -113,7 +113,7 @@ def write(directory: Path, found: Findings) -> str:
 
 
 def _write_csv(path: Path, rows: Sequence[Row]) -> None:
-    """With the columns of all rows, in the order of their appearance."""
+    """Write the columns of all rows, in the order of their appearance."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     draft = path.with_name(f"{path.name}.draft")
     with draft.open("w", encoding="utf-8", newline="") as file:
@@ -127,7 +127,7 @@ def summary(found: Findings) -> str:
     """Phases and rounds in two tables, for people."""
     names = ["phase", "driver", "beta", "runs", "failed", "samples", *OUTCOMES]
     drives = [[_cell(row, name) for name in names] for row in found.phases]
-    lines = ["driving", *columns([names, *drives])]
+    lines = ["driving", *tables.text(tables.left(*names), drives)]
     rounds = {row["round"]: row for row in found.epochs if row["kept"]}
     counts = {n: sum(row["round"] == n for row in found.epochs) for n in rounds}
     learned = [
@@ -140,8 +140,8 @@ def summary(found: Findings) -> str:
         ]
         for n, row in rounds.items()
     ]
-    heads = ["round", "epochs", "kept", "training loss", "validation loss"]
-    return "\n".join([*lines, "learning", *columns([heads, *learned])])
+    heads = tables.left("round", "epochs", "kept", "training loss", "validation loss")
+    return "\n".join([*lines, "learning", *tables.text(heads, learned)])
 
 
 def _loss(row: Row, which: str) -> str:

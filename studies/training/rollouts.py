@@ -4,20 +4,15 @@ import contextlib
 import logging
 import shlex
 import shutil
-import sys
-import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import Final
 
-from tqdm import tqdm
-
+from orchestrator.campaign.conduct import Options, perform_all
+from orchestrator.campaign.work import Result, RunKey, Work
+from orchestrator.campaign.workers import Workers
 from orchestrator.errors import CosimError
-from orchestrator.experiment.plan import RunKey
-from orchestrator.experiment.work import Result, Work
-from orchestrator.experiment.workers import Workers, local_workers
 from studies.training.journal import Journal, PhaseEnd, Run
 from studies.training.learner import RecordedRun
 from studies.training.plan import Phase, Training, driver_texts
@@ -31,27 +26,9 @@ RUNS, SAMPLES, ROUNDS = "runs", "samples", "rounds"
 MOST_FAILED: Final = 0.1
 """The share of a phase's runs that may fail; more is no accident."""
 
-Pool: TypeAlias = Callable[[], AbstractContextManager[Workers]]
-"""Opens the workers of a phase."""
-
 
 class TrainingFailedError(CosimError):
     """Too many runs failed, or they have nothing to teach. Exit code 3."""
-
-
-@contextlib.contextmanager
-def local_pool(count: int | None) -> Iterator[Workers]:
-    """Processes of this machine.
-
-    Args:
-        count: how many; `None`: one per core.
-    """
-    scratch = Path(tempfile.mkdtemp(prefix="nlosim-train-"))
-    try:
-        with local_workers(count, scratch) as workers:
-            yield workers
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,17 +39,13 @@ class Rollouts:
         training: what is driven.
         directory: of the results.
         journal: knows what is done, and is told.
-        pool: opens the workers of a phase; between phases the machine belongs to the learner.
-        check: called after every run; raises `KeyboardInterrupt` if the user asked to stop.
-        progress: whether to draw bars.
+        options: how; between phases of driving the workers are closed, for the learner.
     """
 
     training: Training
     directory: Path
     journal: Journal
-    pool: Pool
-    check: Callable[[], None]
-    progress: bool
+    options: Options
 
     def drive(self, *phases: Phase) -> None:
         """Do the runs of these phases that are not done yet.
@@ -82,7 +55,7 @@ class Rollouts:
         """
         phases = tuple(phase for phase in phases if phase.name not in self.journal.phases)
         if any(self._missing(phase) for phase in phases):
-            with self.pool() as workers:
+            with self.options.pool() as workers:
                 for phase in phases:
                     self._drive(phase, workers)
         for phase in phases:
@@ -117,23 +90,15 @@ class Rollouts:
 
     def _drive(self, phase: Phase, workers: Workers) -> None:
         missing = self._missing(phase)
-        bar = tqdm(
-            total=len(phase.seeds),
-            initial=len(phase.seeds) - len(missing),
-            desc=phase.name,
-            file=sys.stderr,
-            unit=" runs",
-            smoothing=0.0,
-            disable=not self.progress,
-        )
-        work = [(RunKey(seed, 0), self._work(phase, seed)) for seed in missing]  # one run per seed
-        with bar, contextlib.closing(workers.results(work)) as results:
-            for key, result in results:
-                self.journal.add(self._collected(phase, key.seed, result))
-                bar.update()
-                end = "done" if result.error is None else f"failed twice: {result.error}"
-                logger.info("%s, seed %d: %s, %.1f s", phase.name, key.seed, end, result.wall)
-                self.check()
+        work = [(RunKey(seed, 0), self._work(phase, seed)) for seed in missing]
+
+        def note(key: RunKey, result: Result) -> None:
+            self.journal.add(self._collected(phase, key.seed, result))
+            end = "done" if result.error is None else f"failed twice: {result.error}"
+            logger.info("%s, seed %d: %s, %.1f s", phase.name, key.seed, end, result.wall)
+
+        done = len(phase.seeds) - len(missing)
+        perform_all(work, workers, note, self.options, done=done, label=phase.name)
 
     def _work(self, phase: Phase, seed: int) -> Work:
         folder = self._folder(phase, seed)
@@ -151,7 +116,7 @@ class Rollouts:
         return (*scene, *driver_texts(self.training.users, network, phase.beta), f"seed={seed}")
 
     def _folder(self, phase: Phase, seed: int) -> Path:
-        """Of a run; it has a folder for each attempt."""
+        """The folder of a run; it has one for each attempt."""
         return self.directory / RUNS / f"{phase.name}-{seed}"
 
     def _samples(self, phase: str, seed: int) -> Path:

@@ -11,6 +11,7 @@ from typing import Final
 
 from tqdm import tqdm
 
+from orchestrator.campaign.conduct import Options
 from orchestrator.errors import CosimError
 from studies.training import files
 from studies.training.journal import Epoch, Journal, RoundEnd
@@ -89,8 +90,7 @@ class Rounds:
         journal: knows what is done, and is told.
         rollouts: has the runs of finished phases.
         device: `cpu` or `cuda`.
-        check: called after every epoch; raises `KeyboardInterrupt` if the user asked to stop.
-        progress: whether to draw bars.
+        options: whether to draw bars, and what notices the user's wish to stop.
     """
 
     def __init__(
@@ -101,16 +101,14 @@ class Rounds:
         rollouts: Rollouts,
         *,
         device: str,
-        check: Callable[[], None],
-        progress: bool,
+        options: Options,
     ) -> None:
         self._training = training
         self._journal = journal
         self._rollouts = rollouts
         self._states = States(directory)
         self._device = device
-        self._check = check
-        self._progress = progress
+        self._options = options
         self._learner: Learner | None = None
         self._taught = 0
         """Rounds whose runs the learner has."""
@@ -146,7 +144,7 @@ class Rounds:
             desc=f"round {number}",
             file=sys.stderr,
             unit=" epochs",
-            disable=not self._progress,
+            disable=not self._options.progress,
         )
         with bar:
             while not is_over(epochs, plan.epochs, plan.patience):
@@ -159,7 +157,7 @@ class Rounds:
                 bar.set_postfix_str(losses, refresh=False)
                 bar.update()
                 logger.info("round %d, epoch %d: %s", number, epoch.epoch, losses)
-                self._check()
+                self._options.check()
 
     def _epoch(self, learner: Learner, number: int, epoch: int) -> Epoch:
         begin = time.perf_counter()

@@ -9,14 +9,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from orchestrator.campaign.conduct import Interrupted, Options
+from orchestrator.campaign.workers import local_pool, require
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.errors import CosimError
-from orchestrator.experiment.workers import require
-from studies.training.conduct import Options, TrainingInterrupted, TrainingOutcome, conduct
+from studies.training.conduct import TrainingOutcome, conduct_training
 from studies.training.load import load_training
 from studies.training.plan import Training
-from studies.training.rollouts import local_pool
 from studies.training.schema import MAXIMUM_SEED
 
 
@@ -27,8 +27,8 @@ def execute(arguments: Namespace) -> Outcome:
     require("distributed")
     with stopping() as stop:
         try:
-            outcome = conduct(training, _options(arguments, stop.check))
-        except TrainingInterrupted as error:
+            outcome = conduct_training(training, _options(arguments, stop.check))
+        except Interrupted as error:
             return _interrupted(arguments, error.outcome)
     return _done(training, arguments, outcome)
 
@@ -46,7 +46,7 @@ def _check_options(arguments: Namespace) -> None:
 def _options(arguments: Namespace, check: Callable[[], None]) -> Options:
     return Options(
         out=None if arguments.out is None else Path(arguments.out),
-        pool=partial(local_pool, arguments.workers),
+        pool=partial(local_pool, arguments.workers, "train"),
         resume=arguments.resume,
         progress=not arguments.quiet and sys.stderr.isatty(),
         command=_command(arguments, arguments.out),
@@ -55,7 +55,7 @@ def _options(arguments: Namespace, check: Callable[[], None]) -> Options:
 
 
 def _changed(training: Training, arguments: Namespace) -> Training:
-    """With the options that stand for values of the file."""
+    """The training with the options that stand for values of the file."""
     if arguments.seed is not None:
         training = replace(training, seed=arguments.seed)
     if arguments.device is not None:

@@ -58,14 +58,12 @@ class CountingBenchmark(Benchmark):
         for name, runs in measured.items():
             spread = Spread.of(run["value"] for run in runs)
             found.append(
-                Row(
-                    case=name,
-                    ours=spread.median,
-                    low=spread.low,
-                    high=spread.high,
-                    unit="1",
+                Row.of(
+                    name,
+                    spread,
+                    "1",
                     peer=None if name == "two" else 0.5,
-                    peer_name=None if name == "two" else "sloth",
+                    peer_name="sloth",
                     details={"runs": len(runs)},
                 )
             )

@@ -1,14 +1,12 @@
 """Fixtures of the tests of the orchestrator."""
 
-from collections.abc import Iterable
-from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
 
-from orchestrator import installed, measure, registry, report
-from orchestrator.algorithm import base
+from orchestrator import measure, registry, report
 from orchestrator.experiment import report as experiment_report
+from tests.installation import install
 
 SAMPLE_UNITS = {
     registry.COMPONENTS: {
@@ -38,17 +36,8 @@ def sample_units(monkeypatch: pytest.MonkeyPatch) -> None:
 
     The coupling algorithms are those that are installed.
     """
-    offered = installed.entry_points
     monkeypatch.syspath_prepend(Path(__file__).parent / "packages")
-
-    def entry_points(group: str) -> Iterable[EntryPoint]:
-        if group == base.GROUP:
-            return offered(group)
-        found = SAMPLE_UNITS.get(group, {})
-        return [EntryPoint(name, value, group) for name, value in found.items()]
-
-    monkeypatch.setattr(registry, "entry_points", entry_points)
-    monkeypatch.setattr(installed, "entry_points", entry_points)
+    install(monkeypatch, SAMPLE_UNITS)
 
 
 TWO_UNITS = """\

@@ -84,7 +84,24 @@ CONNECTORS = {
 }
 
 
-class Chooser(DecidingComponent):
+class _PushingComponent(Component):
+    """Pushes, and tells what was achieved."""
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return CONNECTORS
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._state = _Pusher()
+
+    @override
+    def outputs(self) -> Signals:
+        return self._state.outputs()
+
+
+class Chooser(_PushingComponent, DecidingComponent):
     """Chooses the push after which `x` is near zero most often."""
 
     def __init__(
@@ -98,14 +115,9 @@ class Chooser(DecidingComponent):
         self._prunes = prunes
         self._value = value
 
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return CONNECTORS
-
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._state = _Pusher()
+        super().setup(start, rng)
         self._decision: Decision | None = None
         self._opened: Time = 0
         self.choices: list[int] = []
@@ -117,10 +129,6 @@ class Chooser(DecidingComponent):
             names = tuple(f"push {push:g}" for push in self._pushes)
             self._decision = Decision(alternatives=names, horizon=t + h + HORIZON * H)
             self._opened = t + h
-
-    @override
-    def outputs(self) -> Signals:
-        return self._state.outputs()
 
     @property
     @override
@@ -145,31 +153,22 @@ class Chooser(DecidingComponent):
         return self._state.hits + (horizon - self._now) // H
 
 
-class Planned(Component):
+class Planned(_PushingComponent):
     """Does what it was told, and the first alternative afterwards."""
 
     def __init__(self, choices: list[int], pushes: tuple[float, ...] = PUSHES) -> None:
         self._choices = choices
         self._pushes = pushes
 
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return CONNECTORS
-
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._state = _Pusher()
+        super().setup(start, rng)
         self._next = iter(self._choices)
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
         if self._state.look(inputs):
             self._state.pushed = self._pushes[next(self._next, 0)]
-
-    @override
-    def outputs(self) -> Signals:
-        return self._state.outputs()
 
 
 class Trace(Observer):

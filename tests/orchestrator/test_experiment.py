@@ -8,19 +8,20 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Generator, Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 
+from orchestrator import registry
+from orchestrator.campaign import workers
+from orchestrator.campaign.work import Result, RunKey, Work, perform
+from orchestrator.campaign.workers import Workers
 from orchestrator.cli import main
-from orchestrator.experiment import conduct
 from orchestrator.experiment.journal import RUNS as JOURNAL
-from orchestrator.experiment.plan import RunKey
-from orchestrator.experiment.work import Result, Work, perform
-from orchestrator.experiment.workers import Workers
+from tests.installation import site
 from tests.interruptions import InterruptedDestructor, record_ignored
 from tests.orchestrator.conftest import SAMPLE_UNITS, TWO_UNITS
 
@@ -120,19 +121,8 @@ class Laboratory:
 
 def _installed(folder: Path) -> Path:
     """A folder that Python takes for one in which the sample units are installed."""
-    info = folder / "site" / "sample_units-1.dist-info"
-    info.mkdir(parents=True)
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: sample-units\nVersion: 1\n")
-    groups: dict[str, Mapping[str, str]] = {**SAMPLE_UNITS}
-    components = "orchestrator.components"
-    groups[components] = {**groups[components], "mortal": "experiment_units:Mortal"}
-    lines = [
-        line
-        for group, entries in groups.items()
-        for line in (f"[{group}]", *(f"{name} = {value}" for name, value in entries.items()))
-    ]
-    (info / "entry_points.txt").write_text("\n".join(lines))
-    return info.parent
+    components = {**SAMPLE_UNITS[registry.COMPONENTS], "mortal": "experiment_units:Mortal"}
+    return site(folder, "sample-units", {**SAMPLE_UNITS, registry.COMPONENTS: components})
 
 
 @pytest.fixture
@@ -206,7 +196,7 @@ def test_an_interruption_that_falls_into_a_destructor_is_not_lost(
 ) -> None:
     """As those of Dask's futures, which run after every run."""
     ignored = record_ignored(monkeypatch)
-    monkeypatch.setattr(conduct, "local_workers", CarelessWorkers().local)
+    monkeypatch.setattr(workers, "local_workers", CarelessWorkers().local)
     path = scenario_file.with_name("experiment.yaml")
     path.write_text(FILE)
     out = str(scenario_file.with_name("out"))

@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from orchestrator.campaign.work import RunKey
 from orchestrator.errors import ScenarioError
 from orchestrator.experiment.load import load_experiment
-from orchestrator.experiment.plan import ReportPlan, RunKey
+from orchestrator.experiment.plan import ReportPlan
 from orchestrator.scenario.build import load_scenario
 
 FILE = """\

@@ -5,6 +5,7 @@ from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Any
 
+from orchestrator.cli.command import command
 from orchestrator.cli.outcome import Outcome
 
 _EPILOG = """\
@@ -22,14 +23,9 @@ examples:
 
 def add_command(commands: Any) -> None:
     """Add `trace` to the subparsers of the command line."""
-    trace = commands.add_parser(
-        "trace",
-        help="make a file of recorded links from a run",
-        description="Make a file of recorded links from a finished run.",
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
+    summary = "make a file of recorded links from a run"
+    title = "Make a file of recorded links from a finished run."
+    trace = command(commands, "trace", summary, _EPILOG, description=title, execute=execute)
     trace.add_argument("directory", type=Path, metavar="RUN_DIR", help="a run directory")
     trace.add_argument(
         "--out", type=Path, required=True, metavar="FILE", help="*.csv, or *.parquet"
@@ -48,11 +44,9 @@ def add_command(commands: Any) -> None:
     trace.add_argument(
         "--no-power",
         action="store_true",
-        help="leave out powers and link classes, and with them error rates that do not change",
+        help="leave out powers and link classes, and with them error rates\nthat do not change",
     )
     trace.add_argument("--component", default="channel", metavar="NAME", help="default: channel")
-    trace.add_argument("--json", action="store_true", help="print one JSON object")
-    trace.set_defaults(execute=execute)
 
 
 def execute(arguments: argparse.Namespace) -> Outcome:

@@ -15,7 +15,7 @@ from studies.training.learning.lessons import Lessons
 from studies.training.learning.model import Seen
 
 _RATES: Final = (0.0, 0.0, 0.1, 0.3, 0.6, 0.9, 1.0)
-"""Of losses, equally likely."""
+"""Rates of loss, equally likely."""
 _ERASURES: Final = 0.2
 """Share of the moments in which single keypoints are lost, too."""
 
@@ -63,6 +63,12 @@ def delivered(moments: Array, messages: int, keypoints: int, rng: np.random.Gene
 
     A message takes up to two periods of the sensors to arrive. Of those that did, the newest
     `messages` are used.
+
+    Args:
+        moments: MOMENT records, shape (moments,).
+        messages: most messages of others that a moment has.
+        keypoints: of a message.
+        rng: draws what is lost.
     """
     count, reach = moments["others"].shape
     scans = np.full((count, 1 + messages), -1, np.int64)
@@ -87,9 +93,9 @@ def batch_of(
 
     Args:
         known: what the moments are of.
-        moments: of the batch, MOMENT records.
+        moments: MOMENT records, shape (batch,).
         arrived: what they know.
-        columns: the keypoints of every scan that are looked at.
+        columns: indices of the keypoints that are looked at in every scan, shape (looked at,).
         device: where the tensors go.
     """
     # (batch, scan, keypoint); a scan of -1 is masked below

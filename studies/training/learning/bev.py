@@ -50,7 +50,7 @@ class BevParameters:
 
     @property
     def architecture(self) -> Architecture:
-        """Of the network."""
+        """The architecture of the network."""
         names = {f.name for f in dataclasses.fields(Architecture)} - {"encoder"}
         return Architecture(**{name: getattr(self, name) for name in names})
 
@@ -103,7 +103,7 @@ class BevLearner(ImitationLearner[BevParameters, DrivingModel, Lessons]):
 
 
 def _truth_loss(batch: Batch, answer: Answer) -> Tensor:
-    """On vehicles, moving ones, and their velocities; 0 where there is no place."""
+    """The loss on vehicles, moving ones, and their velocities; 0 where there is no place."""
     there = batch.there
     if not bool(there.any()):
         return answer.judgements.sum() * 0.0

@@ -93,7 +93,7 @@ class CloudBatch:
 
 
 def cloud_lessons(samples: Iterable[Sample], architecture: Architecture) -> CloudLessons:
-    """Of one run.
+    """What the samples of one run teach.
 
     Args:
         samples: in order of time.
@@ -156,7 +156,7 @@ def cloud_batch_of(
 
     Args:
         known: what the moments are of.
-        moments: of the batch, MOMENT records.
+        moments: MOMENT records, shape (batch,).
         arrived: what they know.
         rng: draws the order of the points, and which of them are repeated.
         device: where the tensors go.

@@ -31,11 +31,11 @@ class CloudDrivingModel(nn.Module):
         self.layers = Layers(architecture.decision_shapes)
 
     def weights(self) -> dict[str, Array]:
-        """All that a checkpoint has, float64."""
+        """All arrays of a checkpoint by their names, in the shapes of the architecture, float64."""
         return {**weights_of(self.encoder), **self.layers.weights()}
 
     def load(self, weights: Mapping[str, Array]) -> None:
-        """Take over the weights of a checkpoint."""
+        """Take over the arrays of a checkpoint, in the shapes of the architecture."""
         put_weights(self.encoder, weights)
         self.layers.load(weights)
 

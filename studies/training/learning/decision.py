@@ -29,11 +29,11 @@ class Layers(nn.Module):
             self.register_parameter(name.replace(".", "_"), nn.Parameter(value))
 
     def weight(self, name: str) -> Tensor:
-        """By the name in `shapes`."""
+        """The weight with this name in `shapes`."""
         return self.get_parameter(name.replace(".", "_"))
 
     def weights(self) -> dict[str, Array]:
-        """All weights, float64."""
+        """All weights by their names, in the shapes of `shapes`, float64."""
         return {
             name: self.weight(name).detach().cpu().numpy().astype(np.float64)
             for name in self._names
@@ -46,7 +46,7 @@ class Layers(nn.Module):
                 self.weight(name).copy_(torch.as_tensor(weights[name]))
 
     def dense(self, name: str, inputs: Tensor) -> Tensor:
-        """The layer `name`, limited to what activations can be."""
+        """The layer `name`, limited to what activations can be: (..., in) becomes (..., out)."""
         result = inputs @ self.weight(f"{name}.weight") + self.weight(f"{name}.bias")
         return torch.clamp(result, -LARGEST, LARGEST)
 

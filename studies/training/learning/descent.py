@@ -42,7 +42,8 @@ class Descent:
 
         Args:
             samples: how many there are.
-            loss: of the samples with these indices; draws from the generator what it needs.
+            loss: the mean loss, shape (), of the samples with these indices, shape (batch,); draws
+                from the generator what it needs.
 
         Returns:
             Mean loss of all steps.

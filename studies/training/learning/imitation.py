@@ -17,7 +17,7 @@ from studies.training.learner import EpochResult, Learner, Optimisation, Recorde
 from studies.training.learning.descent import Descent
 
 _VALIDATION: Final = 1 << 32
-"""In the place of a round, for what is drawn while validating."""
+"""What stands in the place of a round for what is drawn while validating."""
 
 
 class Moments(Protocol):
@@ -32,7 +32,7 @@ class Shape(Protocol):
 
     @property
     def architecture(self) -> Architecture:
-        """Of the network."""
+        """The architecture of the network."""
 
 
 ShapeT = TypeVar("ShapeT", bound=Shape)
@@ -49,7 +49,7 @@ class ImitationLearner(Learner, Generic[ShapeT, ModelT, LessonsT]):
     """
 
     name: ClassVar[str]
-    """Of the learner, in checkpoints."""
+    """The name of the learner, in checkpoints."""
     parts: ClassVar[tuple[str, ...]]
     """What `_measured` returns behind the loss."""
     validated: ClassVar[int]
@@ -75,7 +75,7 @@ class ImitationLearner(Learner, Generic[ShapeT, ModelT, LessonsT]):
 
     @abc.abstractmethod
     def _weights(self) -> dict[str, Array]:
-        """Those of the network by their names in a checkpoint, float64."""
+        """The weights of the network by their names in a checkpoint, float64."""
 
     @abc.abstractmethod
     def _lessons(self, run: RecordedRun) -> LessonsT:

@@ -91,7 +91,12 @@ class Lessons:
 
 
 def joined(moments: Sequence[Array], scans: Sequence[int]) -> Array:
-    """MOMENT records of several parts, whose scans, so many each, come one after the other."""
+    """One array of MOMENT records, shape (moments,), of several parts.
+
+    Args:
+        moments: of each part MOMENT records, shape (moments of the part,).
+        scans: how many scans each part has; those of all parts come one after the other.
+    """
     parts = []
     for each, offset in zip(moments, np.cumsum([0, *scans]), strict=False):
         part = each.copy()
@@ -104,7 +109,7 @@ def joined(moments: Sequence[Array], scans: Sequence[int]) -> Array:
 def lessons(
     samples: Iterable[Sample], architecture: Architecture, rng: np.random.Generator
 ) -> Lessons:
-    """Of one run.
+    """What the samples of one run teach.
 
     Args:
         samples: in order of time.
@@ -221,7 +226,7 @@ def _keypoints(
 
 
 def _truth(found: Patches, scan: Scan, bodies: Array) -> tuple[Array, Array]:
-    """Of each place: whose body is there, and its velocity in the sensor's frame [m/s]."""
+    """Whose body is at each place, and its velocity in the sensor's frame [m/s]."""
     x, y = scan.frame.to(_WORLD, found.x, found.y)
     number = np.full(len(x), NO_VEHICLE)
     velocity = np.zeros((len(x), 2))

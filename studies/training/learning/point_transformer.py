@@ -43,7 +43,7 @@ class PointTransformerParameters:
 
     @property
     def architecture(self) -> Architecture:
-        """Of the network.
+        """The architecture of the network.
 
         Raises:
             ValueError: there is none with this number of features.

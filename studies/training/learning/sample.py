@@ -82,7 +82,7 @@ class Sample:
 
 
 def write_sample(sample: Sample) -> bytes:
-    """As a Binary signal; undone by `read_sample`."""
+    """The sample as a Binary signal; undone by `read_sample`."""
     head = np.zeros(1, SAMPLE)
     head["time"], head["ego"] = sample.time, sample.ego
     head["place"] = _place(sample.frame)

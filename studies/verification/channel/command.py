@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any, Final
 
+from orchestrator.cli.command import command
 from orchestrator.cli.outcome import Exit, Outcome, failure
 
 _FEWEST_SEEDS: Final = 10
@@ -21,12 +22,10 @@ examples:
 
 def add_unit(units: Any) -> None:
     """Add `channel` to the subparsers of `nlosim verify`."""
-    channel = units.add_parser(
-        "channel",
-        help="the channel FMU against Veins",
-        description="Compare the channel FMU with data that Veins produced.",
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    summary = "the channel FMU against Veins"
+    title = "Compare the channel FMU with data that Veins produced."
+    channel = command(
+        units, "channel", summary, _EPILOG, description=title, execute=execute, abbreviated=True
     )
     channel.add_argument(
         "--golden", type=Path, required=True, metavar="DIR", help="directory of golden data"
@@ -36,7 +35,7 @@ def add_unit(units: Any) -> None:
         type=_seeds,
         default=20,
         metavar="N",
-        help="how often runs of the whole stack are repeated with own medium access (default: 20)",
+        help="how often runs of the whole stack are repeated with own medium\naccess (default: 20)",
     )
     channel.add_argument(
         "--figures",
@@ -44,8 +43,6 @@ def add_unit(units: Any) -> None:
         metavar="DIR",
         help="draw figures into DIR, and write the page DIR-channel.md beside it",
     )
-    channel.add_argument("--json", action="store_true", help="print one JSON object")
-    channel.set_defaults(execute=execute)
 
 
 def _seeds(text: str) -> int:

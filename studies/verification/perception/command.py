@@ -5,6 +5,7 @@ import importlib.util
 from pathlib import Path
 from typing import Any, Final
 
+from orchestrator.cli.command import command
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
 
@@ -43,12 +44,10 @@ examples:
 
 def add_unit(units: Any) -> None:
     """Add `perception` to the subparsers of `nlosim verify`."""
-    parser = units.add_parser(
-        "perception",
-        help="blind zones and sharers of the perception FMU against geometry",
-        description="Compare blind zones and chosen sharers with exact visibility.",
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    summary = "blind zones and sharers of the perception FMU against geometry"
+    title = "Compare blind zones and chosen sharers with exact visibility."
+    parser = command(
+        units, "perception", summary, _EPILOG, description=title, execute=execute, abbreviated=True
     )
     parser.add_argument(
         "--scenes",
@@ -66,8 +65,6 @@ def add_unit(units: Any) -> None:
         metavar="DIR",
         help="draw figures into DIR, and write the page DIR.md beside it",
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(execute=execute)
 
 
 def _count(text: str) -> int:

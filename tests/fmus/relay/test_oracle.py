@@ -17,9 +17,9 @@ import scenarios
 from fmus.messages.records import NO_VEHICLE
 from fmus.relay import Forced, Oracle
 from fmus.relay.oracle import _Supply
+from orchestrator.campaign.work import Work, perform
 from orchestrator.cli import main
 from orchestrator.errors import ComponentTypeError, CosimError
-from orchestrator.experiment.work import Work, perform
 from orchestrator.recording import Recording
 from orchestrator.testing import check_component
 from tests.fmus.relay.world import LEFT, NEIGHBOURS, RIGHT, SHARER, STEP, inputs, started, switches
@@ -231,7 +231,7 @@ def alive(note: str) -> list[int]:
 def test_a_run_ends_with_the_worker_that_asked_for_it(tmp_path: Path) -> None:
     """Whoever kills a worker finds nothing of it later: not the run, not its files."""
     arguments = {"scenario": str(SCENARIO), "overrides": (ORACLE,), "scratch": str(tmp_path)}
-    code = "from orchestrator.experiment.work import Work, perform; perform(Work(keep=None, **{}))"
+    code = "from orchestrator.campaign.work import Work, perform; perform(Work(keep=None, **{}))"
     note = f"NLOSIM_TEST={tmp_path}"
     worker = subprocess.Popen(
         [sys.executable, "-c", code.format(arguments)],

@@ -137,11 +137,8 @@ class Alarm(Component):
         return {"bell.rings": np.asarray(rings), "lamps": np.array([rings, rings])}
 
 
-class Broken(Component):
-    """Cannot even be created."""
-
-    def __init__(self) -> None:
-        raise ZeroDivisionError("oops")
+class Isolated(Component):
+    """Has no connectors."""
 
     @property
     @override
@@ -153,12 +150,19 @@ class Broken(Component):
         pass
 
     @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        pass
-
-    @override
     def outputs(self) -> Signals:
         return {}
+
+
+class Broken(Isolated):
+    """Cannot even be created."""
+
+    def __init__(self) -> None:
+        raise ZeroDivisionError("oops")
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        pass
 
 
 class Trace(Report):

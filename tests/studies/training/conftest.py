@@ -4,19 +4,19 @@ import contextlib
 import json
 from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import replace
-from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from orchestrator import installed as offers, registry, report
-from orchestrator.experiment.plan import RunKey
-from orchestrator.experiment.work import Result, Work, perform
-from orchestrator.experiment.workers import Workers
+from orchestrator import registry, report
+from orchestrator.campaign.conduct import Options
+from orchestrator.campaign.work import Result, RunKey, Work, perform
+from orchestrator.campaign.workers import Workers
 from studies.training import figure, learner
-from studies.training.conduct import Options, TrainingOutcome, conduct
+from studies.training.conduct import TrainingOutcome, conduct_training
 from studies.training.load import load_training
+from tests.installation import install
 from tests.studies.training import toys
 
 TOYS = {
@@ -91,18 +91,13 @@ class Laboratory:
             command="nlosim train training.yaml",
             check=check,
         )
-        return conduct(replace(load_training(self.file), **changes), options)
+        return conduct_training(replace(load_training(self.file), **changes), options)
 
 
 @pytest.fixture
 def installed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Install the toys, and nothing else."""
-
-    def entry_points(group: str) -> list[EntryPoint]:
-        return [EntryPoint(name, value, group) for name, value in TOYS.get(group, {}).items()]
-
-    monkeypatch.setattr(registry, "entry_points", entry_points)
-    monkeypatch.setattr(offers, "entry_points", entry_points)
+    install(monkeypatch, TOYS)
 
 
 @pytest.fixture

@@ -8,11 +8,12 @@ import pytest
 import scenarios
 from fmus.driving.network.checkpoint import read_network
 from fmus.messages.features import read_features
+from orchestrator.campaign.conduct import Options
 from orchestrator.cli import main
 from orchestrator.recording.reader import Recording
 from orchestrator.signal import Array
 from studies.training import figure
-from studies.training.conduct import Options, conduct
+from studies.training.conduct import conduct_training
 from studies.training.load import load_training
 from tests.studies.training.conftest import HereAndNow
 
@@ -70,7 +71,7 @@ def test_it_learns_from_the_expert_and_drives(
         command="nlosim train training.yaml",
         check=lambda: None,
     )
-    outcome = conduct(load_training(tmp_path / "training.yaml"), options)
+    outcome = conduct_training(load_training(tmp_path / "training.yaml"), options)
     (epoch,) = outcome.findings.epochs
     assert 0.0 < epoch["validation_loss"] < 1.0
     assert read_network(str(tmp_path / "tiny.safetensors")).architecture.points == 256

@@ -14,6 +14,7 @@ import pytest
 
 from orchestrator.cli import main
 from studies.training.journal import ENTRIES
+from tests.installation import site
 from tests.studies.training import toys
 from tests.studies.training.conftest import TOYS
 
@@ -30,7 +31,7 @@ class Shell:
         (folder / "training.yaml").write_text(toys.TRAINING)
         (folder / "ball.yaml").write_text(toys.SCENARIO)
         (folder / "tmp").mkdir()
-        path = f"{_installed(folder)}:{ROOT}"
+        path = f"{site(folder, 'toys', TOYS)}:{ROOT}"
         self.environment = {**os.environ, "PYTHONPATH": path, "TMPDIR": str(folder / "tmp")}
 
     def start(self, *options: str) -> "subprocess.Popen[str]":
@@ -58,20 +59,6 @@ class Shell:
         path = self.folder / "training.yaml"
         assert old in path.read_text()
         path.write_text(path.read_text().replace(old, new))
-
-
-def _installed(folder: Path) -> Path:
-    """A folder that Python takes for one in which the toys are installed."""
-    info = folder / "site" / "toys-1.dist-info"
-    info.mkdir(parents=True)
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: toys\nVersion: 1\n")
-    lines = [
-        line
-        for group, entries in TOYS.items()
-        for line in (f"[{group}]", *(f"{name} = {value}" for name, value in entries.items()))
-    ]
-    (info / "entry_points.txt").write_text("\n".join(lines))
-    return info.parent
 
 
 @pytest.fixture

@@ -9,10 +9,11 @@ from typing import Any
 
 import pytest
 
+from orchestrator.campaign.conduct import Interrupted
+from orchestrator.campaign.journal import ResumeError
 from orchestrator.cli.interruption import stopping
 from orchestrator.recording.reader import Recording
-from studies.training.conduct import TrainingInterrupted
-from studies.training.journal import ENTRIES, Entry, Epoch, Journal, ResumeError, Run
+from studies.training.journal import ENTRIES, Entry, Epoch, Journal, Run
 from studies.training.learner import EpochResult
 from studies.training.rounds import LearningError
 from tests.interruptions import InterruptedDestructor, record_ignored
@@ -56,7 +57,7 @@ def test_interruptions_leave_no_trace(
     while found is None:
         assert not (laboratory.folder / "toy.safetensors").exists()
         sessions += 1
-        with contextlib.suppress(TrainingInterrupted):
+        with contextlib.suppress(Interrupted):
             found = laboratory.train("parts", resume=sessions > 1)
     assert sessions > 5
     assert laboratory.checkpoint == expected
@@ -81,7 +82,7 @@ def test_an_interruption_that_falls_into_a_destructor_is_not_lost(
         original(self, entry)
 
     monkeypatch.setattr(Journal, "add", add)
-    with stopping() as stop, pytest.raises(TrainingInterrupted):
+    with stopping() as stop, pytest.raises(Interrupted):
         laboratory.train(check=stop.check)
     assert ignored == [KeyboardInterrupt]
     assert [isinstance(each, kind) for each in added].index(True) == len(added) - 1

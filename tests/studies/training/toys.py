@@ -54,6 +54,10 @@ checkpoint: toy.safetensors
 """
 
 
+BYTES: Final = {"sample": Connector(causality=Causality.OUTPUT, dtype=None)}
+"""A sample as training expects it."""
+
+
 class Policy(Component):
     """Pushes a ball back to where it belongs."""
 
@@ -76,7 +80,7 @@ class Policy(Component):
     @property
     @override
     def connectors(self) -> Mapping[str, Connector]:
-        return {"sample": Connector(causality=Causality.OUTPUT, dtype=None)}
+        return BYTES
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -121,7 +125,7 @@ class Bystander(Component):
     @property
     @override
     def connectors(self) -> Mapping[str, Connector]:
-        return {"sample": Connector(causality=Causality.OUTPUT, dtype=None)}
+        return BYTES
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:

@@ -1,4 +1,4 @@
-"""One run of an experiment, as a worker performs it: plain values in, plain values out.
+"""One run of a campaign, as a worker performs it: plain values in, plain values out.
 
 A worker's process has threads of its own. A run that branches copies its process, which does not
 go well with them; such a run gets a fresh process: this module is its program.
@@ -27,6 +27,19 @@ from orchestrator.scenario.model import Scenario
 from orchestrator.signal import Signals
 from orchestrator.system import System
 from orchestrator.timebase import Time
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class RunKey:
+    """Which run of a campaign.
+
+    Attributes:
+        seed: of the run.
+        combination: the index of its combination of levels; 0 if there is one run per seed.
+    """
+
+    seed: int
+    combination: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,7 +112,7 @@ def _alone(work: Work) -> Result:
     with (
         os.fdopen(reading, "rb") as answers,
         subprocess.Popen(
-            [sys.executable, "-P", "-m", "orchestrator.experiment.work", str(writing)],
+            [sys.executable, "-P", "-m", "orchestrator.campaign.work", str(writing)],
             stdin=subprocess.PIPE,
             pass_fds=(writing,),
             env=child_environment(),

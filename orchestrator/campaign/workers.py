@@ -3,15 +3,18 @@
 import contextlib
 import importlib
 import logging
-from collections.abc import Generator, Iterable, Iterator
+import shutil
+import tempfile
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import AbstractContextManager
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 from typing_extensions import override
 
+from orchestrator.campaign.work import Result, RunKey, Work, perform
 from orchestrator.errors import CosimError
-from orchestrator.experiment.plan import RunKey
-from orchestrator.experiment.work import Result, Work, perform
 
 
 class MissingExtraError(CosimError):
@@ -47,17 +50,19 @@ class DaskWorkers(Workers):
 
     Args:
         client: a `distributed.Client`.
+        scratch: where runs take place of which nothing is kept; `None`: in the temporary
+            directories of the workers.
     """
 
-    def __init__(self, client: Any) -> None:
+    def __init__(self, client: Any, scratch: Path | None) -> None:
         self._client = client
+        self._scratch = None if scratch is None else str(scratch)
 
     @override
     def results(
         self, work: Iterable[tuple[RunKey, Work]]
     ) -> Generator[tuple[RunKey, Result], None, None]:
-        # the same call twice is two runs: a retry must not find the result of the first
-        pending = {self._client.submit(perform, each, pure=False): (k, each) for k, each in work}
+        pending = {self._submit(each): (key, each) for key, each in work}
         retried: set[RunKey] = set()
         completed = require("distributed").as_completed(list(pending))
         try:
@@ -66,13 +71,21 @@ class DaskWorkers(Workers):
                 result = _result(future)
                 if result.error is not None and key not in retried:
                     retried.add(key)
-                    again = self._client.submit(perform, each, pure=False)
+                    again = self._submit(each)
                     pending[again] = (key, each)
                     completed.add(again)
                     continue
                 yield key, result
         finally:
             self._client.cancel(list(pending), force=True)
+
+    def _submit(self, work: Work) -> Any:
+        # the same call twice is two runs: a retry must not find the result of the first
+        return self._client.submit(perform, replace(work, scratch=self._scratch), pure=False)
+
+
+Pool: TypeAlias = Callable[[], AbstractContextManager[Workers]]
+"""Opens the workers; until it is called, and afterwards, the machine belongs to others."""
 
 
 def _result(future: Any) -> Result:
@@ -105,7 +118,7 @@ def local_workers(count: int | None, scratch: Path) -> Iterator[Workers]:
         "temporary-directory": str(scratch),
         "distributed.scheduler.allowed-failures": 0,  # `results` tries again
         "distributed.scheduler.worker-saturation": 1.0,  # no queue dies with a worker
-        "distributed.worker.preload": ["orchestrator.experiment.preload"],
+        "distributed.worker.preload": ["orchestrator.campaign.preload"],
         "distributed.worker.profile.enabled": False,
         # Dask has freed memory returned at once, only to be asked for again: arrays of every step
         "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,
@@ -123,7 +136,26 @@ def local_workers(count: int | None, scratch: Path) -> Iterator[Workers]:
         ) as cluster,
         distributed.Client(cluster) as client,
     ):
-        yield DaskWorkers(client)
+        yield DaskWorkers(client, scratch)
+
+
+@contextlib.contextmanager
+def local_pool(count: int | None, name: str) -> Iterator[Workers]:
+    """Processes of this machine, and a folder in which they write.
+
+    Args:
+        count: how many; `None`: one per core.
+        name: of the campaign's kind, for that of the folder.
+
+    Raises:
+        MissingExtraError: Dask is not installed.
+    """
+    scratch = Path(tempfile.mkdtemp(prefix=f"nlosim-{name}-"))
+    try:
+        with local_workers(count, scratch) as workers:
+            yield workers
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
 
 
 @contextlib.contextmanager
@@ -150,7 +182,7 @@ def scheduled_workers(address: str) -> Iterator[Workers]:
         if threads != {1}:
             what = f"workers at `{address}` have {max(threads)} threads; SUMO needs a process each"
             raise CosimError(f"{what}: start them with `dask worker --nthreads 1`")
-        yield DaskWorkers(client)
+        yield DaskWorkers(client, None)
 
 
 def _silence() -> None:

@@ -1,0 +1,1 @@
+"""Campaigns: runs that take hours and may be interrupted, of an experiment or a training."""

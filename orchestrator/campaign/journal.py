@@ -1,0 +1,204 @@
+"""What is known of a campaign that is under way, safe against its sudden end.
+
+One file says what the campaign is; one that goes on must be the same. One says who began it and
+went on with it, when and where. One has a line of JSON for everything that is finished, in the
+order of finishing.
+"""
+
+import abc
+import json
+import logging
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic, TextIO, TypeVar
+
+from orchestrator.errors import CosimError
+from orchestrator.machine import commit, cpu, memory_gib
+from orchestrator.provenance import nlosim_version, provenance
+from orchestrator.recording.layout import write_json
+
+logger = logging.getLogger(__name__)
+
+Entry = TypeVar("Entry")
+
+
+class ResumeError(CosimError):
+    """The directory holds nothing to go on with, or something else. Exit code 2."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kind:
+    """What all experiments have in common, or all trainings.
+
+    Attributes:
+        noun: what messages call one.
+        identity: the name of the file that says what one is.
+        sessions: the name of the file that says who began it and went on; may be the same.
+        entries: the name of the file with a line for everything that is finished.
+        growing: what may be added before one goes on, for messages.
+        names: what messages call the parts of its identity; the others are called by their keys.
+        remarks: what is said of the former session if a fact of the new one differs, by its key.
+    """
+
+    noun: str
+    identity: str
+    sessions: str
+    entries: str
+    growing: str
+    names: Mapping[str, str]
+    remarks: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Former:
+    """A campaign as its directory has it.
+
+    Attributes:
+        identity: what it is.
+        sessions: of every start, where its results come from.
+        lines: what is finished.
+    """
+
+    identity: Mapping[str, Any]
+    sessions: Sequence[Mapping[str, Any]]
+    lines: Sequence[dict[str, Any]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Identity:
+    """What a campaign is.
+
+    Attributes:
+        kind: of the campaign.
+        fixed: what must not change while it is under way, besides the version of nlosim.
+        growing: what may change before it goes on.
+    """
+
+    kind: Kind
+    fixed: Mapping[str, Any]
+    growing: Mapping[str, Any]
+
+    def begin(self, directory: Path, session: Mapping[str, Any]) -> None:
+        """Write what begins, and where, into an empty directory."""
+        self._write(directory, {"nlosim": nlosim_version(), **self.fixed}, [session])
+
+    def former(self, directory: Path) -> Former:
+        """What the directory holds, if it is the same campaign.
+
+        Raises:
+            ResumeError: there is none, or another one.
+        """
+        kind = self.kind
+        try:
+            known, sessions = (
+                json.loads((directory / name).read_text(encoding="utf-8"))
+                for name in (kind.identity, kind.sessions)
+            )
+            lines = read_lines(directory / kind.entries)
+        except (OSError, ValueError) as error:
+            what = f"`{directory}` holds no {kind.noun} to resume; leave `--resume` out"
+            raise ResumeError(what) from error
+        self._check(directory, known)
+        return Former(identity=known, sessions=sessions.get("sessions", []), lines=lines)
+
+    def go_on(self, directory: Path, former: Former, session: Mapping[str, Any]) -> None:
+        """Write what goes on, and where; remark on results of two states of code or machine."""
+        if former.sessions:
+            last = former.sessions[-1]
+            for key, remark in self.kind.remarks.items():
+                if last[key] != session[key]:
+                    then, now = (each[key] or "unknown" for each in (last, session))
+                    what = "`%s` %s %s; going on with %s, whose results may differ"
+                    logger.warning(what, directory, remark, then, now)
+        self._write(directory, former.identity, [*former.sessions, session])
+
+    def _check(self, directory: Path, known: Mapping[str, Any]) -> None:
+        fixed = {"nlosim": nlosim_version(), **self.fixed}
+        new = json.loads(json.dumps(fixed))  # tuples become lists
+        changed = [key for key in new if new[key] != known.get(key)]
+        if changed:
+            names = {"nlosim": "the version of nlosim", **self.kind.names}
+            raise ResumeError(
+                f"`{directory}` holds another {self.kind.noun}: "
+                f"{names.get(changed[0], f'`{changed[0]}`')} changed since; only "
+                f"{self.kind.growing} may be added. Choose another --out, without --resume"
+            )
+
+    def _write(
+        self, directory: Path, known: Mapping[str, Any], sessions: Sequence[Mapping[str, Any]]
+    ) -> None:
+        files: dict[str, dict[str, Any]] = {self.kind.identity: {**known, **self.growing}}
+        files.setdefault(self.kind.sessions, {})["sessions"] = sessions
+        for name, content in files.items():
+            write_json(directory / name, content)
+
+
+def session(command: str, **facts: str) -> dict[str, Any]:
+    """Where the results of one start come from.
+
+    Args:
+        command: that the user gave.
+        facts: what else there is to say.
+    """
+    origin = provenance()
+    host = {**origin["host"], "cpu": cpu(), "memory_gib": memory_gib()}
+    return {"command": command, **facts, "commit": commit(), **origin, "host": host}
+
+
+class Journal(abc.ABC, Generic[Entry]):
+    """The finished parts of a campaign.
+
+    Args:
+        path: of the file; it is written anew, without the half line of a sudden end.
+        entries: what is finished already, in the order of finishing.
+    """
+
+    def __init__(self, path: Path, entries: Iterable[Entry]) -> None:
+        draft = path.with_name(f"{path.name}.draft")
+        with draft.open("w", encoding="utf-8") as file:
+            for entry in entries:
+                self._note(entry)
+                file.write(self._line(entry))
+        draft.replace(path)
+        self._file: TextIO = path.open("a", encoding="utf-8")
+
+    def add(self, entry: Entry) -> None:
+        """Note what is finished; when this returns, it is on the disk."""
+        self._note(entry)
+        self._file.write(self._line(entry))
+        self._file.flush()
+        os.fsync(self._file.fileno())
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    @abc.abstractmethod
+    def _note(self, entry: Entry) -> None:
+        """Keep what is finished in mind."""
+
+    @abc.abstractmethod
+    def _content(self, entry: Entry) -> Mapping[str, Any]:
+        """What the line of an entry says: plain values by their keys."""
+
+    def _line(self, entry: Entry) -> str:
+        return json.dumps(self._content(entry), allow_nan=False) + "\n"
+
+
+def read_lines(path: Path) -> list[dict[str, Any]]:
+    """The contents of the lines of a journal.
+
+    A line that was being written when everything ended is left out.
+
+    Raises:
+        OSError: the file cannot be read.
+    """
+    found = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        try:
+            found.append(json.loads(line))
+        except ValueError:
+            continue
+    return found

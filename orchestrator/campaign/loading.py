@@ -1,0 +1,98 @@
+"""The file of a campaign: a scenario, and the levels of the factors that set values of it."""
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from orchestrator.errors import ScenarioError
+from orchestrator.scenario import diagnosis
+from orchestrator.scenario.document import Address, Document
+from orchestrator.scenario.model import Scenario
+from orchestrator.scenario.settings_file import SettingsFile
+
+Model = TypeVar("Model", bound=BaseModel)
+Settings: TypeAlias = Mapping[str, Any]
+"""Values of the scenario by their paths."""
+
+
+def read(path: Path, model: type[Model], noun: str) -> tuple[SettingsFile, Model]:
+    """The file of a campaign, if it has the right shape.
+
+    Args:
+        path: of the file.
+        model: its shape.
+        noun: what messages call the campaign.
+
+    Raises:
+        ScenarioError: all problems, each at its place.
+    """
+    document = Document.read(path)
+    try:
+        return SettingsFile(document), model.model_validate(document.data)
+    except ValidationError as error:
+        found = diagnosis.problems(document, model, error, whole=f"the {noun}")
+        raise ScenarioError(sorted(found, key=lambda p: p.where)) from None
+
+
+def scenario_path(source: SettingsFile, path: Path, scenario: str) -> Path:
+    """The absolute path of the scenario file; that there is none is a problem.
+
+    Args:
+        source: notes the problem.
+        path: of the file of the campaign.
+        scenario: as it is written there.
+    """
+    found = (path.parent / scenario).absolute()
+    if not found.is_file():
+        what = f"there is no file {found} (the path is relative to this file)"
+        source.add(("scenario",), what)
+    return found
+
+
+def resolved(scenario: Scenario) -> Mapping[str, Any]:
+    """What the runs of a campaign have in common: the scenario without its seed."""
+    found = scenario.resolved()
+    del found["seed"]
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Factors:
+    """The factors of a file, their levels, and what these set.
+
+    Attributes:
+        source: the file.
+        key: under which the factors are written there.
+        levels: by factor and level, the settings.
+    """
+
+    source: SettingsFile
+    key: str
+    levels: Mapping[str, Mapping[str, Settings]]
+
+    def settings(self) -> Iterator[tuple[str, Address]]:
+        """Every path that a level sets: who sets it, and its address."""
+        for factor, levels in self.levels.items():
+            for level, settings in levels.items():
+                for path in settings:
+                    yield f"the factor `{factor}`", (self.key, factor, level, path)
+
+    def overrides(self, chosen: Mapping[str, str]) -> list[str]:
+        """What one level of every factor sets, as `nlosim run --set` takes it."""
+        return [
+            text
+            for factor, level in chosen.items()
+            for text in self.source.overrides(self.levels[factor][level], (self.key, factor, level))
+        ]
+
+    @contextlib.contextmanager
+    def loading(self, chosen: Mapping[str, str]) -> Iterator[None]:
+        """Problems of the scenario with these levels become problems of the file."""
+        try:
+            yield
+        except ScenarioError as error:
+            self.source.add_of_scenario(error.problems, chosen)
