@@ -1,24 +1,30 @@
 """The claims about collisions, the paper's and ours, each with what the runs say."""
 
-from typing import Any, Final
+from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
 from orchestrator.intervals import Estimate
-from studies.collision import linearity
-from studies.collision.campaign import Campaign
-from studies.collision.condition import COOPERATIVE, USUAL_AGE
-from studies.collision.curve import Curve, Resampling, interval
-from studies.collision.curves import CurveName, curves
-from studies.collision.names import relay_name
+from studies.collision.conditions import CONSTANT, COOPERATIVE, SIMULATED, USUAL_AGE
+from studies.collision.curves import (
+    CurveName,
+    Linearity,
+    curve_of,
+    curves,
+    linearities,
+    resampling_of,
+)
 from studies.collision.published import COMPRESSION_32_RATE, MOHED_RATE
-from studies.collision.rates import collision_rate, difference
-from studies.collision.runs import Point
-from studies.method.claim import Claim, Comparison, percent
-from studies.method.verdict import Range
+from studies.collision.runs import Campaign, Point
+from studies.collision.statistics import collision_rate, difference
+from studies.method.claims import Claim, Comparison, Range
+from studies.method.curve import Resampling, interval
+from studies.method.estimates import percent
+from studies.method.style import method_name
 
 SPEEDS: Final = (30.0, 25.0)
-"""Of the ego, those of the paper [km/h]."""
+"""The speeds of the ego in the paper [km/h]."""
 
 COMPRESSIONS: Final = (16, 32)
 
@@ -40,19 +46,14 @@ BENT: Final = 5.0
 """How far a curve that matters as nonlinear is from its chord somewhere [points]. Ours."""
 
 
-def rows(campaign: Campaign) -> list[dict[str, Any]]:
-    """One row per comparison; `verdict` is that of the whole claim."""
-    return [row for claim in claims(campaign) for row in claim.rows()]
-
-
 def claims(campaign: Campaign) -> list[Claim]:
-    """All of them."""
+    """All claims, the paper's first."""
     return [*_of_the_paper(campaign), *_ours(campaign)]
 
 
 def _of_the_paper(campaign: Campaign) -> list[Claim]:
     first, _ = SPEEDS
-    bends = linearity.rows(campaign.points)
+    bends = linearities(campaign.points)
     return [
         Claim(
             "mohed-below-1",
@@ -128,7 +129,7 @@ def _rate(name: str, point: Point | None, wanted: Range, paper: float | None) ->
 
 def _relayed(campaign: Campaign, relay: str, speed: float, wanted: Range) -> Comparison:
     return _rate(
-        f"{relay_name(relay)}, {speed:g} km/h", campaign.relayed(relay, 16, speed), wanted, None
+        f"{method_name(relay)}, {speed:g} km/h", campaign.relayed(relay, 16, speed), wanted, None
     )
 
 
@@ -161,10 +162,10 @@ def _moved(campaign: Campaign, compression: int) -> Comparison:
             known.get(CurveName(channel=channel, compression=compression, speed_kmh=speed)) or []
             for speed in SPEEDS
         ]
-        for channel in ("constant", "simulated")
+        for channel in (CONSTANT, SIMULATED)
     ]
     chosen = next((pair for pair in pairs if all(pair)), None)
-    resampling = None if chosen is None else Resampling.of([each for one in chosen for each in one])
+    resampling = None if chosen is None else resampling_of([each for one in chosen for each in one])
     return Comparison(
         quantity=f"critical PER at {SPEEDS[1]:g} minus {SPEEDS[0]:g} km/h, "
         f"compression {compression}",
@@ -177,8 +178,11 @@ def _moved(campaign: Campaign, compression: int) -> Comparison:
 
 
 def _shift(pair: list[list[Point]], resampling: Resampling) -> Estimate | None:
-    """Of the second curve against the first [points]; `None` where one does not get there."""
-    first, second = (Curve.of(points, resampling).crossing(CRITICAL) for points in pair)
+    """How far the critical point of the second curve lies beyond that of the first [points].
+
+    `None` where one of them does not get there.
+    """
+    first, second = (curve_of(points, resampling).crossing(CRITICAL) for points in pair)
     if not np.isfinite([first[0], second[0]]).all():
         return None
     with np.errstate(invalid="ignore"):
@@ -190,19 +194,19 @@ def _shift(pair: list[list[Point]], resampling: Resampling) -> Estimate | None:
     return percent(found if is_bounded else Estimate(found.value, None, None))
 
 
-def _bent(bends: list[dict[str, Any]], compression: int) -> Comparison:
+def _bent(bends: Sequence[Linearity], compression: int) -> Comparison:
     found = [
-        row
-        for row in bends
-        if row["compression"] == compression
-        and row["speed_kmh"] == SPEEDS[0]
-        and row["maximum_age"] == USUAL_AGE
+        bend
+        for bend in bends
+        if bend.curve.compression == compression
+        and bend.curve.speed_kmh == SPEEDS[0]
+        and bend.curve.maximum_age == USUAL_AGE
     ]
     return Comparison(
         quantity=f"largest distance from the chord, compression {compression}",
         unit="points",
-        found=percent(linearity.size(found[0])) if found else None,
-        n=found[0]["seeds"] if found else 0,
+        found=percent(found[0].size) if found else None,
+        n=found[0].seeds if found else 0,
         wanted=Range(low=BENT, is_open=True),
         paper=None,
     )

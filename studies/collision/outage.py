@@ -59,14 +59,14 @@ def outage(recording: Recording) -> Outage:
     packets, arrivals = _sent(traces), _arrivals(traces)
     arrived = np.isin(packets["id"], arrivals["packet"])
     seconds = traces.end // _SECOND + 1
-    braked = found["braking"]["pedal"]
+    braked = found.braking.pedal
     return Outage(
         sent=np.bincount(packets["time"] // _SECOND, minlength=seconds),
         received=np.bincount(packets["time"][arrived] // _SECOND, minlength=seconds),
         silence=_silence(arrivals["time"] / _SECOND),
         braked=braked,
         last_moment=None if braked is None else _last_moment(traces, braked),
-        collision=found["collision"],
+        collision=found.collision,
     )
 
 

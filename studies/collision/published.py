@@ -9,7 +9,7 @@ class Published:
     """A row of COOPERNAUT's table, each with its ± (three trained networks).
 
     Attributes:
-        name: there.
+        name: what the table calls the policy.
         success, success_sd: success rate and its ± [%].
         sct, sct_sd: success weighted by completion time and its ± [%].
         collisions, collisions_sd: collision rate and its ± [%].
@@ -29,15 +29,16 @@ COOPERNAUT: Final = {
     "early-fusion": Published("early fusion", 78.6, 11.8, 75.8, 9.1, 17.7, 15.2),
     "cooperative-16": Published("COOPERNAUT", 80.7, 7.6, 77.8, 7.1, 17.7, 7.8),
 }
-"""Red-light violation, by our policy of the same kind: Cui, Qiu, Chen, Stone, Zhu, "COOPERNAUT:
-End-to-End Driving with Cooperative Perception for Networked Vehicles", CVPR 2022, table 2. In
-CARLA, 30 background vehicles, lidars read without loss; an ego that stands for long fails, too."""
+"""The rows of red-light violation, by our policy of the same kind: Cui, Qiu, Chen, Stone, Zhu,
+"COOPERNAUT: End-to-End Driving with Cooperative Perception for Networked Vehicles", CVPR 2022,
+table 2. In CARLA, 30 background vehicles, lidars read without loss; an ego that stands for long
+fails, too."""
 
 MOHED_RATE: Final = 0.01
 """Collision rate with MoHeD is below it ("NLOS Dies Twice", section "Results & Analysis")."""
 
 MOHED_PER: Final = 0.1202
-"""At this packet error rate (ibidem)."""
+"""The packet error rate at which `MOHED_RATE` is meant (ibidem)."""
 
 COMPRESSION_32_RATE: Final = 0.40
 """Collision rate at compression 32 "even under perfect wireless connection", approximately."""

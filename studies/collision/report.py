@@ -1,16 +1,31 @@
-"""The report `collision-study` of one experiment of the driving campaign.
+"""The files of the driving campaign: those of one experiment, and those of all of them together.
 
-NAME is that of the experiment file, e.g. `collision_relay`:
+The report `collision-study` writes, where NAME is that of the experiment file, e.g.
+`collision_relay`:
 
 NAME.csv               per condition: collisions, successes, times, packet error rate
 NAME_runs.csv          every run: condition, seed, metrics; what the page of all is made of
-NAME_provenance.json   commands, commits, machine, versions, cost
+NAME_provenance.json   commands, commits, machine, versions
+
+`write_campaign` makes of them:
+
+collision.csv              per condition: collisions with intervals, and more
+collision_claims.csv       the paper's claims and ours, with verdicts
+collision_critical.csv     packet error rates at which the collision rate crosses 1, 10 and 50 %
+collision_linearity.csv    how far the curves over constant rates are from straight lines
+collision_assumption.csv   the simulated channel against a constant rate of the same mean
+collision_partners.csv     with whom the ego collided
+figure9_10.*               collision rate over packet error rate: points (CSV), picture (SVG, PNG)
+collision_policies.svg     driving policies under perfect communication; and PNG
+collision_radio.svg        weaker radios; and PNG
+collision_load.svg         loads and loss granularities; and PNG
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from itertools import combinations
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from typing_extensions import override
 
@@ -22,15 +37,39 @@ from orchestrator.experiment.report import (
 )
 from orchestrator.parameters import ParameterProblem
 from orchestrator.recording.layout import write_json
-from orchestrator.suggestion import suggestion
-from studies.collision import rates
-from studies.collision.condition import COOPERATIVE, POLICY, condition_of
-from studies.collision.runs import METRICS, SUFFIX, points, table
-from studies.method import csv_file
+from studies.collision import statistics
+from studies.collision.claims import claims
+from studies.collision.conditions import COOPERATIVE, POLICY, condition_of
+from studies.collision.curves import assumptions, critical_points, curves, linearities
+from studies.collision.runs import (
+    CONSTANT_PER,
+    LOAD,
+    METRICS,
+    POLICIES,
+    RADIO,
+    SUFFIX,
+    Campaign,
+    points,
+    run_rows,
+)
+from studies.collision.statistics import Result, beside_relay, partners
+from studies.method import records
+from studies.method.claims import judge
 from studies.method.origin import origin
-from studies.method.text import columns_of_text, interval
+from studies.method.report import missing, parameters, unknown_parameters
+from studies.method.text import columns_of_text, percent_shown
 
 PROVENANCE: Final = "_provenance.json"
+"""The end of the name of the file that says where numbers come from, after the experiment's."""
+
+TABLE: Final = "collision"
+CLAIMS: Final = "collision_claims"
+CRITICAL: Final = "collision_critical"
+LINEARITY: Final = "collision_linearity"
+ASSUMPTION: Final = "collision_assumption"
+PARTNERS: Final = "collision_partners"
+FIGURE: Final = "figure9_10"
+"""The names of the files of all experiments together."""
 
 
 class CollisionStudy(ExperimentReport):
@@ -46,46 +85,79 @@ class CollisionStudy(ExperimentReport):
     def check(self, experiment: Experiment) -> Iterator[ParameterProblem]:
         found = list(_parameter_problems(experiment))
         yield from found
-        missing = [f"`{name}: {path}`" for name, path in METRICS.items()]
-        missing = [
-            text
-            for text, name in zip(missing, METRICS, strict=True)
-            if name not in experiment.metrics
-        ]
-        if missing:
-            what = f"the collision study needs the metric {' and '.join(missing)}"
-            yield ParameterProblem((), what)
+        needed = {name: f"{name}: {path}" for name, path in METRICS.items()}
+        yield from missing("collision study", "metric", needed, experiment.metrics)
         if not found:
             yield from _condition_problems(experiment)
 
     @override
     def write(self, results: Results, directory: Path) -> ExperimentFindings:
         name = results.experiment.path.stem
-        runs = table(results, _policy(results.experiment))
-        found = rates.rows(points(name, runs))
-        csv_file.write(directory / f"{name}.csv", found)
-        csv_file.write(directory / f"{name}{SUFFIX}", runs)
-        write_json(directory / f"{name}{PROVENANCE}", origin(results))
-        return ExperimentFindings(tables={name: found}, text=_text(found))
+        runs = run_rows(results, _policy(results.experiment))
+        found = statistics.results(points(name, runs))
+        table = records.rows(found)
+        records.write(directory / f"{name}.csv", table)
+        records.write(directory / f"{name}{SUFFIX}", records.rows(runs))
+        write_json(directory / f"{name}{PROVENANCE}", asdict(origin(results)))
+        return ExperimentFindings(tables={name: table}, text=_text(found))
+
+
+def write_campaign(folder: Path) -> None:
+    """Write tables and figures of the experiments whose reports are in `folder`.
+
+    Pictures of nothing are left out.
+
+    Raises:
+        FileNotFoundError: there is nothing of any experiment.
+        ValueError: a file is not what a report wrote.
+    """
+    campaign = Campaign.read(folder)
+    table = statistics.results(campaign.points)
+    on_curves = [point for each in curves(campaign.points).values() for point in each]
+    over_per = statistics.results(on_curves)
+    tables: dict[str, Sequence[object]] = {
+        TABLE: table,
+        CLAIMS: judge(claims(campaign)),
+        CRITICAL: critical_points(campaign.points),
+        LINEARITY: linearities(campaign.points),
+        ASSUMPTION: assumptions(campaign.points),
+        PARTNERS: partners(campaign.points),
+        FIGURE: over_per,
+    }
+    for name, found in tables.items():
+        records.write(folder / f"{name}.csv", records.rows(found))
+    _draw(table, over_per, folder)
+
+
+def _draw(table: Sequence[Result], over_per: Sequence[Result], folder: Path) -> None:
+    from studies.collision import figures  # noqa: PLC0415 - matplotlib is slow
+
+    if over_per:
+        figures.draw_over_per(over_per, folder / FIGURE)
+    if rows := [row for row in table if row.experiment == POLICIES]:
+        figures.draw_policies(rows, folder / POLICIES)
+    if rows := beside_relay(table, RADIO):
+        constant = [row for row in table if row.experiment == CONSTANT_PER]
+        figures.draw_radio(rows, constant, folder / RADIO)
+    if rows := beside_relay(table, LOAD):
+        figures.draw_load(rows, folder / LOAD)
 
 
 def _policy(experiment: Experiment) -> str:
-    assert experiment.report is not None  # noqa: S101 - this is its report
-    return str(experiment.report.parameters.get(POLICY, COOPERATIVE))
+    return str(parameters(experiment).get(POLICY, COOPERATIVE))
 
 
 def _parameter_problems(experiment: Experiment) -> Iterator[ParameterProblem]:
-    assert experiment.report is not None  # noqa: S101 - this is its report
-    for name, value in experiment.report.parameters.items():
-        if name != POLICY:
-            what = f"there is no parameter `{name}`; {suggestion(name, [POLICY])}"
-            yield ParameterProblem((name,), what, at_key=True)
-        elif not isinstance(value, str) or not value:
-            what = f"expected the name of a policy, e.g. `{COOPERATIVE}`"
-            yield ParameterProblem((name,), what)
-        elif POLICY in experiment.factors:
-            what = f"the factor `{POLICY}` says which policy it is; leave the parameter out"
-            yield ParameterProblem((name,), what, at_key=True)
+    yield from unknown_parameters(experiment, [POLICY])
+    given = parameters(experiment)
+    if POLICY not in given:
+        return
+    if not isinstance(given[POLICY], str) or not given[POLICY]:
+        what = f"expected the name of a policy, e.g. `{COOPERATIVE}`"
+        yield ParameterProblem((POLICY,), what)
+    elif POLICY in experiment.factors:
+        what = f"the factor `{POLICY}` says which policy it is; leave the parameter out"
+        yield ParameterProblem((POLICY,), what, at_key=True)
 
 
 def _condition_problems(experiment: Experiment) -> Iterator[ParameterProblem]:
@@ -112,34 +184,25 @@ def _named(levels: Mapping[str, str]) -> str:
     return ", ".join(f"{factor} {level}" for factor, level in levels.items())
 
 
-def _text(found: Sequence[Mapping[str, Any]]) -> str:
+def _text(found: Sequence[Result]) -> str:
     """The table for the terminal."""
-    head = [
-        "policy",
-        "relay",
-        "compression",
-        "km/h",
-        "load",
-        "uses [s]",
-        "dBm",
-        "PER",
-        "runs",
-        "collisions",
-        "success",
-    ]
+    head = (
+        "policy", "relay", "compression", "km/h", "load", "uses [s]", "dBm", "PER", "runs",
+        "collisions", "success",
+    )  # fmt: skip
     body = [
         [
-            row["policy"],
-            row["relay"],
-            str(row["compression"] or "-"),
-            f"{row['speed_kmh']:g}",
-            " ".join(filter(None, (row["load"], row["granularity"]))) or "-",
-            "-" if row["maximum_age"] is None else f"{row['maximum_age']:g}",
-            "-" if row["transmit_power"] is None else f"{row['transmit_power']:g}",
-            "-" if row["per"] is None else f"{100 * row['per']:.1f}",
-            str(row["runs"]),
-            interval({**row, "rate_low": row["low"], "rate_high": row["high"]}, "rate", ".1f", 100),
-            interval(row, "success", ".1f", 100),
+            row.policy,
+            row.relay,
+            str(row.compression or "-"),
+            f"{row.speed_kmh:g}",
+            " ".join(filter(None, (row.load, row.granularity))) or "-",
+            "-" if row.maximum_age is None else f"{row.maximum_age:g}",
+            "-" if row.transmit_power is None else f"{row.transmit_power:g}",
+            "-" if row.per is None else f"{100 * row.per:.1f}",
+            str(row.runs),
+            percent_shown(row.collision_rate),
+            percent_shown(row.success),
         ]
         for row in found
     ]

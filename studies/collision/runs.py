@@ -1,13 +1,20 @@
-"""Runs as the study sees them, and the file that carries them from a report to the page."""
+"""The runs of all experiments of the campaign, and the files that carry them to its page."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.experiment.report import Results
-from studies.collision.condition import Condition, condition_of
-from studies.method import csv_file
+from studies.collision.conditions import (
+    CONSTANT,
+    COOPERATIVE,
+    SIMULATED,
+    USUAL_AGE,
+    Condition,
+    condition_of,
+)
+from studies.method import records
 
 METRICS: Final = {
     "collision": "collision",
@@ -25,6 +32,67 @@ METRICS: Final = {
 """Columns that an experiment needs, and the metrics of a run that they usually are."""
 
 SUFFIX: Final = "_runs.csv"
+"""The end of the name of the file of runs, after the name of the experiment."""
+
+POLICIES: Final = "collision_policies"
+CONSTANT_PER: Final = "collision_constant_per"
+SPEED: Final = "collision_speed"
+MEMORY: Final = "collision_memory"
+RELAY: Final = "collision_relay"
+RADIO: Final = "collision_radio"
+LOAD: Final = "collision_load"
+
+EXPERIMENTS: Final[Mapping[str, str]] = {
+    POLICIES: "driving policies under perfect communication",
+    CONSTANT_PER: "constant packet error rates",
+    SPEED: "constant packet error rates at 25 km/h",
+    MEMORY: "constant packet error rates for a policy that forgets",
+    RELAY: "relay methods over the simulated channel",
+    RADIO: "weaker radios",
+    LOAD: "loads and loss granularities",
+}
+"""What is varied, by the name of the experiment file, which is that of the files of its report."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunRow:
+    """A run as its experiment recorded it: its condition, metrics, and whether it failed.
+
+    The metrics are those of `METRICS`, `None` where there was nothing to measure.
+
+    Attributes:
+        condition: under which it was made.
+        seed: the seed of the run.
+        collision: whether the ego collided.
+        collision_time: when it did [s].
+        collision_partner: with what, as a role.
+        success: whether the ego completed its way without a collision.
+        completion_time: when it had completed its way [s].
+        prr: packet reception rate of the sensor data end to end, 0 to 1.
+        direct_prr: packet reception rate of the direct link, 0 to 1.
+        begin: when fusion was first triggered [s].
+        served: messages that reached the ego whole, per scan since then.
+        relay_switches: number of changes of the relay.
+        min_gap_m: the smallest distance to the collision vehicle [m].
+        wall_s: the wall time of the run [s].
+        error: why it failed; `None` if it did not.
+    """
+
+    condition: Condition
+    seed: int
+    collision: bool | None
+    collision_time: float | None
+    collision_partner: str | None
+    success: bool | None
+    completion_time: float | None
+    prr: float | None
+    direct_prr: float | None
+    begin: float | None
+    served: float | None
+    relay_switches: int | None
+    min_gap_m: float | None
+    wall_s: float
+    error: str | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,11 +100,11 @@ class Run:
     """What happened in a run that did not fail.
 
     Attributes:
-        seed: of the run.
+        seed: the seed of the run.
         collision: whether the ego collided.
         partner: with what, as a role; empty without a collision.
         success: whether the ego completed its way without a collision.
-        completion_time: [s]; `None` if it did not complete.
+        completion_time: when it had [s]; `None` if it did not complete.
         per: packet error rate of the sensor data end to end; `None` if none was sent.
         begin: when fusion was first triggered [s]; `None` if it never was.
         served: messages that reached the ego whole, per scan since fusion was first triggered;
@@ -52,24 +120,48 @@ class Run:
     begin: float | None
     served: float | None
 
+    @staticmethod
+    def of(row: RunRow) -> "Run":
+        """The run of `row`, which did not fail."""
+        return Run(
+            seed=row.seed,
+            collision=bool(row.collision),
+            partner=row.collision_partner or "",
+            success=bool(row.success),
+            completion_time=row.completion_time,
+            per=None if row.prr is None else 1.0 - row.prr,
+            begin=row.begin,
+            served=row.served,
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Point:
     """The runs under one condition of one experiment.
 
     Attributes:
-        experiment: its name.
-        condition: of all runs.
-        runs: by seed.
+        experiment: the name of the experiment.
+        condition: the condition of all runs.
+        runs: those that did not fail, by seed.
     """
 
     experiment: str
     condition: Condition
     runs: Mapping[int, Run]
 
+    @property
+    def ordered(self) -> list[Run]:
+        """The runs in the order of their seeds."""
+        return [self.runs[seed] for seed in sorted(self.runs)]
 
-def table(results: Results, policy: str) -> list[dict[str, Any]]:
-    """Every run: its condition, seed, metrics, wall time [s] and error."""
+
+def run_rows(results: Results, policy: str) -> list[RunRow]:
+    """Every run of an experiment.
+
+    Args:
+        results: what the experiment found.
+        policy: the name of the driving policy if no factor is.
+    """
     conditions = {
         tuple(each.levels.values()): condition_of(each.levels, each.resolved, policy)
         for each in results.experiment.combinations
@@ -77,90 +169,78 @@ def table(results: Results, policy: str) -> list[dict[str, Any]]:
     factors = results.experiment.factors
     names = ("seed", *METRICS, "wall_s", "error")
     return [
-        {
-            **asdict(conditions[tuple(row[factor] for factor in factors)]),
+        RunRow(
+            condition=conditions[tuple(row[factor] for factor in factors)],
             **{name: row[name] for name in names},
-        }
+        )
         for row in results.rows
     ]
 
 
-def points(experiment: str, rows: Sequence[Mapping[str, Any]]) -> list[Point]:
-    """The runs of `table` that did not fail, by condition, in the order of the experiment."""
+def points(experiment: str, rows: Sequence[RunRow]) -> list[Point]:
+    """The runs that did not fail, by condition, in the order of the experiment."""
     found: dict[Condition, dict[int, Run]] = {}
     for row in rows:
-        runs = found.setdefault(_condition(row), {})
-        if row["error"] is None:
-            runs[row["seed"]] = _run(row)
+        runs = found.setdefault(row.condition, {})
+        if row.error is None:
+            runs[row.seed] = Run.of(row)
     return [Point(experiment, condition, runs) for condition, runs in found.items()]
 
 
-def read(folder: Path, experiment: str) -> list[Point]:
+def read(folder: Path, experiment: str) -> list[RunRow]:
     """The runs that a report wrote to `folder`.
 
     Raises:
         FileNotFoundError: the experiment was not run.
         ValueError: a cell is not what it should be; names the file and its line.
     """
-    path = folder / f"{experiment}{SUFFIX}"
-    return points(experiment, list(_typed(path)))
+    return records.read(folder / f"{experiment}{SUFFIX}", RunRow)
 
 
-def _typed(path: Path) -> Iterator[dict[str, Any]]:
-    for line, row in enumerate(csv_file.read(path), start=2):
-        try:
-            yield {name: _KINDS[name](row[name]) for name in _KINDS}
-        except KeyError as error:
-            raise ValueError(f"{path}: there is no column {error}; run the report again") from None
-        except ValueError as error:
-            raise ValueError(f"{path}:{line}: {error}") from None
+@dataclass(frozen=True, slots=True)
+class Campaign:
+    """What was run of all experiments.
 
+    Attributes:
+        points: the runs of all experiments, by condition.
+        missing: experiments that were not run.
+    """
 
-def _number(cell: str) -> float | None:
-    return float(cell) if cell else None
+    points: Sequence[Point]
+    missing: Sequence[str]
 
+    @staticmethod
+    def read(folder: Path) -> "Campaign":
+        """Whatever of the experiments the reports wrote to `folder`.
 
-def _truth(cell: str) -> bool | None:
-    if cell not in ("True", "False", ""):
-        raise ValueError(f"expected `True`, `False` or nothing, got `{cell}`")
-    return None if not cell else cell == "True"
+        Raises:
+            FileNotFoundError: there is nothing of any experiment.
+            ValueError: a file is not what a report wrote.
+        """
+        missing = [name for name in EXPERIMENTS if not (folder / f"{name}{SUFFIX}").is_file()]
+        if len(missing) == len(EXPERIMENTS):
+            raise FileNotFoundError(2, "nothing", str(folder / f"{POLICIES}{SUFFIX}"))
+        there = [name for name in EXPERIMENTS if name not in missing]
+        found = [point for name in there for point in points(name, read(folder, name))]
+        return Campaign(found, missing)
 
+    def perfect(self, policy: str, compression: int | None = None) -> Point | None:
+        """A policy that gets every packet, at the speed of most runs."""
+        return self._find(policy=policy, compression=compression, channel=CONSTANT, per=0.0)
 
-_KINDS: Final[Mapping[str, Callable[[str], Any]]] = {
-    "policy": str,
-    "relay": str,
-    "compression": lambda cell: int(cell) if cell else None,
-    "speed_kmh": float,
-    "channel": str,
-    "per": _number,
-    "load": str,
-    "granularity": str,
-    "maximum_age": _number,
-    "transmit_power": _number,
-    "seed": int,
-    "collision": _truth,
-    "collision_partner": str,
-    "success": _truth,
-    "completion_time": _number,
-    "prr": _number,
-    "begin": _number,
-    "served": _number,
-    "error": lambda cell: cell or None,
-}
+    def relayed(self, relay: str, compression: int, speed_kmh: float) -> Point | None:
+        """The cooperative policy over the simulated channel."""
+        wanted = {"policy": COOPERATIVE, "channel": SIMULATED, "relay": relay}
+        return self._find(**wanted, compression=compression, speed_kmh=speed_kmh)
 
-
-def _condition(row: Mapping[str, Any]) -> Condition:
-    return Condition(**{name: row[name] for name in Condition.__dataclass_fields__})
-
-
-def _run(row: Mapping[str, Any]) -> Run:
-    return Run(
-        seed=row["seed"],
-        collision=bool(row["collision"]),
-        partner=row["collision_partner"] or "",
-        success=bool(row["success"]),
-        completion_time=row["completion_time"],
-        per=None if row["prr"] is None else 1.0 - row["prr"],
-        begin=row["begin"],
-        served=row["served"],
-    )
+    def _find(self, **wanted: Any) -> Point | None:
+        """The one with the most runs; loads and what a policy remembers are as usual."""
+        found = [
+            point
+            for point in self.points
+            if all(getattr(point.condition, name) == value for name, value in wanted.items())
+            and (point.condition.policy != COOPERATIVE or point.condition.is_usual)
+            and point.condition.maximum_age in (None, USUAL_AGE)
+            and point.runs
+        ]
+        return max(found, key=lambda point: len(point.runs), default=None)

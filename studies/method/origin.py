@@ -1,77 +1,101 @@
-"""Where the numbers of the study come from, and what they cost."""
+"""Where the numbers of a study come from."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Final
 
-from orchestrator.experiment.report import Results, Row
-from orchestrator.scenario.units import duration
+from orchestrator.experiment.report import Results
 
 _VERSIONS: Final = ("nlosim", "python", "numpy", "libsumo", "matplotlib", "distributed")
 
 
-def origin(results: Results) -> dict[str, Any]:
-    """Everything that a reader needs to make the numbers again; no name of a host."""
-    failed = sum(row["error"] is not None for row in results.rows)
-    return {
-        "experiment": str(results.experiment.path),
-        "seeds": seeds_text(results.experiment.seeds),
-        "planned": len(results.experiment.runs()),
-        "runs": len(results.rows),
-        "failed": failed,
-        "sessions": [_session(session) for session in results.sessions],
-    }
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Machine:
+    """The machine that ran an experiment, without its name; `None` where that is not known.
+
+    Attributes:
+        cpu: the name of its processor.
+        cpus: how many processors the process could use.
+        memory_gib: its memory [GiB].
+        platform: its operating system.
+    """
+
+    cpu: str | None
+    cpus: int | None
+    memory_gib: float | None
+    platform: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Session:
+    """The first start of an experiment, or a later one that went on with it.
+
+    Attributes:
+        command: the command line.
+        created: when it was started (ISO 8601).
+        commit: the commit of the checkout; `None` outside of one.
+        versions: the versions of the packages that the numbers may depend on.
+        machine: the machine that ran it.
+    """
+
+    command: str
+    created: str
+    commit: str | None
+    versions: Mapping[str, str]
+    machine: Machine
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Origin:
+    """Everything that a reader needs to make the numbers of an experiment again.
+
+    Attributes:
+        experiment: the path of the experiment file.
+        seeds: the seeds of every combination, as an experiment file has them.
+        planned: the number of runs that the experiment has.
+        runs: the number of runs that are there.
+        failed: the number of those that failed.
+        sessions: all starts of the experiment.
+    """
+
+    experiment: str
+    seeds: str
+    planned: int
+    runs: int
+    failed: int
+    sessions: tuple[Session, ...]
+
+
+def origin(results: Results) -> Origin:
+    """Say where `results` come from, without the name of a host."""
+    return Origin(
+        experiment=str(results.experiment.path),
+        seeds=seeds_text(results.experiment.seeds),
+        planned=len(results.experiment.runs()),
+        runs=len(results.rows),
+        failed=sum(row["error"] is not None for row in results.rows),
+        sessions=tuple(_session(session) for session in results.sessions),
+    )
 
 
 def seeds_text(seeds: Sequence[int]) -> str:
-    """As an experiment file has them: a range if they are one."""
+    """The seeds as an experiment file has them: a range if they are one."""
     if len(seeds) > 1 and list(seeds) == list(range(seeds[0], seeds[-1] + 1)):
         return f"{seeds[0]}..{seeds[-1]}"
     return ", ".join(map(str, seeds))
 
 
-def _session(session: Mapping[str, Any]) -> dict[str, Any]:
-    host = session["host"]
-    return {
-        "command": session["command"],
-        "created": session["created"],
-        "commit": session["commit"],
-        "versions": {
-            name: session["versions"][name] for name in _VERSIONS if name in session["versions"]
-        },
-        "machine": {name: host.get(name) for name in ("cpu", "cpus", "memory_gib", "platform")},
-    }
-
-
-def cost(results: Results, factor: str) -> list[dict[str, Any]]:
-    """Wall time of one worker process over simulated time, per level and of all runs.
-
-    Start, simulation and metrics of the run are in it; workers have one thread each, so it is
-    processor time as long as every worker has a core for itself.
-    """
-    simulated = {
-        tuple(one.levels.values()): _simulated(one.resolved)
-        for one in results.experiment.combinations
-    }
-    done = [row for row in results.rows if row["error"] is None]
-    factors = results.experiment.factors
-
-    def of(name: str, rows: Iterable[Row]) -> dict[str, Any]:
-        times = [(row["wall_s"], simulated[tuple(row[f] for f in factors)]) for row in rows]
-        wall, time = sum(one[0] for one in times), sum(one[1] for one in times)
-        return {
-            factor: name,
-            "runs": len(times),
-            "wall_s": wall,
-            "simulated_s": time,
-            "wall_s_per_simulated_s": wall / time if time else None,
-        }
-
-    levels = results.experiment.levels[factor]
-    each = [of(name, [row for row in done if row[factor] == name]) for name in levels]
-    return [*each, of("all", done)]
-
-
-def _simulated(scenario: Mapping[str, Any]) -> float:
-    """The simulated time of a run of a resolved scenario [s]."""
-    time = scenario["time"]
-    return (duration(time["stop"]) - duration(time["start"])) / 1e9
+def _session(session: Mapping[str, Any]) -> Session:
+    host, versions = session["host"], session["versions"]
+    return Session(
+        command=session["command"],
+        created=session["created"],
+        commit=session["commit"],
+        versions={name: versions[name] for name in _VERSIONS if name in versions},
+        machine=Machine(
+            cpu=host.get("cpu"),
+            cpus=host.get("cpus"),
+            memory_gib=host.get("memory_gib"),
+            platform=host.get("platform"),
+        ),
+    )

@@ -1,11 +1,15 @@
-"""Parts of the pages of studies: where the numbers come from, claims, costs."""
+"""What the pages of studies have in common: their command, and the parts that all of them have."""
 
-from collections.abc import Callable, Mapping, Sequence
+import argparse
+import os
+from collections.abc import Callable, Sequence
 from itertools import groupby
-from typing import Any, Final
+from pathlib import Path
+from typing import Final
 
-from studies.method.text import interval, markdown
-from studies.method.verdict import Part
+from studies.method.claims import Judgement, Part
+from studies.method.origin import Origin
+from studies.method.text import markdown, shown
 
 RULE: Final = """\
 The rule: a comparison *holds* if its whole interval of 95 % satisfies it, *fails* if the whole
@@ -15,87 +19,83 @@ interval violates it, and is *open* else. A claim is **reproduced** if all its c
 """
 """How verdicts come about."""
 
-
-def numbers(row: Mapping[str, str]) -> dict[str, float | None]:
-    """The cells that are numbers, or empty."""
-    found: dict[str, float | None] = {}
-    for name, cell in row.items():
-        try:
-            found[name] = float(cell) if cell else None
-        except ValueError:
-            continue
-    return found
+Page = Callable[[Path, str, Path | None], str]
+"""Makes a page of a folder of results, the link from the page to it, and a file written by hand."""
 
 
-def made(origin: Mapping[str, Any], runs: str | None = None) -> str:
-    """Of how many runs, by which command, with what, and where.
+def command(study: str, page: Page, prepare: Callable[[Path], None] = lambda _: None) -> None:
+    """Write the page of a study, as the command line `python -m STUDY PAGE DIR [ANALYSIS]` says.
 
     Args:
-        origin: as `origin.origin` has it.
+        study: the package of the study, e.g. `studies.relay`.
+        page: makes the page, in Markdown.
+        prepare: completes the folder of results first.
+    """
+    parser = argparse.ArgumentParser(prog=f"python -m {study}")
+    parser.add_argument("page", type=Path, help="to write (Markdown)")
+    parser.add_argument("directory", type=Path, help="what the reports wrote")
+    parser.add_argument(
+        "analysis", type=Path, nargs="?", help="text by hand, included if it is there"
+    )
+    given = parser.parse_args()
+    link = Path(os.path.relpath(given.directory, given.page.parent)).as_posix()
+    try:
+        prepare(given.directory)
+        text = page(given.directory, link, given.analysis)
+    except FileNotFoundError as error:
+        parser.error(f"there is no `{error.filename}`; `make paper` writes it")
+    except ValueError as error:
+        parser.error(str(error))
+    given.page.write_text(text, encoding="utf-8")
+
+
+def by_hand(analysis: Path | None) -> list[str]:
+    """The text in the file `analysis`, if there is one."""
+    there = analysis is not None and analysis.is_file()
+    return [analysis.read_text(encoding="utf-8")] if analysis is not None and there else []
+
+
+def made(origin: Origin, runs: str | None = None) -> str:
+    """Of how many runs the numbers are, by which command, with what, and where.
+
+    Args:
+        origin: where they come from.
         runs: link to the table of all runs, if there is one.
     """
-    counts = f"{origin['runs']} of {origin['planned']} runs, {origin['failed']} failed"
+    counts = f"{origin.runs} of {origin.planned} runs, {origin.failed} failed"
     rows = "" if runs is None else f"; [every run]({runs})"
-    lines = [f"* {counts}, seeds {origin['seeds']}{rows}"]
-    for session in origin["sessions"]:
-        machine = session["machine"]
-        host = f"{machine['cpu']}, {machine['cpus']} CPUs, {machine['platform']}"
-        commit = session["commit"] or "not from a checkout"
-        versions = ", ".join(map(" ".join, session["versions"].items()))
+    lines = [f"* {counts}, seeds {origin.seeds}{rows}"]
+    for session in origin.sessions:
+        machine = session.machine
+        host = f"{machine.cpu}, {machine.cpus} CPUs, {machine.platform}"
+        commit = session.commit or "not from a checkout"
+        versions = ", ".join(map(" ".join, session.versions.items()))
         lines += [
-            f"* command: `{session['command']}`, {session['created']}",
+            f"* command: `{session.command}`, {session.created}",
             f"  * commit: {commit}; {versions}",
             f"  * machine: {host}",
         ]
     return "\n".join(lines) + "\n"
 
 
-def claims(rows: Sequence[Mapping[str, str]]) -> str:
-    """The table of claims, from what `claim.Claim.rows` makes."""
+def claims(judgements: Sequence[Judgement]) -> str:
+    """The table of claims."""
     head = ("claim", "whose", "verdict", "quantity", "measured", "wanted", "paper", "so it")
     body = []
-    for _, group in groupby(rows, key=lambda row: row["claim"]):
-        for number, row in enumerate(group):
-            first = [row["text"], row["origin"], f"**{row['verdict']}**"]
-            body.append([*(first if number == 0 else ["", "", ""]), *_comparison(row)])
+    for _, group in groupby(judgements, key=lambda one: one.claim):
+        for number, one in enumerate(group):
+            first = [one.text, one.origin, f"**{one.verdict}**"]
+            body.append([*(first if number == 0 else ["", "", ""]), *_comparison(one)])
     return markdown(head, body)
 
 
-def _comparison(row: Mapping[str, str]) -> list[str]:
-    values = numbers(row)
-    paper = values["paper"]
-    unit = f" [{row['unit']}]" if row["unit"] else ""
-    is_open_but_holds = row["part"] == Part.OPEN.value and row["mean_satisfies"] == "True"
+def _comparison(one: Judgement) -> list[str]:
+    unit = f" [{one.unit}]" if one.unit else ""
+    is_open_but_holds = one.part == Part.OPEN.value and one.mean_satisfies
     return [
-        f"{row['quantity']}{unit}",
-        interval(values, "value", ".2f"),
-        row["wanted"],
-        "" if paper is None else f"{paper:.2f}",
-        row["part"] + (", the mean holds" if is_open_but_holds else ""),
+        f"{one.quantity}{unit}",
+        shown(one.value, ".2f"),
+        one.wanted,
+        "" if one.paper is None else f"{one.paper:.2f}",
+        one.part + (", the mean holds" if is_open_but_holds else ""),
     ]
-
-
-def cost(rows: Sequence[Mapping[str, Any]], factor: str, name: Callable[[str], str]) -> str:
-    """The table of costs, from what `origin.origin` makes.
-
-    Args:
-        rows: by level.
-        factor: whose levels they are.
-        name: of a level, for readers.
-    """
-    body = [
-        [
-            name(row[factor]),
-            str(row["runs"]),
-            f"{row['simulated_s']:.0f}",
-            f"{row['wall_s']:.0f}",
-            "" if (ratio := row["wall_s_per_simulated_s"]) is None else f"{ratio:.3f}",
-        ]
-        for row in rows
-    ]
-    head = (factor, "runs", "simulated [s]", "time of workers [s]", "per simulated second [s]")
-    note = (
-        "Time of workers: wall time of the processes that ran, one thread each, from the start of "
-        "a run to its metrics. On a machine with a core per worker that is processor time."
-    )
-    return f"{note}\n\n{markdown(head, body)}"

@@ -1,6 +1,6 @@
-"""How the figures of the study look, and how they are written."""
+"""How the figures of studies look, and how they are written."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -9,13 +9,15 @@ import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from orchestrator.intervals import Estimate
+
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Of one method.
+    """How one method is drawn.
 
     Attributes:
-        name: in legends.
+        name: what legends call it.
         colour: of Okabe and Ito's palette, which readers with colour blindness can tell apart.
         marker: different for every method, for readers without colours.
     """
@@ -48,12 +50,25 @@ _SETTINGS: Final[Any] = {  # matplotlib's types list every name as a literal
     "svg.hashsalt": "nlosim",  # identifiers in the file do not vary
 }
 DPI: Final = 200
+"""Pixels per inch of pictures in pixels."""
 
 
 def looks(methods: list[str]) -> dict[str, Look]:
-    """Of every method; those that we do not know get what is left."""
+    """The look of every method; those that we do not know get what is left."""
     others = iter(_OTHERS * len(methods))
     return {m: LOOKS[m] if m in LOOKS else Look(m, *next(others)) for m in methods}
+
+
+def method_name(method: str) -> str:
+    """What readers call a method."""
+    return LOOKS[method].name if method in LOOKS else method
+
+
+def bars(found: Sequence[Estimate]) -> list[list[float]]:
+    """Lengths of the error bars of shares, below and above [%]; none where there is no interval."""
+    below = [0.0 if one.low is None else 100 * max(0.0, one.value - one.low) for one in found]
+    above = [0.0 if one.high is None else 100 * max(0.0, one.high - one.value) for one in found]
+    return [below, above]
 
 
 def styled() -> Any:

@@ -1,18 +1,23 @@
-"""Numbers and tables as text, for the terminal and for Markdown."""
+"""Estimates and tables as text, for the terminal and for Markdown."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from orchestrator import tables
+from orchestrator.intervals import Estimate
+from studies.method.estimates import percent
 
 
-def interval(row: Mapping[str, Any], name: str, form: str, scale: float = 1.0) -> str:
-    """An estimate of a row as `mean [low, high]`, a dash where there is none."""
-    value, low, high = (row[key] for key in (name, f"{name}_low", f"{name}_high"))
-    if value is None:
+def shown(found: Estimate | None, form: str) -> str:
+    """An estimate as `mean [low, high]`, a dash where there is none."""
+    if found is None:
         return "-"
-    text = format(scale * value, form)
-    return text if low is None else f"{text} [{scale * low:{form}}, {scale * high:{form}}]"
+    text = format(found.value, form)
+    return text if found.low is None else f"{text} [{found.low:{form}}, {found.high:{form}}]"
+
+
+def percent_shown(found: Estimate | None, form: str = ".1f") -> str:
+    """A share in percent, or a difference of shares in points, with its interval."""
+    return shown(percent(found), form)
 
 
 def columns_of_text(rows: Sequence[Sequence[str]]) -> list[str]:

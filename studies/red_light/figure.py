@@ -15,6 +15,7 @@ from matplotlib.transforms import Bbox
 
 from fmus.messages.apm import Apm, decode, split
 from fmus.messages.records import LINKS, NO_VEHICLE, OUTCOMES
+from studies.red_light.metrics import Metrics
 from studies.red_light.traces import (
     BLOCKING,
     COLLISION,
@@ -46,7 +47,7 @@ Links: TypeAlias = Mapping[tuple[int, int], np.void]
 """Receptions by transmitter and receiver."""
 
 
-def draw(traces: Traces, metrics: dict[str, Any], path: Path) -> None:
+def draw(traces: Traces, metrics: Metrics, path: Path) -> None:
     """Write the figure as a PNG to `path`."""
     moment = decisive_moment(metrics, traces)
     links = _links(traces, moment)
@@ -72,22 +73,22 @@ def draw(traces: Traces, metrics: dict[str, Any], path: Path) -> None:
     figure.savefig(path, dpi=110)
 
 
-def decisive_moment(metrics: dict[str, Any], traces: Traces) -> int:
+def decisive_moment(metrics: Metrics, traces: Traces) -> int:
     """When the ego first braked for a hazard, else when the bodies were closest [ns]."""
-    moment: float | None = metrics["braking"]["time"]
+    moment: float | None = metrics.braking.time
     if moment is None:
-        moment = metrics["min_gap_time"]
+        moment = metrics.min_gap_time
     if moment is None:
         return traces.end
     return round(moment * 1e9)
 
 
-def _title(metrics: dict[str, Any], moment: int) -> str:
+def _title(metrics: Metrics, moment: int) -> str:
     """What the picture shows, in one line."""
-    braking = metrics["braking"]
+    braking = metrics.braking
     what = (
-        f"the ego brakes for vehicle {braking['object']}, seen by vehicle {braking['seen_by']}"
-        if braking["time"] is not None
+        f"the ego brakes for vehicle {braking.object}, seen by vehicle {braking.seen_by}"
+        if braking.time is not None
         else "ego and collision vehicle are closest"
     )
     return f"t = {moment / 1e9:.2f} s: {what}"

@@ -1,11 +1,31 @@
-"""Which vehicle a detected object is: the detector does not know, the evaluation may."""
+"""Who is who: the roles of the encounter, and which vehicle a detected object is.
 
+The detector does not know that; the evaluation may.
+"""
+
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from fmus.messages.records import NO_VEHICLE
 from studies.red_light.traces import Array, Scene, Traces
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Roles:
+    """The vehicles of the encounter, `NO_VEHICLE` for one that never entered.
+
+    Attributes:
+        ego: the vehicle that the policy drives.
+        hidden: the vehicle that the ego cannot see.
+        sharing: the vehicle that shares its sensor data.
+    """
+
+    ego: int
+    hidden: int
+    sharing: int
+
 
 MARGIN: Final = 0.5
 """How far the middle of an object may lie beside the body that it is [m]: half of what two trucks
@@ -21,8 +41,8 @@ def vehicles_of(objects: Array, traces: Traces) -> Array:
         traces: of the run; each object is compared with the scene at the time of its scan.
 
     Returns:
-        The vehicle in or within `MARGIN` of whose body the middle of the object's box lies, the
-        one deepest inside; `NO_VEHICLE` if there is none. int64, shape (object,).
+        Ids of vehicles: the middle of the object's box lies in its body or within `MARGIN` of it,
+        and deepest in that one; `NO_VEHICLE` if there is none. int64, shape (object,).
     """
     found = np.full(len(objects), NO_VEHICLE, np.int64)
     for time in np.unique(objects["time"]):

@@ -1,35 +1,133 @@
 """What happened in a run of the red-light study, as numbers."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
 from fmus.messages.records import LINKS, NO_VEHICLE, OBJECT, OUTCOMES, unframe
-from studies.red_light.delivery import packet_reception, session
-from studies.red_light.identity import vehicles_of
-from studies.red_light.roles import Roles
+from studies.red_light.delivery import Reception, Session, packet_reception, session
+from studies.red_light.identity import Roles, vehicles_of
 from studies.red_light.traces import COLLISION, EGO, ROLE_WORDS, SHARING, Array, Traces
 
 _RECEIVED: Final = OUTCOMES.index("R")
 _PEDAL: Final = 0.1
 """More than this share of the full brake is no correction of the speed."""
-_OUTCOME: Final = ("collision", "collision_time", "collision_partner", "completion_time")
-"""Outputs of the traffic, beneath `ego`, that say how the encounter ended."""
 _NEVER: Final = -1.0
-"""Their time of what has not happened [s]."""
+"""What the traffic gives as the time of what has not happened [s]."""
 
 
-def compute(traces: Traces) -> dict[str, Any]:
-    """All metrics of the run, ready for JSON; times in seconds.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Link:
+    """A link that carried sensor data.
 
-    `success` is that the ego has completed and not collided; neither may have happened when the
-    run ended. `collision_partner` is the role of the other vehicle.
-
-    `prr.end_to_end` is the share of the packets of sensor data (or CPMs) for the ego that reached
-    it over the chosen route; `prr.direct` the share of the same packets' first transmissions
-    that the ego could decode itself, addressed to it or not. For the ego are those sent to it, and
-    the broadcasts of the sharing node, where both are equal. Both are null if none was sent.
+    Attributes:
+        transmitter: the id of the sender.
+        receiver: the id of the receiver.
+        packets: the number of transmissions.
+        prr: the share of them that was received, 0 to 1.
+        mean_power_dbm: their mean received power [dBm]; `None` where the channel does not know it
+            (replayed recordings).
+        classes: the number of transmissions of every class of `LINKS`.
     """
+
+    transmitter: int
+    receiver: int
+    packets: int
+    prr: float
+    mean_power_dbm: float | None
+    classes: Mapping[str, int]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HiddenVehicle:
+    """When the hidden vehicle was first seen, by whom, and when the ego first knew.
+
+    Attributes:
+        id: the id of the vehicle.
+        first_seen: when a sensor first saw it [s].
+        first_seen_by: whose sensor that was: `ego`, `sharing node` or `vehicle ID`.
+        seen_by_ego: when the ego's own sensor first saw it [s].
+        received_by_ego: when the ego first had it in a message [s].
+    """
+
+    id: int
+    first_seen: float | None
+    first_seen_by: str | None
+    seen_by_ego: float | None
+    received_by_ego: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Braking:
+    """The first brake for a hazard: when, for what, seen by whom, how old the data were.
+
+    A network does not say what it brakes for: then only `pedal` is known.
+
+    Attributes:
+        pedal: when the brake was first really used [s].
+        time: when the policy first named a hazard [s].
+        object: the id of the vehicle that is the hazard.
+        seen_by: the id of the vehicle whose sensor saw it; `NO_VEHICLE` if the policy knows the
+            truth.
+        data_age: the age of the data [s].
+    """
+
+    pedal: float | None
+    time: float | None = None
+    object: int | None = None
+    seen_by: int | None = None
+    data_age: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Metrics:
+    """What happened in a run; the fields are the keys of `metrics.json`.
+
+    Attributes:
+        collision: whether the ego collided.
+        collision_time: when it did [s].
+        collision_partner: the role of the other vehicle.
+        completion_time: when the ego had completed its way [s].
+        success: whether the ego has completed and not collided; neither may have happened when the
+            run ended.
+        min_gap_m: the smallest distance between the bodies of ego and hidden vehicle [m]; `None`
+            if they were never there together.
+        min_gap_time: when that was [s].
+        min_speed: the lowest speed of the ego [m/s].
+        prr: how many of the packets of sensor data for the ego reached it.
+        session: what fusion had since it was first triggered.
+        links: the links that carried sensor data, busiest first.
+        relay_switches: number of changes of the relay.
+        relays: the ids of the relays that were chosen, in order of first choice.
+        packets_sent: the number of packets handed to the radios.
+        bytes_sent: their size together [B].
+        hidden_vehicle: when the hidden vehicle was seen.
+        braking: the first brake for a hazard.
+    """
+
+    collision: bool
+    collision_time: float | None
+    collision_partner: str | None
+    completion_time: float | None
+    success: bool
+    min_gap_m: float | None
+    min_gap_time: float | None
+    min_speed: float
+    prr: Reception
+    session: Session
+    links: tuple[Link, ...]
+    relay_switches: int
+    relays: tuple[int, ...]
+    packets_sent: int
+    bytes_sent: int
+    hidden_vehicle: HiddenVehicle
+    braking: Braking
+
+
+def compute(traces: Traces) -> Metrics:
+    """All metrics of a run."""
     roles = Roles(
         ego=_known(traces.vehicle_with(EGO)),
         hidden=_known(traces.vehicle_with(COLLISION)),
@@ -37,67 +135,63 @@ def compute(traces: Traces) -> dict[str, Any]:
     )
     sent, heard = traces.packets, traces.receptions
     gaps = traces.gap_to_hidden
-    return {
-        **_encounter(traces),
-        "min_gap_m": float(gaps[:, 1].min()) if len(gaps) else None,
-        "min_gap_time": float(gaps[np.argmin(gaps[:, 1]), 0]) if len(gaps) else None,
-        "min_speed": float(traces.scalars("traffic.ego.speed")[1].min()),
-        "prr": packet_reception(sent, heard, roles, traces.end),
-        "session": session(traces, roles),
-        "links": links(heard, roles),
-        "relay_switches": int(traces.scalars("relay.switches")[1][-1]),
-        "relays": _distinct(traces.scalars("relay.relay")[1]),
-        "packets_sent": len(sent),
-        "bytes_sent": int(sent["size"].sum()),
-        "hidden_vehicle": _hidden(traces, roles),
-        "braking": _braking(traces),
-    }
+    collided, completion = _at_end(traces, "collision"), _at_end(traces, "completion_time")
+    is_completed = completion != _NEVER
+    return Metrics(
+        collision=collided,
+        collision_time=_at_end(traces, "collision_time") if collided else None,
+        collision_partner=_partner(traces) if collided else None,
+        completion_time=completion if is_completed else None,
+        success=is_completed and not collided,
+        min_gap_m=float(gaps[:, 1].min()) if len(gaps) else None,
+        min_gap_time=float(gaps[np.argmin(gaps[:, 1]), 0]) if len(gaps) else None,
+        min_speed=float(traces.scalars("traffic.ego.speed")[1].min()),
+        prr=packet_reception(sent, heard, roles, traces.end),
+        session=session(traces, roles),
+        links=_links(heard, roles),
+        relay_switches=int(traces.scalars("relay.switches")[1][-1]),
+        relays=_distinct(traces.scalars("relay.relay")[1]),
+        packets_sent=len(sent),
+        bytes_sent=int(sent["size"].sum()),
+        hidden_vehicle=_hidden(traces, roles),
+        braking=_braking(traces),
+    )
 
 
-def links(heard: Array, roles: Roles) -> list[dict[str, Any]]:
-    """PRR and link classes of the links that carried sensor data, busiest first.
-
-    `mean_power_dbm` is null where the channel does not know the power (replayed recordings).
-    """
+def _links(heard: Array, roles: Roles) -> tuple[Link, ...]:
+    """The links that carried sensor data, busiest first."""
     used = heard[(heard["addressed"] == 1) | (heard["receiver"] == roles.ego)]
-    found = []
-    for transmitter, receiver in sorted(
-        {(int(r["transmitter"]), int(r["receiver"])) for r in used}
-    ):
-        link = used[(used["transmitter"] == transmitter) & (used["receiver"] == receiver)]
-        counts = np.bincount(link["link"], minlength=len(LINKS))
-        found.append(
-            {
-                "transmitter": transmitter,
-                "receiver": receiver,
-                "packets": len(link),
-                "prr": float((link["outcome"] == _RECEIVED).mean()),
-                "mean_power_dbm": _mean(link["power_dbm"]),
-                "classes": dict(zip(LINKS, map(int, counts), strict=True)),
-            }
-        )
-    return sorted(found, key=lambda entry: -entry["packets"])
+    ends = sorted({(int(r["transmitter"]), int(r["receiver"])) for r in used})
+    found = [_link(used, transmitter, receiver) for transmitter, receiver in ends]
+    return tuple(sorted(found, key=lambda link: -link.packets))
 
 
-def _encounter(traces: Traces) -> dict[str, Any]:
-    """How the encounter ended for the ego, as known at the end of the run."""
-    last = {name: traces.series(f"traffic.ego.{name}")[-1].item() for name in _OUTCOME}
-    collided, completed = last["collision"], last["completion_time"] != _NEVER
-    partner = traces.role_of(last["collision_partner"]) if collided else None
-    return {
-        "collision": collided,
-        "collision_time": last["collision_time"] if collided else None,
-        "collision_partner": None if partner is None else ROLE_WORDS[partner],
-        "completion_time": last["completion_time"] if completed else None,
-        "success": completed and not collided,
-    }
+def _link(heard: Array, transmitter: int, receiver: int) -> Link:
+    own = heard[(heard["transmitter"] == transmitter) & (heard["receiver"] == receiver)]
+    counts = np.bincount(own["link"], minlength=len(LINKS))
+    return Link(
+        transmitter=transmitter,
+        receiver=receiver,
+        packets=len(own),
+        prr=float((own["outcome"] == _RECEIVED).mean()),
+        mean_power_dbm=_mean(own["power_dbm"]),
+        classes=dict(zip(LINKS, map(int, counts), strict=True)),
+    )
 
 
-def _hidden(traces: Traces, roles: Roles) -> dict[str, Any]:
-    """When the hidden vehicle was first seen, by whom, and when the ego first knew.
+def _at_end(traces: Traces, name: str) -> Any:
+    """What the traffic says beneath `ego` at the end of the run."""
+    return traces.series(f"traffic.ego.{name}")[-1].item()
 
-    An object is the hidden vehicle if it lies where that vehicle is.
-    """
+
+def _partner(traces: Traces) -> str | None:
+    """The role of whom the ego collided with."""
+    role = traces.role_of(_at_end(traces, "collision_partner"))
+    return None if role is None else ROLE_WORDS[role]
+
+
+def _hidden(traces: Traces, roles: Roles) -> HiddenVehicle:
+    """When the hidden vehicle was seen: an object is it if it lies where that vehicle is."""
     first: dict[int, float] = {}
     for time, table in traces.objects("perception.objects"):
         for sensor in np.unique(table["sensor"][vehicles_of(table, traces) == roles.hidden]):
@@ -108,35 +202,30 @@ def _hidden(traces: Traces, roles: Roles) -> dict[str, Any]:
             received = time / 1e9
             break
     by = min(first, key=lambda sensor: first[sensor]) if first else None
-    return {
-        "id": roles.hidden,
-        "first_seen": first[by] if by is not None else None,
-        "first_seen_by": _who(by, roles),
-        "seen_by_ego": first.get(roles.ego),
-        "received_by_ego": received,
-    }
+    return HiddenVehicle(
+        id=roles.hidden,
+        first_seen=first[by] if by is not None else None,
+        first_seen_by=_who(by, roles),
+        seen_by_ego=first.get(roles.ego),
+        received_by_ego=received,
+    )
 
 
-def _braking(traces: Traces) -> dict[str, Any]:
-    """The first brake for a hazard: when, for what, seen by whom, how old the data were.
-
-    A network does not say what it brakes for: then only `pedal`, the time of the first real use
-    of the brake, is known.
-    """
+def _braking(traces: Traces) -> Braking:
     pedal = _first_brake(traces)
     times, tracks = traces.scalars("policy.hazard.instance")
     braked = np.flatnonzero(tracks >= 0)
     if len(braked) == 0:
-        return {"pedal": pedal, "time": None, "object": None, "seen_by": None, "data_age": None}
+        return Braking(pedal=pedal)
     k = int(braked[0])
     sensor = int(traces.scalars("policy.hazard.sensor")[1][k])
-    return {
-        "pedal": pedal,
-        "time": float(times[k]),
-        "object": _tracked(traces, round(float(times[k]) * 1e9), sensor, int(tracks[k])),
-        "seen_by": sensor,
-        "data_age": float(traces.scalars("policy.hazard.age")[1][k]),
-    }
+    return Braking(
+        pedal=pedal,
+        time=float(times[k]),
+        object=_tracked(traces, round(float(times[k]) * 1e9), sensor, int(tracks[k])),
+        seen_by=sensor,
+        data_age=float(traces.scalars("policy.hazard.age")[1][k]),
+    )
 
 
 def _first_brake(traces: Traces) -> float | None:
@@ -179,6 +268,6 @@ def _known(vehicle: int | None) -> int:
     return NO_VEHICLE if vehicle is None else vehicle
 
 
-def _distinct(values: Array) -> list[int]:
+def _distinct(values: Array) -> tuple[int, ...]:
     """The relays that were chosen, in order of first choice."""
-    return list(dict.fromkeys(int(v) for v in values if v != NO_VEHICLE))
+    return tuple(dict.fromkeys(int(v) for v in values if v != NO_VEHICLE))

@@ -1,6 +1,7 @@
 """The report of a red-light run: what `nlosim run` prints and draws."""
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
@@ -9,7 +10,8 @@ from typing_extensions import override
 from fmus.messages.records import NO_VEHICLE
 from orchestrator.recording import Recording
 from orchestrator.report import Report
-from studies.red_light import metrics
+from studies.method.records import from_json
+from studies.red_light.metrics import Braking, HiddenVehicle, Metrics, compute
 from studies.red_light.traces import Traces
 
 _PARTNERS: Final = {
@@ -25,94 +27,79 @@ class RedLightReport(Report):
     """Collision, packet reception, relays, and who saw the hidden vehicle when."""
 
     @override
-    def metrics(self, recording: Recording) -> dict[str, Any]:
-        return metrics.compute(Traces(recording))
+    def metrics(self, recording: Recording) -> Mapping[str, Any]:
+        return asdict(compute(Traces(recording)))
 
     @override
     def figure(self, recording: Recording, metrics: Mapping[str, Any], path: Path) -> None:
         from studies.red_light import figure  # noqa: PLC0415 - matplotlib takes a while
 
-        figure.draw(Traces(recording), dict(metrics), path)
+        figure.draw(Traces(recording), from_json(metrics, Metrics), path)
 
     @override
     def summary(self, metrics: Mapping[str, Any], manifest: Mapping[str, Any]) -> str:
-        return "\n".join(
-            [
-                *_encounter(metrics),
-                *_perception(metrics),
-                *_radio(metrics),
-            ]
-        )
+        found = from_json(metrics, Metrics)
+        hidden = _perception(found.hidden_vehicle)
+        return "\n".join([_encounter(found), _braking(found.braking), hidden, *_radio(found)])
 
 
-def _encounter(metrics: Mapping[str, Any]) -> list[str]:
-    if metrics["collision"]:
-        partner = _PARTNERS[metrics["collision_partner"]]
-        first = f"COLLISION at {_seconds(metrics['collision_time'])} with {partner}"
-    elif metrics["min_gap_m"] is None:
+def _encounter(metrics: Metrics) -> str:
+    if metrics.collision:
+        partner = _PARTNERS.get(metrics.collision_partner or "", "another vehicle")
+        first = f"COLLISION at {_seconds(metrics.collision_time)} with {partner}"
+    elif metrics.min_gap_m is None:
         first = "no collision"
     else:
-        gap, time = metrics["min_gap_m"], _seconds(metrics["min_gap_time"])
-        first = f"no collision, smallest gap {gap:.2f} m at {time}"
-    first += f"; {_completion(metrics)}"
-    braking = metrics["braking"]
-    if braking["time"] is None and braking["pedal"] is not None:
-        return [first, f"braking        at {_seconds(braking['pedal'])}, for nothing it names"]
-    if braking["time"] is None:
-        return [first, "braking        never for a hazard"]
-    if braking["seen_by"] == NO_VEHICLE:  # the expert reads the truth
-        return [
-            first,
-            f"braking        at {_seconds(braking['time'])} for vehicle {braking['object']}",
-        ]
-    return [
-        first,
-        (
-            f"braking        at {_seconds(braking['time'])} for vehicle {braking['object']}, "
-            f"seen by vehicle {braking['seen_by']} {braking['data_age'] * 1e3:.0f} ms before"
-        ),
-    ]
+        time = _seconds(metrics.min_gap_time)
+        first = f"no collision, smallest gap {metrics.min_gap_m:.2f} m at {time}"
+    completed = metrics.completion_time
+    last = "not completed" if completed is None else f"completed at {_seconds(completed)}"
+    return f"{first}; {last}"
 
 
-def _completion(metrics: Mapping[str, Any]) -> str:
-    time = metrics["completion_time"]
-    return "not completed" if time is None else f"completed at {_seconds(time)}"
+def _braking(braking: Braking) -> str:
+    if braking.time is None and braking.pedal is not None:
+        return f"braking        at {_seconds(braking.pedal)}, for nothing it names"
+    if braking.time is None:
+        return "braking        never for a hazard"
+    what = f"braking        at {_seconds(braking.time)} for vehicle {braking.object}"
+    if braking.seen_by == NO_VEHICLE:  # the expert reads the truth
+        return what
+    age = 0.0 if braking.data_age is None else braking.data_age
+    return f"{what}, seen by vehicle {braking.seen_by} {age * 1e3:.0f} ms before"
 
 
-def _perception(metrics: Mapping[str, Any]) -> list[str]:
-    hidden = metrics["hidden_vehicle"]
+def _perception(hidden: HiddenVehicle) -> str:
     seen = (
         "never seen"
-        if hidden["first_seen"] is None
-        else f"first seen at {_seconds(hidden['first_seen'])} by the {hidden['first_seen_by']}"
+        if hidden.first_seen is None
+        else f"first seen at {_seconds(hidden.first_seen)} by the {hidden.first_seen_by}"
     )
-    return [
-        (
-            f"hidden vehicle {seen}; received by the ego {_moment(hidden['received_by_ego'])}, "
-            f"seen by the ego itself {_moment(hidden['seen_by_ego'])}"
-        )
-    ]
+    return (
+        f"hidden vehicle {seen}; received by the ego {_moment(hidden.received_by_ego)}, "
+        f"seen by the ego itself {_moment(hidden.seen_by_ego)}"
+    )
 
 
-def _radio(metrics: Mapping[str, Any]) -> list[str]:
-    prr = metrics["prr"]
+def _radio(metrics: Metrics) -> list[str]:
+    prr = metrics.prr
     lines = [
         (
-            f"PRR            end to end {_percent(prr['end_to_end'])}, direct link "
-            f"{_percent(prr['direct'])} ({prr['sent']} packets of sensor data; whole messages "
-            f"{_percent(prr['messages'])})"
+            f"PRR            end to end {_percent(prr.end_to_end)}, direct link "
+            f"{_percent(prr.direct)} ({prr.sent} packets of sensor data; whole messages "
+            f"{_percent(prr.messages)})"
         ),
         (
-            f"relays         {metrics['relay_switches']} switches; used: "
-            f"{', '.join(map(str, metrics['relays'])) or 'none'}"
+            f"relays         {metrics.relay_switches} switches; used: "
+            f"{', '.join(map(str, metrics.relays)) or 'none'}"
         ),
-        f"on the air     {metrics['packets_sent']} packets, {metrics['bytes_sent'] / 1e6:.2f} MB",
+        f"on the air     {metrics.packets_sent} packets, {metrics.bytes_sent / 1e6:.2f} MB",
     ]
-    for link in metrics["links"]:
-        classes = ", ".join(f"{name} {n}" for name, n in link["classes"].items() if n)
+    for link in metrics.links:
+        classes = ", ".join(f"{name} {n}" for name, n in link.classes.items() if n)
         lines.append(
-            f"  link {link['transmitter']} -> {link['receiver']}: PRR {_percent(link['prr'])}, "
-            f"mean {_power(link['mean_power_dbm'])}, {link['packets']} packets ({classes})"
+            f"  link {link.transmitter} -> {link.receiver}: PRR {_percent(link.prr)}, "
+            f"mean {_power(link.mean_power_dbm)}, {link.packets} packets ({classes})"
         )
     return lines
 

@@ -26,15 +26,16 @@ HEAD: Final = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SharingCost:
-    """Of one run.
+    """What the sharing of one run costs and brings.
 
     Attributes:
         collision: whether the bodies overlapped.
         gap: smallest distance to the hidden vehicle [m]; None if it never entered.
-        prr: of the packets of sensor data or CPMs for the ego; None if none was sent.
+        prr: share of the packets of sensor data or CPMs for the ego that reached it; None if none
+            was sent.
         known: when the ego first knew of the hidden vehicle [s]; None if it never did.
-        bytes: handed to the radios without BSMs.
-        data_bytes: of these, sensor data or CPMs of the sharing node.
+        bytes: size of everything but BSMs that was handed to the radios [B].
+        data_bytes: size of the sensor data or CPMs of the sharing node among that [B].
         busy_ratio: mean over time of the mean over the vehicles.
     """
 
@@ -56,10 +57,10 @@ def sharing_cost(recording: Recording) -> SharingCost:
     from_sharing = shared["source"] == traces.vehicle_with(SHARING)
     data = shared[(shared["kind"] == SENSOR_DATA) & from_sharing]
     return SharingCost(
-        collision=found["collision"],
-        gap=found["min_gap_m"],
-        prr=found["prr"]["end_to_end"],
-        known=found["hidden_vehicle"]["received_by_ego"],
+        collision=found.collision,
+        gap=found.min_gap_m,
+        prr=found.prr.end_to_end,
+        known=found.hidden_vehicle.received_by_ego,
         bytes=int(shared["size"].sum()),
         data_bytes=int(data["size"].sum()),
         busy_ratio=_busy_ratio(traces),
@@ -81,7 +82,7 @@ def row(costs: Sequence[SharingCost]) -> str:
 
 
 def _busy_ratio(traces: Traces) -> float:
-    """Communication points without vehicles do not count; 0 if there is no other."""
+    """The mean of the points with vehicles; 0 if there is none."""
     series = traces.series("channel.busy_ratio")
     ratios: list[Array] = [np.asarray(series[k]) for k in range(len(series))]
     means = [float(of_vehicles.mean()) for of_vehicles in ratios if len(of_vehicles)]

@@ -1,13 +1,12 @@
 """The claims about relay policies, the paper's and ours, each with what the runs say."""
 
-from typing import Any, Final
+from typing import Final
 
-from studies.method.claim import Claim, Comparison, percent
-from studies.method.estimates import differences, estimate
-from studies.method.verdict import Range
-from studies.relay.paper import CLAIMED_ADVANTAGE, DIRECT_PER, RIVALS, TABLE_2
-from studies.relay.sample import Study
-from studies.relay.table2 import ORACLE
+from studies.method.claims import Claim, Comparison, Range
+from studies.method.estimates import differences, mean_of, percent
+from studies.relay.conditions import ORACLE
+from studies.relay.published import CLAIMED_ADVANTAGE, DIRECT_PER, RIVALS, TABLE_2
+from studies.relay.runs import Study
 
 IMPROVED: Final = "expected-prr"
 """Our improved policy."""
@@ -19,13 +18,8 @@ REGRET: Final = 3.0
 """The target of the improved policy: its PRR lies at most so far below the oracle's [points]."""
 
 
-def rows(study: Study) -> list[dict[str, Any]]:
-    """One row per comparison, all at the base condition; `verdict` is that of the whole claim."""
-    return [row for claim in claims(study) for row in claim.rows()]
-
-
 def claims(study: Study) -> list[Claim]:
-    """All of them."""
+    """All claims, at the base condition."""
     return [
         Claim(
             "mohed-better",
@@ -73,7 +67,7 @@ def _prr(study: Study, a: str, b: str, wanted: Range) -> Comparison:
     return Comparison(
         quantity=f"PRR of {a} minus {b}",
         unit="points",
-        found=percent(estimate(found)),
+        found=percent(mean_of(found)),
         n=len(found),
         wanted=wanted,
         paper=100 * (TABLE_2[a].prr - TABLE_2[b].prr) if both else None,
@@ -86,7 +80,7 @@ def _switches(study: Study, a: str, b: str) -> Comparison:
     return Comparison(
         quantity=f"relay switches of {a} minus {b}",
         unit="",
-        found=estimate(found),
+        found=mean_of(found),
         n=len(found),
         wanted=Range(high=0.0, is_open=True),
         paper=TABLE_2[a].relay_switches - TABLE_2[b].relay_switches,
@@ -99,7 +93,7 @@ def _direct(study: Study) -> Comparison:
     return Comparison(
         quantity="PER of the direct link",
         unit="%",
-        found=percent(estimate([1.0 - prr for prr in sample.values()])),
+        found=percent(mean_of([1.0 - prr for prr in sample.values()])),
         n=len(sample),
         wanted=Range(low=middle - CALIBRATION, high=middle + CALIBRATION),
         paper=middle,

@@ -4,9 +4,10 @@ relay_sensitivity.csv               per setting and method: every metric with it
 relay_sensitivity_provenance.json   commands, commits, machine, versions, cost
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from typing_extensions import override
 
@@ -16,18 +17,47 @@ from orchestrator.experiment.report import (
     ExperimentFindings,
     ExperimentReport,
     Results,
+    Row,
 )
+from orchestrator.intervals import Estimate
 from orchestrator.parameters import ParameterProblem
-from orchestrator.recording.layout import write_json
-from studies.method import csv_file
-from studies.method.text import columns_of_text, interval
-from studies.relay.provenance import provenance
-from studies.relay.sample import METHOD
+from studies.method import records
+from studies.method.report import missing, unknown_parameters
+from studies.method.text import columns_of_text, percent_shown
+from studies.relay.conditions import METHOD
+from studies.relay.provenance import Provenance
 
 SETTING: Final = "setting"
+"""The factor whose levels are what is changed."""
+
 NAME: Final = "relay_sensitivity"
 TABLE: Final = f"{NAME}.csv"
 PROVENANCE: Final = f"{NAME}_provenance.json"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SettingResult:
+    """What a method does under a setting; all shares are means over runs, 0 to 1.
+
+    Attributes:
+        setting: the level of the factor `setting`.
+        method: the level of the factor `method`.
+        prr: packet reception rate.
+        lost_unnoticed: share of the packets that were too weak to be noticed, or not sent.
+        lost_noise: share of those that noise made undecodable.
+        lost_interference: share of those that interference did.
+        lost_receiver_busy: share of those whose receiver was busy with another frame.
+        lost_receiver_transmitting: share of those whose receiver was sending itself.
+    """
+
+    setting: str
+    method: str
+    prr: Estimate | None
+    lost_unnoticed: float | None = None
+    lost_noise: float | None = None
+    lost_interference: float | None = None
+    lost_receiver_busy: float | None = None
+    lost_receiver_transmitting: float | None = None
 
 
 class RelaySensitivity(ExperimentReport):
@@ -38,43 +68,45 @@ class RelaySensitivity(ExperimentReport):
 
     @override
     def check(self, experiment: Experiment) -> Iterator[ParameterProblem]:
-        assert experiment.report is not None  # noqa: S101 - this is its report
-        for name in experiment.report.parameters:
-            yield ParameterProblem((name,), f"there is no parameter `{name}`", at_key=True)
+        yield from unknown_parameters(experiment, ())
         for noun, needed, offers in (
             ("factor", (METHOD, SETTING), experiment.factors),
             ("metric", ("prr",), tuple(experiment.metrics)),
         ):
             for name in needed:
-                if name not in offers:
-                    what = f"the relay sensitivity needs the {noun} `{name}`"
-                    yield ParameterProblem((), what)
+                yield from missing("relay sensitivity", noun, {name: name}, offers)
 
     @override
     def write(self, results: Results, directory: Path) -> ExperimentFindings:
         table = tables.summary(results.experiment, list(results.rows))
-        csv_file.write(directory / TABLE, table)
-        write_json(directory / PROVENANCE, provenance(results, {}))
-        return ExperimentFindings(tables={NAME: table}, text=_text(table))
+        records.write(directory / TABLE, table)
+        Provenance.of(results, {}).write(directory / PROVENANCE)
+        return ExperimentFindings(tables={NAME: table}, text=_text([_of(row) for row in table]))
 
 
 def by_setting(
-    table: Sequence[Mapping[str, Any]], methods: Sequence[str], empty: str = "-"
+    table: Sequence[SettingResult], methods: Sequence[str], empty: str = "-"
 ) -> list[list[str]]:
     """PRR in % with its interval: a row per setting, a column per method.
 
     Args:
-        table: rows with `method`, `setting`, `prr`, `prr_low` and `prr_high`.
+        table: the results of all settings and methods.
         methods: the columns.
         empty: for combinations that are not in the table.
     """
-    found = {(row[SETTING], row[METHOD]): interval(row, "prr", ".1f", scale=100.0) for row in table}
-    settings = dict.fromkeys(row[SETTING] for row in table)
+    found = {(row.setting, row.method): percent_shown(row.prr) for row in table}
+    settings = dict.fromkeys(row.setting for row in table)
     return [[each, *(found.get((each, method), empty) for method in methods)] for each in settings]
 
 
-def _text(table: list[dict[str, Any]]) -> str:
-    methods = list(dict.fromkeys(row[METHOD] for row in table))
+def _of(row: Row) -> SettingResult:
+    """The packet reception rate in a row of the summary of an experiment."""
+    prr = None if row["prr"] is None else Estimate(row["prr"], row["prr_low"], row["prr_high"])
+    return SettingResult(setting=row[SETTING], method=row[METHOD], prr=prr)
+
+
+def _text(table: Sequence[SettingResult]) -> str:
+    methods = list(dict.fromkeys(row.method for row in table))
     return "\n".join(
         ["PRR in %:", *columns_of_text([[SETTING, *methods], *by_setting(table, methods)])]
     )

@@ -7,17 +7,19 @@ from typing import Any
 from orchestrator.experiment.plan import Combination, Experiment, ReportPlan
 from orchestrator.experiment.report import Results
 from orchestrator.scenario.document import Document
-from studies.collision.campaign import (
+from studies.collision.conditions import Condition
+from studies.collision.runs import (
     CONSTANT_PER,
     LOAD,
     MEMORY,
+    METRICS,
     POLICIES,
     RADIO,
     RELAY,
     SPEED,
+    Point,
+    Run,
 )
-from studies.collision.condition import Condition
-from studies.collision.runs import METRICS, Point, Run
 
 SESSION = {
     "command": "nlosim experiment study.yaml",

@@ -5,9 +5,11 @@ from dataclasses import replace
 
 import pytest
 
-from studies.collision import claims, critical
-from studies.collision.campaign import Campaign
-from studies.collision.runs import Point
+from studies.collision.claims import claims
+from studies.collision.curves import critical_points
+from studies.collision.runs import Campaign, Point
+from studies.method.claims import Judgement, judge
+from tests.studies.bounds import known
 from tests.studies.collision.synthetic import first, point
 
 N = 400
@@ -57,8 +59,11 @@ def relayed(relay: str, per: float, compression: int, speed: float, rate: Rate) 
 
 
 def verdicts(found: Sequence[Point]) -> dict[str, str]:
-    rows = claims.rows(Campaign(found, []))
-    return {row["claim"]: row["verdict"] for row in rows}
+    return {one.claim: one.verdict for one in judged(found)}
+
+
+def judged(found: Sequence[Point]) -> list[Judgement]:
+    return judge(claims(Campaign(found, [])))
 
 
 def test_what_the_paper_says_reproduces_its_claims() -> None:
@@ -82,11 +87,11 @@ def test_nothing_at_all_decides_nothing() -> None:
 def test_a_policy_that_forgets_has_a_curve_of_its_own() -> None:
     usual = [point(first(k * 10, 100), per=k / 10) for k in range(11)]
     short = [point(first(100 - k, 100), per=k / 10, maximum_age=0.15) for k in range(11)]
-    both = claims.rows(Campaign([*usual, *short], []))
-    assert both == claims.rows(Campaign(usual, []))
-    found = critical.rows([*usual, *short])
-    assert {row["maximum_age"] for row in found} == {1.0, 0.15}
-    assert [row for row in found if row["maximum_age"] == 1.0] == critical.rows(usual)
+    assert judged([*usual, *short]) == judged(usual)
+    found = critical_points([*usual, *short])
+    assert {point.curve.maximum_age for point in found} == {1.0, 0.15}
+    of_usual = [point for point in found if point.curve.maximum_age == 1.0]
+    assert of_usual == critical_points(usual)
 
 
 def test_three_hundred_runs_without_a_collision_do_not_show_less_than_one_percent() -> None:
@@ -104,10 +109,10 @@ def test_the_critical_point_is_compared_where_both_speeds_have_one() -> None:
         point(first(max(0, k - 2) * 40, N), per=k / 10, compression=16, speed_kmh=25.0)
         for k in range(11)
     ]
-    rows = claims.rows(Campaign([*fast, *slow], []))
-    (row,) = (r for r in rows if r["quantity"].endswith("25 minus 30 km/h, compression 16"))
-    assert row["value"] == pytest.approx(20.0)
-    assert row["part"] == "fails"
+    rows = judged([*fast, *slow])
+    (row,) = (r for r in rows if r.quantity.endswith("25 minus 30 km/h, compression 16"))
+    assert known(row.value).value == pytest.approx(20.0)
+    assert row.part == "fails"
 
 
 def test_perfect_communication_is_taken_from_most_runs_and_no_other_load() -> None:

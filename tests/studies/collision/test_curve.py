@@ -8,10 +8,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from studies.collision import critical, linearity
-from studies.collision.curve import Curve, Resampling, interval, rate
-from studies.collision.curves import curves, distinct
+from studies.collision.curves import (
+    LEVELS,
+    critical_points,
+    curve_of,
+    curves,
+    distinct,
+    linearities,
+    resampled_rate,
+    resampling_of,
+)
 from studies.collision.runs import Point
+from studies.method.curve import Curve, interval
+from tests.studies.bounds import known
 from tests.studies.collision.synthetic import chance, first, point
 
 SHARES = st.lists(st.integers(0, 12), min_size=2, max_size=6)
@@ -26,7 +35,7 @@ def over(hits: Sequence[int], n: int = 12) -> list[Point]:
 
 def curve(hits: Sequence[int], n: int = 12, resamples: int = 20) -> Curve:
     points = over(hits, n)
-    return Curve.of(points, Resampling.of(points, resamples))
+    return curve_of(points, resampling_of(points, resamples))
 
 
 def likelihood(hits: Sequence[int], rates: Sequence[float], n: int = 12) -> float:
@@ -75,7 +84,7 @@ def test_no_rising_curve_on_a_grid_is_likelier(hits: list[int]) -> None:
 @given(SHARES, st.floats(0.01, 0.99))
 def test_a_crossing_has_the_level_and_splits_the_curve(hits: list[int], level: float) -> None:
     found = curve(hits)
-    crossing, rates, per = found.crossing(level)[0], found.rising[0], found.per[0]
+    crossing, rates, per = found.crossing(level)[0], found.rising[0], found.position[0]
     if crossing == -math.inf:
         assert rates[0] >= level
     elif crossing == math.inf:
@@ -94,31 +103,28 @@ def test_a_crossing_lies_on_the_straight_line_between_points() -> None:
 @given(SHARES)
 def test_a_higher_level_is_not_crossed_earlier(hits: list[int]) -> None:
     found = curve(hits)
-    crossings = [found.crossing(level)[0] for level in critical.LEVELS]
+    crossings = [found.crossing(level)[0] for level in LEVELS]
     assert crossings == sorted(crossings)
 
 
 def test_the_first_resample_is_what_was_measured() -> None:
     points = over([0, 3, 12])
-    found = Curve.of(points, Resampling.of(points, 5))
+    found = curve_of(points, resampling_of(points, 5))
     assert found.rate[0].tolist() == [0.0, 0.25, 1.0]
-    assert found.per[0].tolist() == [0.0, 0.5, 1.0]
+    assert found.position[0].tolist() == [0.0, 0.5, 1.0]
     assert (found.trials == 12).all()
 
 
 def test_equal_seeds_are_drawn_together() -> None:
     """Two conditions with the same outcomes differ in no resample: common random numbers."""
     a, b = point(first(5, 20), per=0.1), point(first(5, 20), per=0.2)
-    resampling = Resampling.of([a, b], 200)
-    assert (rate(a, resampling) == rate(b, resampling)).all()
+    resampling = resampling_of([a, b], 200)
+    assert (resampled_rate(a, resampling) == resampled_rate(b, resampling)).all()
 
 
 def test_the_interval_of_a_share_is_about_that_of_the_normal_approximation() -> None:
     one = point(first(60, 200))
-    found = interval(rate(one, Resampling.of([one])))
-    assert found is not None
-    assert found.low is not None
-    assert found.high is not None
+    found = known(interval(resampled_rate(one, resampling_of([one]))))
     half = 1.96 * math.sqrt(0.3 * 0.7 / 200)
     assert found.value == 0.3
     assert found.low == pytest.approx(0.3 - half, abs=0.01)
@@ -127,16 +133,18 @@ def test_the_interval_of_a_share_is_about_that_of_the_normal_approximation() -> 
 
 def test_seeds_that_a_condition_lacks_do_not_count_in_it() -> None:
     short, long = point(first(2, 4), per=0.0), point(first(5, 20), per=1.0)
-    found = Curve.of([short, long], Resampling.of([short, long], 50))
+    found = curve_of([short, long], resampling_of([short, long], 50))
     assert found.rate[0].tolist() == [0.5, 0.25]
     assert np.isfinite(found.rising).all()
 
 
 @pytest.mark.parametrize("hits", [0, 60])
 def test_levels_that_are_not_crossed_are_infinitely_far(hits: int) -> None:
-    rows = critical.rows(over([hits] * 3, n=60))
-    assert {row["per"] for row in rows} == {math.inf if hits == 0 else -math.inf}
-    assert {(row["first"], row["last"]) for row in rows} == {(0.0, 1.0)}
+    rows = critical_points(over([hits] * 3, n=60))
+    assert {None if row.per is None else row.per.value for row in rows} == {
+        math.inf if hits == 0 else -math.inf
+    }
+    assert {(row.first, row.last) for row in rows} == {(0.0, 1.0)}
 
 
 def test_the_critical_point_is_within_its_interval_and_that_shrinks_with_runs() -> None:
@@ -146,10 +154,11 @@ def test_the_critical_point_is_within_its_interval_and_that_shrinks_with_runs() 
             point([chance(seed) < step for seed in range(n)], per=k / 10)
             for k, step in enumerate([0.0] * 4 + [0.05, 0.1, 0.3, 0.5, 0.6, 0.6, 0.6])
         ]
-        (row,) = (row for row in critical.rows(points) if row["level"] == 0.5)
-        assert row["per_low"] <= row["per"] <= row["per_high"]
-        assert row["per"] == pytest.approx(0.7, abs=0.05)
-        widths.append(row["per_high"] - row["per_low"])
+        (row,) = (row for row in critical_points(points) if row.level == 0.5)
+        per = known(row.per)
+        assert per.low <= per.value <= per.high
+        assert per.value == pytest.approx(0.7, abs=0.05)
+        widths.append(per.high - per.low)
     assert widths[1] < widths[0]
 
 
@@ -165,16 +174,16 @@ def bent(n: int = 300) -> list[Point]:
 
 
 def test_a_straight_line_is_straight_and_a_step_is_not() -> None:
-    (line,), (step,) = linearity.rows(straight()), linearity.rows(bent())
-    assert abs(line["deviation"]) < line["band"]
-    assert line["p"] > 0.05
-    assert line["deviance_line"] < line["deviance_logistic"]
-    assert step["deviation"] == pytest.approx(-0.5)
-    assert step["at"] == 0.5
-    assert step["p"] < 0.001
-    assert step["deviance_line"] > 100.0
-    assert step["deviance_logistic"] == pytest.approx(0.0, abs=1e-3)
-    assert step["freedom"] == 9
+    (line,), (step,) = linearities(straight()), linearities(bent())
+    assert abs(line.deviation) < line.band
+    assert line.p > 0.05
+    assert line.deviance_line < line.deviance_logistic
+    assert step.deviation == pytest.approx(-0.5)
+    assert step.at == 0.5
+    assert step.p < 0.001
+    assert step.deviance_line > 100.0
+    assert step.deviance_logistic == pytest.approx(0.0, abs=1e-3)
+    assert step.freedom == 9
 
 
 @pytest.mark.slow
@@ -184,8 +193,8 @@ def test_of_straight_curves_one_in_twenty_or_fewer_is_called_bent() -> None:
     for _ in range(60):
         draws = rng.random((6, 100))
         points = [point((draws[k] < 0.1 + 0.14 * k).tolist(), per=k / 5) for k in range(6)]
-        (row,) = linearity.rows(points)
-        called += abs(row["deviation"]) > row["band"]
+        (row,) = linearities(points)
+        called += abs(row.deviation) > row.band
     assert called <= 8  # binomial(60, 0.05): more than 8 has a probability of 0.3 %
 
 

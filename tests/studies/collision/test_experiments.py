@@ -9,9 +9,8 @@ from orchestrator.experiment import skip
 from orchestrator.experiment.schema import ExperimentFile
 from orchestrator.intervals import share
 from orchestrator.scenario.document import Document
-from studies.collision.campaign import EXPERIMENTS
-from studies.collision.names import policy_name
-from studies.collision.runs import METRICS
+from studies.collision.conditions import policy_name
+from studies.collision.runs import EXPERIMENTS, METRICS
 
 FOLDER = Path(__file__).parents[3] / "studies" / "collision" / "experiments"
 
@@ -59,7 +58,7 @@ def test_the_policies() -> None:
         "cooperative-32",
     ]
     for policy in found[:-2]:  # each has a name for readers
-        assert policy_name({"policy": policy, "compression": None}) != policy
+        assert policy_name(policy, None) != policy
 
 
 @pytest.mark.parametrize("name", ["collision_constant_per", "collision_speed", "collision_memory"])

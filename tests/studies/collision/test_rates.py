@@ -7,11 +7,16 @@ import pytest
 from hypothesis import given, strategies as st
 
 from orchestrator.intervals import Estimate, share
-from studies.collision import rates
-from studies.collision.assumption import rows as assumptions
-from studies.collision.completion import expert_times, weighted_successes
-from studies.collision.rates import difference
+from studies.collision.curves import assumptions
 from studies.collision.runs import Point, Run
+from studies.collision.statistics import (
+    difference,
+    expert_times,
+    results,
+    weighted_successes,
+)
+from studies.method import records
+from tests.studies.bounds import known
 from tests.studies.collision.synthetic import chance, condition, first, point
 
 OUTCOMES = st.lists(
@@ -53,11 +58,11 @@ def timed(policy: str, runs: list[tuple[bool, float]], *, speed: float = 30.0) -
 def test_the_intervals_of_rates_are_those_of_wilson(
     hits: int, n: int, low: float, high: float
 ) -> None:
-    (row,) = rates.rows([point(first(hits, n))])
-    assert (row["runs"], row["collisions"]) == (n, hits)
-    assert row["rate"] == hits / n
-    assert row["low"] == pytest.approx(low, abs=1e-4)
-    assert row["high"] == pytest.approx(high, abs=1e-6 if hits == 0 else 1e-4)
+    (row,) = results([point(first(hits, n))])
+    assert (row.runs, row.collisions) == (n, hits)
+    assert row.rate == hits / n
+    assert known(row.collision_rate).low == pytest.approx(low, abs=1e-4)
+    assert known(row.collision_rate).high == pytest.approx(high, abs=1e-6 if hits == 0 else 1e-4)
 
 
 @given(OUTCOMES)
@@ -80,8 +85,8 @@ def test_the_expert_has_an_sct_of_one(outcomes: list[tuple[bool, float, bool, fl
 
 def test_a_speed_that_the_expert_did_not_drive_has_no_sct() -> None:
     expert, slow = timed("expert", [(True, 9.0)]), timed("blind", [(True, 12.0)], speed=25.0)
-    _, row = rates.rows([expert, slow])
-    assert (row["sct"], row["sct_n"]) == (None, 0)
+    _, row = results([expert, slow])
+    assert (row.sct, row.sct_n) == (None, 0)
 
 
 def test_the_packet_error_rate_is_the_one_set_or_the_mean_of_the_measured() -> None:
@@ -90,31 +95,31 @@ def test_the_packet_error_rate_is_the_one_set_or_the_mean_of_the_measured() -> N
         runs[seed] = replace(runs[seed], per=per)
     simulated = Point("any", condition(channel="simulated", per=None), runs)
     constant = Point("any", condition(per=0.25), runs)
-    assert [row["per"] for row in rates.rows([simulated, constant])] == [
+    assert [row.per for row in results([simulated, constant])] == [
         pytest.approx(0.3),
         0.25,
     ]
-    measured, _ = rates.rows([simulated, constant])
-    assert measured["per_high"] - 0.3 == pytest.approx(12.706 * 0.1, abs=1e-3)  # t, 1 degree
+    measured, _ = results([simulated, constant])
+    assert known(measured.packet_error_rate).high - 0.3 == pytest.approx(
+        12.706 * 0.1, abs=1e-3
+    )  # t, 1 degree
 
 
 def test_the_first_columns_are_those_that_others_read() -> None:
-    (row,) = rates.rows([point(first(0, 3))])
+    (row,) = results([point(first(0, 3))])
     names = ["policy", "relay", "compression", "speed_kmh", "per", "runs", "collisions"]
-    assert list(row)[:10] == [*names, "rate", "low", "high"]
+    assert list(records.rows([row])[0])[:10] == [*names, "rate", "low", "high"]
 
 
 def test_a_condition_without_runs_has_a_row() -> None:
-    (row,) = rates.rows([point([])])
-    assert (row["runs"], row["rate"], row["success"], row["sct"]) == (0, None, None, None)
+    (row,) = results([point([])])
+    assert (row.runs, row.rate, row.success, row.sct) == (0, None, None, None)
 
 
 @given(st.integers(0, 50), st.integers(0, 50))
 def test_the_interval_of_a_difference_holds_it_and_turns_with_it(a: int, b: int) -> None:
     one, other = (share(first(hits, 50)) for hits in (a, b))
-    there, back = difference(one, other), difference(other, one)
-    assert there.low is not None
-    assert there.high is not None
+    there, back = known(difference(one, other)), difference(other, one)
     assert there.low - 1e-12 <= there.value <= there.high + 1e-12
     assert [back.low, back.high] == pytest.approx([-there.high, -there.low])
 
@@ -141,9 +146,9 @@ def test_a_channel_of_the_assumed_kind_is_as_assumed() -> None:
     measured = point([chance(seed) < 0.35 for seed in range(200)], channel="simulated", per=None)
     runs = {seed: replace(run, per=0.35) for seed, run in measured.runs.items()}
     (row,) = assumptions([*constant, replace(measured, runs=runs)])
-    assert row["per"] == pytest.approx(0.35)
-    assert row["assumed"] == pytest.approx(0.35, abs=0.01)
-    assert row["difference_low"] < 0.0 < row["difference_high"]
+    assert known(row.per).value == pytest.approx(0.35)
+    assert known(row.assumed).value == pytest.approx(0.35, abs=0.01)
+    assert known(row.difference).low < 0.0 < known(row.difference).high
 
 
 def test_a_channel_of_another_kind_is_not() -> None:
@@ -151,8 +156,8 @@ def test_a_channel_of_another_kind_is_not() -> None:
     measured = point(first(180, 200), channel="simulated", per=None)
     runs = {seed: replace(run, per=0.35) for seed, run in measured.runs.items()}
     (row,) = assumptions([*constant, replace(measured, runs=runs)])
-    assert row["difference"] == pytest.approx(0.55, abs=0.01)
-    assert row["difference_low"] > 0.4
+    assert known(row.difference).value == pytest.approx(0.55, abs=0.01)
+    assert known(row.difference).low > 0.4
 
 
 def test_a_rate_that_never_occurred_is_not_certain() -> None:
@@ -160,9 +165,9 @@ def test_a_rate_that_never_occurred_is_not_certain() -> None:
     measured = point(first(0, 50), channel="simulated", per=None)
     runs = {seed: replace(run, per=0.35) for seed, run in measured.runs.items()}
     (row,) = assumptions([*constant, replace(measured, runs=runs)])
-    assert row["difference"] == 0.0
-    assert row["difference_low"] < -0.05
-    assert row["difference_high"] > 0.05
+    assert known(row.difference).value == 0.0
+    assert known(row.difference).low < -0.05
+    assert known(row.difference).high > 0.05
 
 
 def test_what_was_never_sent_is_not_served_either() -> None:
@@ -173,7 +178,7 @@ def test_what_was_never_sent_is_not_served_either() -> None:
         run.seed: replace(run, served=share)
         for run, share in zip(usual.runs.values(), served, strict=True)
     }
-    (row,) = rates.rows([replace(usual, runs=runs)])
-    assert row["unserved"] == pytest.approx((0.5 + 0.5 + 1.0) / 3)
-    (blind,) = rates.rows([timed("blind", [(True, 10.0)])])
-    assert blind["unserved"] is None
+    (row,) = results([replace(usual, runs=runs)])
+    assert known(row.unserved).value == pytest.approx((0.5 + 0.5 + 1.0) / 3)
+    (blind,) = results([timed("blind", [(True, 10.0)])])
+    assert blind.unserved is None

@@ -12,13 +12,14 @@ import scenarios
 from orchestrator.errors import ScenarioError
 from orchestrator.experiment.load import load_experiment
 from orchestrator.experiment.plan import Experiment
-from studies.collision import CollisionStudy, results as files
+from studies.collision import CollisionStudy
 from studies.collision.__main__ import main
-from studies.collision.campaign import EXPERIMENTS, Campaign
-from studies.collision.names import relay_name
 from studies.collision.page import page
-from studies.collision.runs import points, read, table
-from studies.method import csv_file
+from studies.collision.report import write_campaign
+from studies.collision.runs import EXPERIMENTS, Point, points, read, run_rows
+from studies.collision.statistics import Result
+from studies.method import records
+from studies.method.style import method_name
 from tests.studies.collision import synthetic
 from tests.studies.collision.synthetic import (
     Levels,
@@ -30,7 +31,7 @@ from tests.studies.collision.synthetic import (
 )
 
 PRR = {"mohed": 0.9, "signal-strength": 0.8, "random": 0.6, "direct": 0.4}
-NAMES = [relay_name(method) for method in ("mohed", "direct")]
+NAMES = [method_name(method) for method in ("mohed", "direct")]
 PLANS = {
     "collision_policies": synthetic.policies,
     "collision_constant_per": synthetic.constant_per,
@@ -64,8 +65,12 @@ def copy(campaign: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(campaign, tmp_path / "results"))
 
 
+def read_points(folder: Path, name: str) -> list[Point]:
+    return points(name, read(folder, name))
+
+
 def written(folder: Path) -> dict[str, bytes]:
-    files.write(Campaign.read(folder), folder)
+    write_campaign(folder)
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
@@ -94,8 +99,8 @@ def test_equal_results_make_equal_bytes(campaign: Path, copy: Path, tmp_path: Pa
 
 def test_the_runs_come_back_from_their_file(campaign: Path) -> None:
     for name, plan in PLANS.items():
-        rows = table(results(plan(), outcome), "cooperative")
-        for found, wanted in zip(read(campaign, name), points(name, rows), strict=True):
+        rows = run_rows(results(plan(), outcome), "cooperative")
+        for found, wanted in zip(read_points(campaign, name), points(name, rows), strict=True):
             assert found.condition == wanted.condition
             for seed, one in wanted.runs.items():
                 again = found.runs[seed]
@@ -110,7 +115,7 @@ def test_runs_that_failed_do_not_count(tmp_path: Path) -> None:
     )
     found = CollisionStudy().write(broken, tmp_path)
     assert {row["runs"] for row in found.tables["collision_policies"]} == {10}
-    assert {len(point.runs) for point in read(tmp_path, "collision_policies")} == {10}
+    assert {len(point.runs) for point in read_points(tmp_path, "collision_policies")} == {10}
     origin = json.loads((tmp_path / "collision_policies_provenance.json").read_text())
     assert origin["failed"] == 50
 
@@ -119,7 +124,7 @@ def test_an_interrupted_experiment_has_a_report_of_what_there_is(tmp_path: Path)
     whole = results(synthetic.relay(), outcome)
     part = replace(whole, rows=whole.rows[:5], metrics=whole.metrics[:5])
     CollisionStudy().write(part, tmp_path)
-    files.write(Campaign.read(tmp_path), tmp_path)
+    write_campaign(tmp_path)
     assert "5 of 320 runs" in page(tmp_path, "results")
 
 
@@ -129,10 +134,10 @@ def test_the_origin_names_no_host(campaign: Path) -> None:
 
 def test_times_of_the_expert_reach_the_table_of_all(copy: Path) -> None:
     written(copy)
-    rows = csv_file.read(copy / "collision.csv")
-    here = {row["experiment"] for row in rows if row["sct"] and row["speed_kmh"] == "30.0"}
+    rows = records.read(copy / "collision.csv", Result)
+    here = {row.experiment for row in rows if row.sct and row.speed_kmh == 30.0}
     assert here == set(EXPERIMENTS) - {"collision_speed"}  # that is at 25 km/h
-    assert all(not row["sct"] for row in rows if row["speed_kmh"] == "25.0")
+    assert all(not row.sct for row in rows if row.speed_kmh == 25.0)
 
 
 def test_the_page_has_the_numbers_and_keeps_what_was_written_by_hand(
@@ -322,9 +327,10 @@ def test_an_experiment_without_networks_names_its_policy(tmp_path: Path) -> None
     path = tmp_path / "study.yaml"
     base = Path(scenarios.__file__).parent / "red_light_study.yaml"
     path.write_text(FILE.format(scenario=base, parameters="policy: rule-based"))
-    (row, *_) = table(results(load_experiment(path), lambda *_: run(False)), "rule-based")
-    assert (row["policy"], row["compression"]) == ("rule-based", None)
-    assert (row["relay"], row["speed_kmh"], row["channel"]) == ("direct", 30.0, "simulated")
+    (row, *_) = run_rows(results(load_experiment(path), lambda *_: run(False)), "rule-based")
+    found = row.condition
+    assert (found.policy, found.compression) == ("rule-based", None)
+    assert (found.relay, found.speed_kmh, found.channel) == ("direct", 30.0, "simulated")
 
 
 def test_the_page_in_the_manual_is_that_of_the_results_beside_it() -> None:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +21,12 @@ from fmus.messages.records import (
     frame,
     unframe,
 )
-from studies.red_light import RedLightReport, figure, metrics
+from studies.method.records import from_json
+from studies.red_light import RedLightReport, figure
 from studies.red_light.delivery import packet_reception
-from studies.red_light.identity import vehicles_of
+from studies.red_light.identity import Roles, vehicles_of
+from studies.red_light.metrics import Link, Metrics, compute
 from studies.red_light.polygons import polygon_distance
-from studies.red_light.roles import Roles
 from studies.red_light.traces import COLLISION, EGO, SHARING, Traces
 
 TENTH = 100_000_000
@@ -136,32 +138,32 @@ def heard_in(run: dict[str, Samples]) -> list[bytes]:
 
 
 def test_metrics_of_a_known_run() -> None:
-    found = metrics.compute(Traces(recording()))
-    assert found["collision"]
-    assert found["collision_time"] == 0.17  # the exact one, not that of the sample
-    assert found["collision_partner"] == "collision vehicle"
-    assert found["completion_time"] is None
-    assert found["success"] is False
-    assert found["min_gap_m"] == 0.0
-    assert found["prr"] == {
+    found = compute(Traces(recording()))
+    assert found.collision
+    assert found.collision_time == 0.17  # the exact one, not that of the sample
+    assert found.collision_partner == "collision vehicle"
+    assert found.completion_time is None
+    assert found.success is False
+    assert found.min_gap_m == 0.0
+    assert asdict(found.prr) == {
         "end_to_end": pytest.approx(2 / 3),
         "direct": pytest.approx(1 / 3),
         "messages": pytest.approx(1 / 2),
         "sent": 3,
         "lost": LOST_TO_NOTHING | {"noise": pytest.approx(1 / 3)},
     }
-    assert found["session"] == {"begin": 0.0, "scans": 2, "served": pytest.approx(1 / 2)}
-    assert found["relay_switches"] == 1
-    assert found["relays"] == [7]
-    assert found["bytes_sent"] == 600
-    assert found["hidden_vehicle"] == {
+    assert asdict(found.session) == {"begin": 0.0, "scans": 2, "served": pytest.approx(1 / 2)}
+    assert found.relay_switches == 1
+    assert found.relays == (7,)
+    assert found.bytes_sent == 600
+    assert asdict(found.hidden_vehicle) == {
         "id": 2,
         "first_seen": pytest.approx(0.1),
         "first_seen_by": "sharing node",
         "seen_by_ego": pytest.approx(0.2),
         "received_by_ego": pytest.approx(0.2),
     }
-    assert found["braking"] == {
+    assert asdict(found.braking) == {
         "pedal": pytest.approx(0.2),
         "time": pytest.approx(0.2),
         "object": 2,
@@ -211,11 +213,11 @@ def outcome(*, partner: int | None, completed: float | None) -> dict[str, Sample
 def test_success_is_to_complete_without_a_collision(
     run: dict[str, Samples], expected: tuple[object, ...], told: str
 ) -> None:
-    found = metrics.compute(Traces(recording() | run))
+    found = compute(Traces(recording() | run))
     names = ("collision_time", "collision_partner", "completion_time", "success")
-    assert tuple(found[name] for name in names) == expected
-    assert found["collision"] == (expected[0] is not None)
-    assert RedLightReport().summary(found, {}).splitlines()[0] == told
+    assert tuple(getattr(found, name) for name in names) == expected
+    assert found.collision == (expected[0] is not None)
+    assert RedLightReport().summary(asdict(found), {}).splitlines()[0] == told
 
 
 @pytest.mark.parametrize(("role", "told"), [(0, "a vehicle of the background"),
@@ -226,8 +228,8 @@ def test_the_partner_is_named_by_its_role_also_if_it_has_left_since(role: int, t
     run["traffic.vehicle.id"] = Samples([np.array([1, 2, 9]), *[np.array([1, 2, 3])] * 2])
     roles = np.array([EGO, COLLISION, SHARING])
     run["traffic.vehicle.role"] = Samples([np.array([EGO, COLLISION, role]), roles, roles])
-    found = metrics.compute(Traces(run))
-    assert f"with {told};" in RedLightReport().summary(found, {})
+    found = compute(Traces(run))
+    assert f"with {told};" in RedLightReport().summary(asdict(found), {})
 
 
 def test_an_object_is_the_vehicle_in_whose_body_it_lies() -> None:
@@ -247,7 +249,7 @@ def test_packets_that_may_still_be_on_their_way_do_not_count() -> None:
             [frame("PKTS", np.concatenate([packet(0), packet(1)])), frame("PKTS", late), b""]
         )
     }
-    assert metrics.compute(Traces(run))["prr"] == {
+    assert asdict(compute(Traces(run)).prr) == {
         "end_to_end": 1.0,
         "direct": 0.5,
         "messages": 1.0,
@@ -270,7 +272,7 @@ def test_broadcasts_of_the_sharing_node_are_for_the_ego_too() -> None:
         "facilities.packets": broadcasts(3),
         "channel.receptions": Samples([b"", frame("RCPT", np.concatenate(heard)), b""]),
     }
-    assert metrics.compute(Traces(run))["prr"] == {
+    assert asdict(compute(Traces(run)).prr) == {
         "end_to_end": pytest.approx(2 / 3),
         "direct": pytest.approx(2 / 3),
         "messages": pytest.approx(1 / 2),
@@ -283,14 +285,14 @@ def test_broadcasts_of_the_sharing_node_are_for_the_ego_too() -> None:
 def test_broadcasts_of_others_are_not(source: int) -> None:
     """The ego's own least of all."""
     run = recording() | {"facilities.packets": broadcasts(source)}
-    assert metrics.compute(Traces(run))["prr"] == NOTHING_SENT
+    assert asdict(compute(Traces(run)).prr) == NOTHING_SENT
 
 
 def test_without_an_ego_no_packet_is_for_it() -> None:
     traces = Traces(recording() | {"facilities.packets": broadcasts(3)})
     nobody = Roles(ego=NO_VEHICLE, hidden=2, sharing=3)
     found = packet_reception(traces.packets, traces.receptions, nobody, traces.end)
-    assert found == NOTHING_SENT
+    assert asdict(found) == NOTHING_SENT
 
 
 def test_the_last_hop_that_was_tried_says_why_a_packet_was_lost() -> None:
@@ -305,7 +307,7 @@ def test_the_last_hop_that_was_tried_says_why_a_packet_was_lost() -> None:
         "channel.receptions": Samples([b"", frame("RCPT", np.concatenate(heard)), b""]),
     }
     third = pytest.approx(1 / 3)
-    assert metrics.compute(Traces(run))["prr"]["lost"] == LOST_TO_NOTHING | {
+    assert asdict(compute(Traces(run)).prr)["lost"] == LOST_TO_NOTHING | {
         "interference": third,
         "receiver_busy": third,
         "unnoticed": third,
@@ -315,27 +317,29 @@ def test_the_last_hop_that_was_tried_says_why_a_packet_was_lost() -> None:
 def test_scans_count_from_the_first_trigger_on_whatever_was_sent() -> None:
     trigger = {"perception.match.trigger": Samples([np.array(k == 1) for k in range(3)])}
     one = {"facilities.packets": Samples([frame("PKTS", packet(0)), b"", b""])}
-    found = metrics.compute(Traces(recording() | trigger | one))["session"]
-    assert found == {"begin": pytest.approx(0.1), "scans": 1, "served": 1.0}
+    found = compute(Traces(recording() | trigger | one)).session
+    assert asdict(found) == {"begin": pytest.approx(0.1), "scans": 1, "served": 1.0}
     silent = {"facilities.packets": Samples([b""] * 3)}
-    found = metrics.compute(Traces(recording() | trigger | silent))["session"]
-    assert found["served"] == 0.0
+    found = compute(Traces(recording() | trigger | silent)).session
+    assert found.served == 0.0
 
 
 def test_without_a_trigger_there_is_no_session() -> None:
     never = {"perception.match.trigger": Samples([np.array(False)] * 3)}
-    found = metrics.compute(Traces(recording() | never))["session"]
-    assert found == {"begin": None, "scans": 0, "served": None}
+    found = compute(Traces(recording() | never)).session
+    assert asdict(found) == {"begin": None, "scans": 0, "served": None}
+
+
+def by_ends(found: Metrics) -> dict[tuple[int, int], Link]:
+    return {(link.transmitter, link.receiver): link for link in found.links}
 
 
 def test_links_count_every_transmission_once() -> None:
-    found = {
-        (e["transmitter"], e["receiver"]): e for e in metrics.compute(Traces(recording()))["links"]
-    }
-    assert found[3, 1]["packets"] == 3
-    assert found[3, 1]["prr"] == pytest.approx(1 / 3)
-    assert found[7, 1]["prr"] == 1.0
-    assert found[3, 7]["classes"] == {"LOS": 0, "NLOSv": 1, "NLOSb": 0}
+    found = by_ends(compute(Traces(recording())))
+    assert found[3, 1].packets == 3
+    assert found[3, 1].prr == pytest.approx(1 / 3)
+    assert found[7, 1].prr == 1.0
+    assert found[3, 7].classes == {"LOS": 0, "NLOSv": 1, "NLOSb": 0}
 
 
 def test_a_channel_that_does_not_know_the_power_is_reported_as_such(tmp_path: Path) -> None:
@@ -344,10 +348,10 @@ def test_a_channel_that_does_not_know_the_power_is_reported_as_such(tmp_path: Pa
     for rows in blind:
         rows["power_dbm"] = rows["snir_db"] = np.nan
     run = recording() | {"channel.receptions": Samples([frame("RCPT", rows) for rows in blind])}
-    found = metrics.compute(Traces(run))
-    assert {link["mean_power_dbm"] for link in found["links"]} == {None}
-    json.dumps(found, allow_nan=False)
-    assert "mean power unknown" in RedLightReport().summary(found, {})
+    found = compute(Traces(run))
+    assert {link.mean_power_dbm for link in found.links} == {None}
+    json.dumps(asdict(found), allow_nan=False)
+    assert "mean power unknown" in RedLightReport().summary(asdict(found), {})
     figure.draw(Traces(run), found, tmp_path / "run.png")
 
 
@@ -355,13 +359,13 @@ def test_powers_that_are_known_are_averaged() -> None:
     partly = [unframe("RCPT", data, RECEPTION).copy() for data in heard_in(recording())]
     partly[1]["power_dbm"][:2] = np.nan, -80
     run = recording() | {"channel.receptions": Samples([frame("RCPT", rows) for rows in partly])}
-    links = {(e["transmitter"], e["receiver"]): e for e in metrics.compute(Traces(run))["links"]}
-    assert links[3, 1]["mean_power_dbm"] == pytest.approx(-85)
+    links = by_ends(compute(Traces(run)))
+    assert links[3, 1].mean_power_dbm == pytest.approx(-85)
 
 
 def test_a_run_without_sensor_data_has_no_prr() -> None:
     empty = recording() | {"facilities.packets": Samples([b""] * 3)}
-    assert metrics.compute(Traces(empty))["prr"] == NOTHING_SENT
+    assert asdict(compute(Traces(empty)).prr) == NOTHING_SENT
 
 
 def test_the_gap_is_the_distance_of_the_bodies() -> None:
@@ -389,7 +393,12 @@ def test_polygon_distance_is_symmetric_and_invariant(
 
 def test_the_figure_is_drawn_at_the_decisive_moment(tmp_path: Path) -> None:
     data = Traces(recording())
-    found = metrics.compute(data)
+    found = compute(data)
     assert figure.decisive_moment(found, data) == 2 * TENTH
     figure.draw(data, found, tmp_path / "run.png")
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_metrics_come_back_from_their_file() -> None:
+    found = compute(Traces(recording()))
+    assert from_json(json.loads(json.dumps(asdict(found))), Metrics) == found

@@ -7,8 +7,11 @@ import pytest
 from hypothesis import given, strategies as st
 
 from orchestrator.intervals import student_t
-from studies.relay import density, distribution, pairs, table2
-from studies.relay.sample import Study
+from studies.relay import statistics
+from studies.relay.conditions import vehicles_per_km
+from studies.relay.runs import Study
+from studies.relay.statistics import band, density_points, pairs, steps
+from tests.studies.bounds import known
 from tests.studies.relay.synthetic import Levels, experiment, results, run
 
 RATES = {
@@ -36,29 +39,29 @@ def half_width(values: list[float]) -> float:
 
 
 def test_means_and_intervals_beside_the_numbers_of_the_paper() -> None:
-    mohed, direct, oracle = table2.rows(study(), BASE)
-    assert mohed["prr"] == pytest.approx(0.75)
+    mohed, direct, oracle = statistics.results(study(), [BASE])
     half = half_width(RATES["mohed"])
-    assert (mohed["prr_low"], mohed["prr_high"]) == pytest.approx((0.75 - half, 0.75 + half))
-    assert mohed["relay_switches"] == pytest.approx(2.5)
-    assert (mohed["n"], mohed["runs"]) == (4, 4)
-    assert (mohed["paper_prr"], mohed["paper_relay_switches"]) == (0.8798, 2.75)
-    assert (direct["paper_prr"], direct["paper_relay_switches"]) == (0.3922, 0.0)
-    assert (oracle["paper_prr"], oracle["paper_relay_switches"]) == (None, None)
-    assert mohed["collision_rate"] == 0.0
-    assert mohed["collision_rate_high"] > 0.4  # Wilson, 0 of 4
+    assert known(mohed.prr) == pytest.approx((0.75, 0.75 - half, 0.75 + half))
+    assert known(mohed.relay_switches).value == pytest.approx(2.5)
+    assert (mohed.n, mohed.runs) == (4, 4)
+    assert (mohed.paper_prr, mohed.paper_relay_switches) == (0.8798, 2.75)
+    assert (direct.paper_prr, direct.paper_relay_switches) == (0.3922, 0.0)
+    assert (oracle.paper_prr, oracle.paper_relay_switches) == (None, None)
+    assert known(mohed.collision_rate).value == 0.0
+    assert known(mohed.collision_rate).high > 0.4  # Wilson, 0 of 4
 
 
 def test_regret_is_paired_by_seed() -> None:
     """By hand: 0.1, 0.0, 0.1, 0.2; unpaired, the interval would be more than twice as wide."""
-    mohed, direct, oracle = table2.rows(study(), BASE)
+    mohed, direct, oracle = statistics.results(study(), [BASE])
     lost = [0.1, 0.0, 0.1, 0.2]
-    assert mohed["regret"] == pytest.approx(0.1)
-    assert mohed["regret_high"] - mohed["regret"] == pytest.approx(half_width(lost))
+    regret = known(mohed.regret)
+    assert regret.value == pytest.approx(0.1)
+    assert regret.high - regret.value == pytest.approx(half_width(lost))
     unpaired = math.hypot(half_width(RATES["oracle"]), half_width(RATES["mohed"]))
-    assert mohed["regret_high"] - mohed["regret"] < unpaired / 2
-    assert direct["regret"] == pytest.approx(0.55)
-    assert (oracle["regret"], oracle["regret_low"], oracle["regret_high"]) == (0.0, 0.0, 0.0)
+    assert regret.high - regret.value < unpaired / 2
+    assert known(direct.regret).value == pytest.approx(0.55)
+    assert known(oracle.regret) == (0.0, 0.0, 0.0)
 
 
 def test_only_seeds_that_both_have_are_compared() -> None:
@@ -72,44 +75,44 @@ def test_only_seeds_that_both_have_are_compared() -> None:
         return of_run(levels, seed)
 
     plan = experiment(("mohed", "oracle"))
-    mohed, oracle = table2.rows(Study(results(plan, outcome), BASE), BASE)
-    assert (mohed["runs"], mohed["n"], mohed["regret_n"]) == (4, 3, 2)
-    assert mohed["regret"] == pytest.approx(0.1)
-    assert (oracle["runs"], oracle["n"]) == (3, 3)
-    (pair,) = pairs.rows(Study(results(plan, outcome), BASE))
-    assert pair["n"] == 2
-    assert pair["difference"] == pytest.approx(-10.0)
+    mohed, oracle = statistics.results(Study(results(plan, outcome), BASE), [BASE])
+    assert (mohed.runs, mohed.n, mohed.regret_n) == (4, 3, 2)
+    assert known(mohed.regret).value == pytest.approx(0.1)
+    assert (oracle.runs, oracle.n) == (3, 3)
+    (pair,) = pairs(Study(results(plan, outcome), BASE))
+    assert pair.n == 2
+    assert known(pair.difference).value == pytest.approx(-10.0)
 
 
 def test_without_an_oracle_there_is_no_regret() -> None:
-    (row,) = table2.rows(Study(results(experiment(("mohed",)), of_run), BASE), BASE)
-    assert (row["regret"], row["regret_low"], row["regret_n"]) == (None, None, 0)
+    (row,) = statistics.results(Study(results(experiment(("mohed",)), of_run), BASE), [BASE])
+    assert (row.regret, row.regret_n) == (None, 0)
 
 
 def test_before_the_first_run_all_rows_are_there_and_empty() -> None:
     nothing = results(experiment(("mohed", "oracle"), seeds=1), of_run, without=1)
     found = Study(nothing, BASE)
-    assert [(row["n"], row["prr"]) for row in table2.rows(found, BASE)] == [(0, None), (0, None)]
-    assert [row["difference"] for row in pairs.rows(found)] == [None]
-    assert [row["prr"] for row in density.rows(found)] == [None, None]
-    assert distribution.rows(found) == []
+    assert [(row.n, row.prr) for row in statistics.results(found, [BASE])] == [(0, None), (0, None)]
+    assert [row.difference for row in pairs(found)] == [None]
+    assert [row.prr for row in density_points(found)] == [None, None]
+    assert steps(found) == []
 
 
 def test_differences_of_methods() -> None:
-    first = pairs.rows(study())[0]
-    assert (first["a"], first["b"]) == ("mohed", "direct")
-    assert first["difference"] == pytest.approx(45.0)
-    assert (first["a_better"], first["b_better"]) == (1.0, 0.0)
-    second = pairs.rows(study())[1]
-    assert (second["a"], second["b"]) == ("mohed", "oracle")
-    assert (second["a_better"], second["b_better"]) == (0.0, 0.75)  # once they are equal
+    first = pairs(study())[0]
+    assert (first.a, first.b) == ("mohed", "direct")
+    assert known(first.difference).value == pytest.approx(45.0)
+    assert (first.a_better, first.b_better) == (1.0, 0.0)
+    second = pairs(study())[1]
+    assert (second.a, second.b) == ("mohed", "oracle")
+    assert (second.a_better, second.b_better) == (0.0, 0.75)  # once they are equal
 
 
 def test_the_density_is_that_of_the_scenario() -> None:
     """1000 / N vehicles per km and lane at a spacing of N metres, whatever the level is called."""
     plan = experiment(("mohed", "direct"), (20.0, 45.0))
-    points = density.rows(Study(results(plan, of_run), {"density": "20 m"}))
-    assert [(p["method"], round(p["vehicles_per_km"], 3)) for p in points] == [
+    points = density_points(Study(results(plan, of_run), {"density": "20 m"}))
+    assert [(p.method, round(p.vehicles_per_km, 3)) for p in points] == [
         ("mohed", 22.222),
         ("mohed", 50.0),
         ("direct", 22.222),
@@ -120,13 +123,14 @@ def test_the_density_is_that_of_the_scenario() -> None:
 def test_a_scenario_without_traffic_has_no_density() -> None:
     scenario: dict[str, Any] = {"components": {"channel": {"parameters": {}}}}
     with pytest.raises(ValueError, match="0 components of the scenario have a parameter `spacing`"):
-        density.vehicles_per_km(scenario)
+        vehicles_per_km(scenario)
 
 
 def test_every_condition_has_its_table() -> None:
     plan = experiment(("mohed", "direct"), (20.0, 45.0))
-    found = table2.all_rows(Study(results(plan, of_run), {"density": "20 m"}))
-    assert [(row["method"], row["density"]) for row in found] == [
+    made = Study(results(plan, of_run), {"density": "20 m"})
+    found = statistics.results(made, made.conditions)
+    assert [(row.method, row.condition["density"]) for row in found] == [
         ("mohed", "20 m"),
         ("direct", "20 m"),
         ("mohed", "45 m"),
@@ -135,24 +139,24 @@ def test_every_condition_has_its_table() -> None:
 
 
 def test_the_distribution_function_has_steps_at_the_values() -> None:
-    rows = [row for row in distribution.rows(study()) if row["method"] == "mohed"]
-    assert [(row["prr"], row["share"]) for row in rows] == [(0.5, 0.25), (0.8, 0.75), (0.9, 1.0)]
+    rows = [row for row in steps(study()) if row.method == "mohed"]
+    assert [(row.prr, row.share) for row in rows] == [(0.5, 0.25), (0.8, 0.75), (0.9, 1.0)]
     epsilon = math.sqrt(math.log(40.0) / 8.0)
-    assert rows[0]["share_high"] == pytest.approx(0.25 + epsilon)
-    assert rows[1]["share_low"] == pytest.approx(0.75 - epsilon)
-    assert (rows[0]["share_low"], rows[2]["share_high"]) == (0.0, 1.0)
+    assert rows[0].share_high == pytest.approx(0.25 + epsilon)
+    assert rows[1].share_low == pytest.approx(0.75 - epsilon)
+    assert (rows[0].share_low, rows[2].share_high) == (0.0, 1.0)
 
 
 def test_the_band_at_fifty_runs_is_that_of_massart() -> None:
-    assert distribution.band(50) == pytest.approx(0.19206, abs=1e-5)
+    assert band(50) == pytest.approx(0.19206, abs=1e-5)
 
 
 @given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=30))
 def test_a_distribution_function_rises_to_one_within_its_band(rates: list[float]) -> None:
     plan = experiment(("mohed",), seeds=len(rates))
     found = results(plan, lambda _, seed: run(rates[seed - 1]))
-    rows = distribution.rows(Study(found, BASE))
-    shares = [row["share"] for row in rows]
+    rows = steps(Study(found, BASE))
+    shares = [row.share for row in rows]
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
-    assert all(0.0 <= r["share_low"] <= r["share"] <= r["share_high"] <= 1.0 for r in rows)
+    assert all(0.0 <= r.share_low <= r.share <= r.share_high <= 1.0 for r in rows)

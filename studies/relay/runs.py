@@ -1,17 +1,10 @@
 """Metrics of runs by method, condition and seed."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
 
-from orchestrator.experiment.report import Results
+from orchestrator.experiment.report import Results, Row
 from studies.method.estimates import Sample
-
-METHOD: Final = "method"
-"""The factor whose levels are compared."""
-
-Condition = Mapping[str, str]
-"""The levels of all factors but the method."""
+from studies.relay.conditions import METHOD, Condition, condition_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +12,7 @@ class Study:
     """The runs of an experiment, ordered for comparisons.
 
     Attributes:
-        results: of the experiment.
+        results: everything that the experiment found.
         base: the condition of the paper's main results.
     """
 
@@ -28,7 +21,7 @@ class Study:
 
     @property
     def conditions(self) -> list[Condition]:
-        """All of them, in the order of the experiment file."""
+        """All conditions, in the order of the experiment file."""
         found: list[Condition] = []
         for combination in self.results.experiment.combinations:
             condition = condition_of(combination.levels)
@@ -37,12 +30,12 @@ class Study:
         return found
 
     def methods(self, condition: Condition) -> list[str]:
-        """Those that are run there, in the order of the experiment file."""
+        """The methods that are run there, in the order of the experiment file."""
         combinations = self.results.experiment.combinations
         return [c.levels[METHOD] for c in combinations if condition_of(c.levels) == condition]
 
-    def rows(self, method: str, condition: Condition) -> list[Mapping[str, Any]]:
-        """Of the runs that did not fail."""
+    def rows(self, method: str, condition: Condition) -> list[Row]:
+        """The runs that did not fail."""
         wanted = {METHOD: method, **condition}
         return [
             row
@@ -54,8 +47,3 @@ class Study:
         """A metric by seed; runs in which there was nothing to measure are left out."""
         rows = self.rows(method, condition)
         return {row["seed"]: float(row[metric]) for row in rows if row[metric] is not None}
-
-
-def condition_of(levels: Mapping[str, str]) -> Condition:
-    """The levels without the method."""
-    return {factor: level for factor, level in levels.items() if factor != METHOD}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from studies.collision.likelihood import deviance, logistic, straight
+from studies.method.likelihood import deviance, logistic, straight
 
 X = np.linspace(0.0, 1.0, 5)
 N = np.full(5, 40.0)

@@ -9,8 +9,8 @@ class Published:
     """A row of Table II.
 
     Attributes:
-        prr: average packet reception rate.
-        relay_switches: on average.
+        prr: average packet reception rate, 0 to 1.
+        relay_switches: average number of changes of the relay in a run.
     """
 
     prr: float
@@ -23,14 +23,15 @@ TABLE_2: Final = {
     "random": Published(0.5148, 3.65),
     "direct": Published(0.3922, 0.0),
 }
-"""By the name of the level of the factor `method`. The paper does not say over how many runs and
-which densities it averaged. The curves of Figures 7 and 8 are published as pictures only."""
+"""Table II by the name of the level of the factor `method`. The paper does not say over how many
+runs and which densities it averaged. The curves of Figures 7 and 8 are published as pictures only.
+"""
 
 DIRECT_PER: Final = 0.6078
 """Packet error rate of the direct link (section "Results & Analysis")."""
 
 CLAIMED_ADVANTAGE: Final = 0.25
-"""Of MoHeD over both rivals, at least, in packet reception rate (ibidem)."""
+"""What MoHeD has over both rivals, at least, in packet reception rate (ibidem)."""
 
 RIVALS: Final = ("signal-strength", "random")
-"""Of MoHeD: the paper's other methods that use a relay."""
+"""The paper's methods besides MoHeD that use a relay."""

@@ -4,11 +4,12 @@ from typing import Final
 
 import numpy as np
 
-from studies.collision.curve import Float
+from studies.method.curve import Float
 
 _ITERATIONS: Final = 20_000
+"""At most so many steps of expectation and maximisation."""
 _STEEPEST: Final = 60.0
-"""Bound of the logistic curve's exponent; beyond it is a step anyway."""
+"""The bound of the logistic curve's exponent; beyond it the curve is a step anyway."""
 
 
 def deviance(hits: Float, trials: Float, rates: Float) -> float:
@@ -21,23 +22,26 @@ def deviance(hits: Float, trials: Float, rates: Float) -> float:
     Args:
         hits: counts k, shape (points,).
         trials: counts n, shape (points,).
-        rates: the curve p, 0 to 1, shape (points,).
+        rates: the curve p, from 0 to 1, shape (points,).
     """
     missed = _part(hits, trials * rates) + _part(trials - hits, trials * (1.0 - rates))
     return 2.0 * float(missed.sum())
 
 
 def straight(position: Float, hits: Float, trials: Float) -> Float:
-    """The straight line of largest likelihood with rates from 0 to 1, at `position`.
+    """The straight line of largest likelihood with rates from 0 to 1.
 
     At position x the rate (1 - x) a + x b is that of a mixture of two coins with known weights; its
     likelihood is maximised by expectation and maximisation (Dempster, Laird and Rubin, JRSS B
     39(1), 1977), which never leaves 0 to 1. It is concave: there is one maximum.
 
     Args:
-        position: 0 to 1, both of which occur, shape (points,).
+        position: from 0 to 1, both of which occur, shape (points,).
         hits: counts of successes, shape (points,).
         trials: counts of all, shape (points,).
+
+    Returns:
+        The rates of the line, 0 to 1, at `position`, shape (points,).
     """
     ends = np.array([0.25, 0.75])
     weights = np.stack([1.0 - position, position])
@@ -55,15 +59,18 @@ def straight(position: Float, hits: Float, trials: Float) -> Float:
 
 
 def logistic(position: Float, hits: Float, trials: Float) -> Float:
-    """The logistic curve of largest likelihood, at `position`, by Newton's method.
+    """The logistic curve of largest likelihood, by Newton's method.
 
     McCullagh and Nelder, section 4.4.2. Where the counts are separated, the likelihood has no
     maximum; the curve is then a step, as steep as makes no difference.
 
     Args:
-        position: shape (points,).
+        position: in any unit, shape (points,).
         hits: counts of successes, shape (points,).
         trials: counts of all, shape (points,).
+
+    Returns:
+        The rates of the curve, 0 to 1, at `position`, shape (points,).
     """
     design = np.stack([np.ones_like(position), position], axis=1)
     chosen = np.zeros(2)

@@ -1,4 +1,4 @@
-"""Under which condition a run was made, read from its scenario."""
+"""Under which condition a run was made, read from its scenario, and what readers call it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,7 +7,8 @@ from typing import Any, Final
 from orchestrator.scenario.units import parse_quantity
 
 POLICY: Final = "policy"
-"""The factor whose levels are driving policies; an experiment may have a single one without it."""
+"""The factor whose levels are driving policies; an experiment may have a single one without it, and
+then says by the parameter of that name which one it is."""
 
 COOPERATIVE: Final = "cooperative"
 """The policy that drives by features; its levels are called `cooperative-16`, `cooperative-32`."""
@@ -17,15 +18,31 @@ EXPERT: Final = "expert"
 
 CONSTANT: Final = "constant"
 SIMULATED: Final = "simulated"
-"""Channels: one that loses frames at a constant rate, and all others."""
+"""The channels: one that loses frames at a constant rate, and all others."""
+
+PROBE: Final = "probe"
+FRAME: Final = "frame"
+DIRECT: Final = "direct"
+"""The load, the loss granularity and the relay method of the paper's constant rates."""
 
 USUAL_AGE: Final = 1.0
 """What the cooperative policy remembers unless an experiment is about that [s]."""
 
 USUAL_POWER: Final = 26.0
-"""Of every radio unless an experiment is about that [dBm]."""
+"""The transmit power of every radio unless an experiment is about that [dBm]."""
 
 _CONSTANT_TYPE: Final = "channel-constant-per"
+
+_POLICIES: Final = {
+    EXPERT: "expert, sees everything",
+    "blind": "blind, network",
+    "blind-rule": "blind, rules",
+    "rule-based": "rules, shared objects",
+    "object-list": "rules, CPMs",
+    "early-fusion": "early fusion",
+    COOPERATIVE: "cooperative",
+}
+"""What readers call policies."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,16 +50,16 @@ class Condition:
     """What runs that are counted together have in common.
 
     Attributes:
-        policy: of driving; `cooperative` whatever the compression.
-        relay: method; `random` is the component type `relay-random`.
-        compression: of the features that the policy drives by; `None` if it does not.
-        speed_kmh: of the ego [km/h].
+        policy: the driving policy; `cooperative` whatever the compression.
+        relay: the relay method; `random` is the component type `relay-random`.
+        compression: that of the features that the policy drives by; `None` if it does not.
+        speed_kmh: the speed of the ego [km/h].
         channel: `constant` or `simulated`.
         per: packet error rate that is set at a constant channel, 0 to 1; `None` at others.
         load: `probe`, `full`, or empty where facilities have none (CPMs).
-        granularity: of losses (`loss_granularity`): `frame`, `packets`, `keypoint`, or empty.
+        granularity: what a loss takes: `frame`, `packets`, `keypoint`, or empty.
         maximum_age: up to which the policy uses features [s]; `None` if it does not drive by them.
-        transmit_power: of every radio [dBm]; `None` at a constant channel, which has none.
+        transmit_power: that of every radio [dBm]; `None` at a constant channel, which has none.
     """
 
     policy: str
@@ -56,13 +73,22 @@ class Condition:
     maximum_age: float | None
     transmit_power: float | None
 
+    @property
+    def is_usual(self) -> bool:
+        """Whether one packet stands for a message, as in the paper (load `probe`), at its power."""
+        return (
+            self.load == PROBE
+            and self.granularity in (FRAME, "")
+            and self.transmit_power in (None, USUAL_POWER)
+        )
+
 
 def condition_of(levels: Mapping[str, str], scenario: Mapping[str, Any], policy: str) -> Condition:
     """The condition of a combination of levels.
 
     Args:
-        levels: by factor.
-        scenario: resolved; its quantities are in SI units.
+        levels: the level of every factor.
+        scenario: a resolved one; its quantities are in SI units.
         policy: the name of the driving policy if no factor is.
 
     Raises:
@@ -87,6 +113,22 @@ def condition_of(levels: Mapping[str, str], scenario: Mapping[str, Any], policy:
     )
 
 
+def policy_key(policy: str, compression: int | None) -> str:
+    """What the level of a policy is called: `cooperative-16`."""
+    return f"{policy}-{compression}" if compression else policy
+
+
+def policy_name(policy: str, compression: int | None) -> str:
+    """What readers call a policy."""
+    name = _POLICIES.get(policy, policy)
+    return f"{name}, compression {compression}" if compression else name
+
+
+def load_name(load: str, granularity: str) -> str:
+    """What readers call a load with the loss granularity."""
+    return ", ".join(filter(None, (load, granularity)))
+
+
 def _component(scenario: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     try:
         found: Mapping[str, Any] = scenario["components"][name]
@@ -97,13 +139,13 @@ def _component(scenario: Mapping[str, Any], name: str) -> Mapping[str, Any]:
 
 
 def _power(scenario: Mapping[str, Any]) -> float:
-    """Of the radios [dBm], in which scenarios are resolved."""
+    """The power of the radios [dBm], in which scenarios are resolved."""
     text = _parameter(scenario, "channel", "transmit_power")
     return float(parse_quantity(text).number)
 
 
 def _quantity(scenario: Mapping[str, Any], component: str, name: str) -> float:
-    """In its SI unit."""
+    """A parameter in its SI unit."""
     return float(parse_quantity(_parameter(scenario, component, name)).number)
 
 
