@@ -6,9 +6,10 @@ from typing import Final
 import numpy as np
 
 from orchestrator.provenance import nlosim_version
+from studies.verification.drawing import write
 from studies.verification.perception.bytes_on_air import FEATURES
 from studies.verification.perception.cost import cost_text
-from studies.verification.perception.figures import write_figures
+from studies.verification.perception.figures import drawings
 from studies.verification.perception.method import method_text
 from studies.verification.perception.misses import Misses, examine
 from studies.verification.perception.parameter_set import RECOMMENDED, SHARER_CURVES
@@ -51,12 +52,12 @@ install 'nlosim[verify]'`) and takes about a quarter of an hour; a few scenes ar
 
 def write_page(verification: Verification, folder: Path) -> Path:
     """Draw figures into `folder` and write `<folder>.md` beside it; the path of the page."""
-    figures = write_figures(verification, folder)
+    figures = write(drawings(verification), folder)
     page = folder.parent / f"{folder.name}.md"
     parts = [
         _INTRODUCTION,
         _results(verification),
-        *(section(f"![{Path(name).stem}]({folder.name}/{name})", text) for name, text in figures),
+        *(section(one.shown_in(folder.name), one.caption) for one in figures),
         _varied(verification),
         cost_text(verification),
         _misses(examine(verification.results, RECOMMENDED.name)),
