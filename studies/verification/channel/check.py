@@ -78,7 +78,7 @@ class Question(abc.ABC):
 
     @abc.abstractmethod
     def ask(self, channel: ChannelUnderTest) -> Array:
-        """Our values, in the unit of the golden ones, shape (case,), in the order of `cases`.
+        """Find our values, in the unit of the golden ones, shape (case,), in the order of `cases`.
 
         Raises:
             ComponentError: the channel failed.

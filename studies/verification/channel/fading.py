@@ -51,7 +51,7 @@ class _Deviation:
 
     @property
     def size(self) -> float:
-        """Zero if both are equal; without any spread nothing else is allowed."""
+        """The distance [sigma]: 0 if both are equal; without any spread nothing else is allowed."""
         difference = abs(self.golden - self.ours)
         if difference <= _EXACT:
             return 0.0
@@ -141,12 +141,12 @@ def _mean(holds: Array) -> float:
 
 
 def _share(place: str, golden: float, ours: float, samples: float) -> _Deviation:
-    """Two shares of independent draws; `samples` is 1 / n + 1 / m."""
+    """Compare two shares of independent draws; `samples` is 1 / n + 1 / m."""
     return _Deviation(place, golden, ours, float(np.sqrt(golden * (1 - golden) * samples)))
 
 
 def _nearest(probability: float, below: float, up_to: float) -> float:
-    """Where many draws are equal to a quantile, any share between these two agrees with it."""
+    """Choose the share that agrees best: any between two, if many draws equal a quantile."""
     return float(np.clip(probability, below, up_to))
 
 

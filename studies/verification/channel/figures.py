@@ -103,7 +103,7 @@ def _error_rates(comparison: Comparison) -> Figure:
 
 
 def _extremes(x: Array, y: Array, pick: np.ufunc) -> tuple[Array, Array]:
-    """The smallest or largest y of each x."""
+    """Find the smallest or largest y of each x."""
     places, index = np.unique(x, return_inverse=True)
     start = 2.0 if pick is np.minimum else -1.0
     found = np.full(len(places), start)

@@ -61,24 +61,24 @@ class Node:
         return key in self._of(dict, "an object")
 
     def __iter__(self) -> Iterator["Node"]:
-        """The elements of a list."""
+        """Go through the elements of a list."""
         for k, value in enumerate(self._of(list, "a list")):
             yield Node(self.file, f"{self.place}[{k}]", value)
 
     def filled(self) -> list["Node"]:
-        """The elements of a list that must have some."""
+        """The elements of a list, which must not be empty."""
         elements = list(self)
         if not elements:
             raise self.problem("must not be empty")
         return elements
 
     def text(self) -> str:
-        """A string."""
+        """The value, which must be a string."""
         text: str = self._of(str, "a text")
         return text
 
     def number(self) -> float:
-        """A finite number."""
+        """The value, which must be a finite number."""
         if isinstance(self.value, bool) or not isinstance(self.value, int | float):
             raise self.problem(f"must be a number, not {self._shown()}")
         if not math.isfinite(self.value):
@@ -86,28 +86,28 @@ class Node:
         return float(self.value)
 
     def positive(self) -> float:
-        """A number above 0."""
+        """The value, which must be a number above 0."""
         number = self.number()
         if number <= 0:
             raise self.problem(f"must be positive, not {self.value}")
         return number
 
     def whole(self) -> int:
-        """An integer; `3.0` is one."""
+        """The value, which must be an integer; `3.0` is one."""
         number = self.number()
         if not number.is_integer():
             raise self.problem(f"must be a whole number, not {self.value}")
         return int(number)
 
     def numbers(self, count: int | None = None) -> list[float]:
-        """A list of `count` finite numbers, or of any number of them."""
+        """The value, which must be a list of `count` finite numbers, or of any number of them."""
         found = [node.number() for node in self]
         if count is not None and len(found) != count:
             raise self.problem(f"must be {count} numbers, not {len(found)}")
         return found
 
     def ring(self) -> list[list[float]]:
-        """A list of the corners of a building, at least three of two numbers each."""
+        """The value, which must be a list of three corners [m] or more, of two numbers each."""
         corners = [corner.numbers(2) for corner in self]
         if len(corners) < 3:
             raise self.problem(f"a building has 3 corners at least, not {len(corners)}")

@@ -141,7 +141,7 @@ def _results(verification: Verification, golden: Path, seeds: int) -> str:
 
 
 def _versions(files: Mapping[str, Comparison]) -> str:
-    """What made the runs of the whole stack; single values do not say."""
+    """Say what made the runs of the whole stack; single values do not say."""
     names = {"veins": "Veins", "omnetpp": "OMNeT++", "sumo": "SUMO"}
     found = dict.fromkeys(
         ", ".join(f"{names[key]} {value}" for key, value in one.stack.versions.items())
@@ -152,7 +152,7 @@ def _versions(files: Mapping[str, Comparison]) -> str:
 
 
 def _digest(golden: Path) -> str:
-    """Of names and contents of all files, so that two directories can be told apart."""
+    """Hash names and contents of all files, so that two directories can be told apart."""
     digest = hashlib.sha256()
     for path in sorted(path for path in golden.rglob("*") if path.is_file()):
         digest.update(str(path.relative_to(golden).as_posix()).encode() + b"\0")

@@ -187,7 +187,7 @@ class _Encounter:
 
     @property
     def span(self) -> tuple[int, int]:
-        """From the first start to the last end [ns]."""
+        """The times of the first start and of the last end [ns]."""
         frames = (self.reference, *self.interferers)
         return min(f.start for f in frames), max(f.start + f.duration for f in frames)
 

@@ -244,7 +244,7 @@ def late_powers(channel: ChannelUnderTest, run: StackRun, pairs: Pairs) -> Array
 def _early_and_late(
     channel: ChannelUnderTest, run: StackRun, frame: int, receivers: Array
 ) -> tuple[Array, Array]:
-    """Powers without any vehicles in between, and among those of the next update [dBm].
+    """Powers without vehicles in between, and among those of the next update [dBm].
 
     Both have the shape (receiver,).
     """
@@ -264,7 +264,7 @@ def _early_and_late(
 
 
 def is_uncertain(run: StackRun, pairs: Pairs) -> Array:
-    """Whether Veins may have weighed interferers of the event after an update, shape (event,)."""
+    """Find events whose interferers Veins may have weighed late: bool, shape (event,)."""
     frames = run.frames
     start, end = frames.start, frames.start + frames.duration
     uncertain = np.zeros(len(start), np.bool_)

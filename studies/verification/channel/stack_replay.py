@@ -65,7 +65,7 @@ def replay(
 
 
 def steps(run: StackRun) -> int:
-    """How many results `replay` yields."""
+    """Count the results that `replay` yields."""
     return len(run.updates) + 1
 
 

@@ -20,7 +20,7 @@ from studies.verification.perception.parameter_set import (
     ZONE_CURVES,
     Curve,
 )
-from studies.verification.perception.scoring import Played
+from studies.verification.perception.scoring import Played, zone_area
 from studies.verification.perception.summary import (
     ALWAYS,
     DEMANDED,
@@ -30,13 +30,12 @@ from studies.verification.perception.summary import (
     zone_areas,
 )
 from studies.verification.perception.verification import DATA_SIZES, TARGET_BYTES, Verification
-from studies.verification.perception.zones import zone_area
 
 _COLOURS: Final = ("#1f77b4", "#ff7f0e", "#2ca02c", "#9467bd")
 _EGO, _SHARER, _BEST = "#1f77b4", "#2ca02c", "#ff7f0e"
 _HIDDEN: Final = "#d62728"
 _HALF: Final = 58.0
-"""Of the part of a scene that is drawn [m], at least."""
+"""Half the side of the part of a scene that is drawn [m], at least."""
 _SEAM: Final = 0.01
 """Gaps between blind zones that are not drawn [m]."""
 _LINES: Final = {DEMANDED: "-", WHOLE: "--"}
