@@ -22,10 +22,12 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
-def built(request: pytest.FixtureRequest) -> Callable[[str], Path]:
+def built(
+    pytestconfig: pytest.Config, tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[str], Path]:
     """Build the FMU of a unit, by its name or folder, for this host; kept while nothing changes."""
-    assert request.config.cache is not None
-    out = Path(request.config.cache.mkdir("nlosim-test-units"))
+    cache = pytestconfig.cache if pytestconfig.pluginmanager.hasplugin("cacheprovider") else None
+    out = Path(cache.mkdir("nlosim-test-units")) if cache else tmp_path_factory.mktemp("units")
     return lambda unit: build_fmu(load_unit(unit), out, targets=select_targets(["host"])).path
 
 
