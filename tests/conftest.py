@@ -1,8 +1,16 @@
-"""Settings of all tests."""
+"""Settings of all tests, and FMUs as the sources make them."""
 
 import signal
+from collections.abc import Callable
+from pathlib import Path
 
+import pytest
 from hypothesis import settings
+
+from fmus.native.build import build_fmu, load_unit
+from fmus.native.targets import select_targets
+
+UNITS = Path(__file__).parent / "fmus" / "units"
 
 # No deadlines: CI machines are noisy. Derandomised: a failure in CI is a failure here.
 settings.register_profile("ci", deadline=None, derandomize=True, max_examples=50)
@@ -11,3 +19,19 @@ settings.load_profile("ci")
 # Shells start jobs in the background with SIGINT ignored, which processes inherit; tests of Ctrl-C
 # need it whoever started them.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="session")
+def built(
+    pytestconfig: pytest.Config, tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[str], Path]:
+    """Build the FMU of a unit, by its name or folder, for this host; kept while nothing changes."""
+    cache = pytestconfig.cache if pytestconfig.pluginmanager.hasplugin("cacheprovider") else None
+    out = Path(cache.mkdir("nlosim-test-units")) if cache else tmp_path_factory.mktemp("units")
+    return lambda unit: build_fmu(load_unit(unit), out, targets=select_targets(["host"])).path
+
+
+@pytest.fixture(scope="session")
+def fmu(built: Callable[[str], Path]) -> Callable[[str], Path]:
+    """Build the test unit of that name."""
+    return lambda name: built(str(UNITS / name))

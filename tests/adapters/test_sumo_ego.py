@@ -7,21 +7,13 @@ from hypothesis import given, strategies as st
 
 from adapters.sumo.ego import (
     Command,
-    EgoDynamics,
     EgoState,
     advance,
     stopping_distance,
     velocity,
 )
+from tests.fmus.dynamics import DYNAMICS
 
-DYNAMICS = EgoDynamics(
-    wheelbase=2.85,
-    max_acceleration=3.0,
-    max_braking=8.0,
-    actuator_lag=0.1,
-    max_steering=0.6,
-    max_steering_rate=0.8,
-)
 START = EgoState(x=7.0, y=-145.0, heading=math.pi / 2, speed=30 / 3.6)
 COAST = Command(accelerate=0.0, brake=0.0, steer=0.0)
 BRAKE = Command(accelerate=0.0, brake=1.0, steer=0.0)

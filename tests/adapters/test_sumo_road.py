@@ -1,6 +1,5 @@
 """The drivable surface: lane centres are on it, buildings are not, its area is that of the plan."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -18,13 +17,6 @@ SCENE = Path(__file__).parents[2] / "scenarios" / "assets" / "red_light" / "red_
 
 Float = npt.NDArray[np.float64]
 Bool = npt.NDArray[np.bool_]
-
-
-@pytest.fixture
-def sumo() -> Iterator[Sumo]:
-    simulation = Sumo(SCENE, 50_000_000, 0)
-    yield simulation
-    simulation.close()
 
 
 def inside(ring: Float, points: Float) -> Bool:

@@ -4,7 +4,6 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -27,13 +26,6 @@ CONFLICT = np.array([7.0, -5.25])
 
 Float = npt.NDArray[np.float64]
 Bool = npt.NDArray[np.bool_]
-
-
-@pytest.fixture
-def sumo() -> Iterator[Sumo]:
-    simulation = Sumo(SCENE, 50_000_000, 0)
-    yield simulation
-    simulation.close()
 
 
 @pytest.fixture(scope="module")

@@ -58,10 +58,13 @@ def execute(arguments: argparse.Namespace) -> Outcome:
     """Compare, and draw."""
     # imported here, so that `nlosim --help` need not wait for NumPy and Matplotlib
     from orchestrator import registry  # noqa: PLC0415
-    from studies.verification.channel.golden_set import read_golden_set  # noqa: PLC0415
-    from studies.verification.channel.problems import GoldenError  # noqa: PLC0415
+    from studies.verification.channel.golden_files import GoldenError  # noqa: PLC0415
     from studies.verification.channel.session import ChannelUnderTest  # noqa: PLC0415
-    from studies.verification.channel.verification import as_text, verify  # noqa: PLC0415
+    from studies.verification.channel.verification import (  # noqa: PLC0415
+        as_text,
+        read_golden_set,
+        verify,
+    )
 
     try:
         golden = read_golden_set(arguments.golden, arguments.seeds)

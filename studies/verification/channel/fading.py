@@ -18,15 +18,20 @@ from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE, PACKET
 from orchestrator.signal import Array
-from studies.verification.channel import scene
-from studies.verification.channel.check import Check
-from studies.verification.channel.comparison import Comparison, Series
-from studies.verification.channel.progress import Progress
-from studies.verification.channel.session import MILLISECOND, ChannelUnderTest, Session
-from studies.verification.channel.table import Table, number, read_table, whole
+from studies.verification.channel.check import Advance, Check
+from studies.verification.channel.comparison import SHOWN, Comparison, Series
+from studies.verification.channel.golden_files import Table, number, read_table, whole
+from studies.verification.channel.session import (
+    MILLISECOND,
+    VEINS_ANTENNA_HEIGHT,
+    ChannelUnderTest,
+    Session,
+    link_inputs,
+    vehicle_inputs,
+)
 from studies.verification.channel.tolerances import FADING, Tolerance
 
-NAME: Final = "nakagami_stats.csv"
+FADING_STATISTICS: Final = "nakagami_stats.csv"
 _QUANTILES: Final = {"q01": 0.01, "q05": 0.05, "q10": 0.1, "q25": 0.25, "q50": 0.5, "q75": 0.75}
 _RECEIVERS: Final = 1000
 _MOST_DRAWS: Final = 500_000
@@ -46,7 +51,7 @@ class _Deviation:
 
     @property
     def size(self) -> float:
-        """Zero if both are equal; without any spread nothing else is allowed."""
+        """The distance [sigma]: 0 if both are equal; without any spread nothing else is allowed."""
         difference = abs(self.golden - self.ours)
         if difference <= _EXACT:
             return 0.0
@@ -55,7 +60,7 @@ class _Deviation:
 
 @dataclass(frozen=True, slots=True)
 class FadingCheck(Check):
-    """The rows of the file."""
+    """Statistics of the factor, one row of the file for each distribution."""
 
     table: Table
 
@@ -70,11 +75,11 @@ class FadingCheck(Check):
         return len(self.table)
 
     @override
-    def run(self, channel: ChannelUnderTest, progress: Progress) -> Comparison:
+    def run(self, channel: ChannelUnderTest, advance: Advance) -> Comparison:
         found: list[_Deviation] = []
         for row in range(len(self.table)):
             found += self._deviations(row, _draws(channel, self._parameters(row), self._link(row)))
-            progress.advance()
+            advance()
         sizes = np.array([deviation.size for deviation in found])
         bad = np.flatnonzero(~(sizes <= FADING.limit))
         return Comparison(
@@ -83,7 +88,7 @@ class FadingCheck(Check):
             unit=FADING.unit,
             tolerance=FADING.limit,
             misses=len(bad),
-            notes=tuple(_sentence(found[k]) for k in bad[np.argsort(-sizes[bad])][:5]),
+            notes=tuple(_sentence(found[k]) for k in bad[np.argsort(-sizes[bad])][:SHOWN]),
             series=(
                 Series(
                     label="mean, share of 1, quantiles",
@@ -115,7 +120,7 @@ class FadingCheck(Check):
         return float(self.table["distance_m"][row]), draws
 
     def _deviations(self, row: int, factor: Array) -> list[_Deviation]:
-        table, place = self.table, f"{NAME}:{row + 2}"
+        table, place = self.table, self.table.place(row)
         samples = 1 / len(factor) + 1 / int(table["draws"][row])
         spread = float(factor.std() * np.sqrt(samples))
         mean, one = float(table["mean_factor"][row]), float(table["fraction_equal_1"][row])
@@ -136,12 +141,12 @@ def _mean(holds: Array) -> float:
 
 
 def _share(place: str, golden: float, ours: float, samples: float) -> _Deviation:
-    """Two shares of independent draws; `samples` is 1 / n + 1 / m."""
+    """Compare two shares of independent draws; `samples` is 1 / n + 1 / m."""
     return _Deviation(place, golden, ours, float(np.sqrt(golden * (1 - golden) * samples)))
 
 
 def _nearest(probability: float, below: float, up_to: float) -> float:
-    """Where many draws are equal to a quantile, any share between these two agrees with it."""
+    """Choose the share that agrees best: any between two, if many draws equal a quantile."""
     return float(np.clip(probability, below, up_to))
 
 
@@ -153,16 +158,16 @@ def _sentence(deviation: _Deviation) -> str:
 
 
 def _draws(channel: ChannelUnderTest, parameters: dict[str, Any], link: tuple[float, int]) -> Array:
-    """Factors over the mean received power, shape (draws,)."""
+    """Draw factors over the mean received power, shape (draws,)."""
     distance, draws = link
     receivers = min(_RECEIVERS, draws)
     frames = -(-draws // receivers)
     front = np.zeros((receivers + 1, 2))
     front[1:, 0] = distance
     n = len(front)
-    vehicles = scene.vehicles(range(n), front, np.zeros(n), np.tile((4.0, 2.0, 1.5), (n, 1)))
-    height = scene.VEINS_ANTENNA_HEIGHT
-    probe = scene.links([0.0, 0.0, height], [distance, 0.0, height])
+    vehicles = vehicle_inputs(range(n), front, np.zeros(n), np.tile((4.0, 2.0, 1.5), (n, 1)))
+    height = VEINS_ANTENNA_HEIGHT
+    probe = link_inputs([0.0, 0.0, height], [distance, 0.0, height])
     with channel.start(parameters, {**vehicles, **probe}) as session:
         mean = _POWER - float(session.probed("path_loss")[0])
         power = _received(session, frames)
@@ -170,7 +175,7 @@ def _draws(channel: ChannelUnderTest, parameters: dict[str, Any], link: tuple[fl
 
 
 def _received(session: Session, frames: int) -> Array:
-    """The powers of frames of vehicle 0, one after the other, at all receivers [dBm]."""
+    """Send frames of vehicle 0, one after the other: the powers at all receivers [dBm]."""
     packets = np.zeros(frames, PACKET)
     packets["id"] = np.arange(frames)
     packets["time"] = np.arange(frames) * MILLISECOND
@@ -179,15 +184,15 @@ def _received(session: Session, frames: int) -> Array:
     return power
 
 
-def read(path: Path) -> FadingCheck:
-    """Read the file.
+def read_fading(path: Path) -> FadingCheck:
+    """Read statistics of the fading factor.
 
     Raises:
-        GoldenError: it is malformed.
+        GoldenError: the file is malformed.
     """
     shares = dict.fromkeys(("mean_factor", "fraction_equal_1", *_QUANTILES), number)
     columns = {"m_param": number, "distance_m": number, "const_m": whole, "draws": whole}
-    table = read_table(path, NAME, {**columns, **shares})
+    table = read_table(path, FADING_STATISTICS, {**columns, **shares})
     for row in range(len(table)):
         if table["draws"][row] < 1 or table["distance_m"][row] <= 0 or table["m_param"][row] <= 0:
             raise table.problem(row, "draws, distance_m and m_param must be positive")

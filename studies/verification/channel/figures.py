@@ -2,83 +2,67 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from orchestrator.intervals import wilson
 from orchestrator.signal import Array
-from studies.verification.channel import (
-    antenna,
-    buildings,
-    error_rate,
-    fading,
-    knife_edge_profiles,
-    min_snir,
-    path_loss,
-    vehicles,
-)
 from studies.verification.channel.comparison import Comparison, ReceptionRatio
+from studies.verification.channel.fading import FADING_STATISTICS
+from studies.verification.channel.link_budget import ANTENNA, PATH_LOSS
+from studies.verification.channel.reception import ERROR_RATE, MIN_SNIR
+from studies.verification.channel.shadowing import BUILDINGS, KNIFE_EDGES, VEHICLES
+from studies.verification.drawing import Drawing
 
-_DPI: Final = 80
 _LEGEND: Final = 5  # entries that fit
 _TITLES: Final = {
-    path_loss.NAME: "path loss [dB]",
-    buildings.NAME: "buildings [dB]",
-    vehicles.NAME: "vehicles [dB]",
-    knife_edge_profiles.NAME: "knife edges [dB]",
-    antenna.NAME: "antenna gain [dB]",
-    min_snir.NAME: "lowest SNIR [dB]",
+    PATH_LOSS: "path loss [dB]",
+    BUILDINGS: "buildings [dB]",
+    VEHICLES: "vehicles [dB]",
+    KNIFE_EDGES: "knife edges [dB]",
+    ANTENNA: "antenna gain [dB]",
+    MIN_SNIR: "lowest SNIR [dB]",
 }
 _COLOURS: Final = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2")
 _LINK_COLOURS: Final = {"LOS": "#2ca02c", "NLOSv": "#ff7f0e", "NLOSb": "#d62728"}
 
 
-def write_figures(files: Mapping[str, Comparison], folder: Path) -> list[tuple[str, str]]:
-    """Draw what `files` has data for into `folder`; the names of the files, and captions."""
-    folder.mkdir(parents=True, exist_ok=True)
-    written = []
-    for name, caption, figure in _figures(files):
-        FigureCanvasAgg(figure)
-        # no software version in the file: equal results make equal bytes
-        figure.savefig(folder / name, dpi=_DPI, metadata={"Software": None})
-        written.append((name, caption))
-    return written
-
-
-def _figures(files: Mapping[str, Comparison]) -> Iterator[tuple[str, str, Figure]]:
+def drawings(files: Mapping[str, Comparison]) -> Iterator[Drawing]:
+    """Draw everything that `files` has data for."""
     files = {name: comparison for name, comparison in files.items() if comparison.series}
     values = {name: files[name] for name in _TITLES if name in files}
     if values:
         caption = "Ours over golden, every case of the files of single values."
-        yield "values.png", caption, _values(values)
-    if error_rate.NAME in files:
+        yield Drawing(name="values.png", caption=caption, figure=_values(values))
+    if ERROR_RATE in files:
         caption = "Probability that a packet is decoded: golden as dots, ours as lines."
-        yield "error-rate.png", caption, _error_rates(files[error_rate.NAME])
+        yield Drawing(
+            name="error-rate.png", caption=caption, figure=_error_rates(files[ERROR_RATE])
+        )
     errors = {name: one for name, one in files.items() if one.unit != "sigma"}
     if errors:
         caption = "Errors, and tolerances in red. Errors of 0 are drawn at the left end."
-        yield "errors.png", caption, _errors(errors)
-    if fading.NAME in files:
+        yield Drawing(name="errors.png", caption=caption, figure=_errors(errors))
+    if FADING_STATISTICS in files:
         caption = (
             "Fading: differences of statistics in standard deviations of the difference, and "
             "the distribution that equal samples have (line)."
         )
-        yield "fading.png", caption, _fading(files[fading.NAME])
+        yield Drawing(name="fading.png", caption=caption, figure=_fading(files[FADING_STATISTICS]))
     for name, comparison in files.items():
-        if len(comparison.ratios) > 1:
+        ratios = comparison.stack.ratios if comparison.stack else ()
+        if len(ratios) > 1:
             run = name.removeprefix("stack/")
             caption = (
                 f"{run}: packet reception ratio (PRR) over the distance, with given transmit "
                 "times. Golden with Wilson intervals of 95 %, ours as a line in its own interval; "
                 "the events of a bin are not independent, so the intervals are too narrow."
             )
-            yield f"prr-{run}.png", caption, _prr(comparison.ratios)
+            yield Drawing(name=f"prr-{run}.png", caption=caption, figure=_prr(ratios))
 
 
 def _grid(count: int, columns: int, height: float) -> tuple[Figure, list[Axes]]:
@@ -119,7 +103,7 @@ def _error_rates(comparison: Comparison) -> Figure:
 
 
 def _extremes(x: Array, y: Array, pick: np.ufunc) -> tuple[Array, Array]:
-    """The smallest or largest y of each x."""
+    """Find the smallest or largest y of each x."""
     places, index = np.unique(x, return_inverse=True)
     start = 2.0 if pick is np.minimum else -1.0
     found = np.full(len(places), start)

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from orchestrator.timebase import Duration, Time
-from studies.verification.channel.error_rate import BITRATES
-from studies.verification.channel.json_document import Node
-from studies.verification.channel.scene import VEINS_ANTENNA_HEIGHT
+from studies.verification.channel.golden_files import Node
+from studies.verification.channel.reception import BITRATES
+from studies.verification.channel.session import VEINS_ANTENNA_HEIGHT
 
 _NUMBER: Final = r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
 _BREAKPOINT: Final = {

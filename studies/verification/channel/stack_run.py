@@ -17,20 +17,19 @@ import numpy as np
 from fmus.messages.records import OUTCOMES
 from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time
-from studies.verification.channel import scene
-from studies.verification.channel.json_document import read_json
-from studies.verification.channel.problems import GoldenError
-from studies.verification.channel.stack_pair_totals import PairTotals, read_pair_totals
-from studies.verification.channel.stack_parameters import RunParameters, run_parameters
-from studies.verification.channel.table import (
+from studies.verification.channel.golden_files import (
+    GoldenError,
     Table,
     nanoseconds,
     number,
     number_or_empty,
+    read_json,
     read_table,
     text,
     whole,
 )
+from studies.verification.channel.session import VEINS_ANTENNA_HEIGHT, vehicle_inputs
+from studies.verification.channel.stack_parameters import RunParameters, run_parameters
 
 FILES: Final = (
     "run.json",
@@ -41,6 +40,16 @@ FILES: Final = (
     "rx_events.csv.gz",
 )
 """What must be there; `pairs.csv` may be, and `sumo` holds what made the positions."""
+PAIRS: Final = "pairs.csv"
+_CLASSES: Final = {
+    "decoded": ("received", "lost_noise", "lost_interference"),
+    "B": ("lost_rx_locked_on_other",),
+    "T": ("lost_rx_transmitting",),
+    "U": ("below_min_power",),
+}
+"""The columns of `pairs.csv` that make each class."""
+_LETTERS: Final = {"decoded": "RNC", "B": "B", "T": "T", "U": "U"}
+"""The outcomes that make each class."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,9 +57,9 @@ class Update:
     """The vehicles from one time on.
 
     Attributes:
-        time: [ns].
+        time: of the update [ns].
         vehicles: inputs of the channel.
-        antennas: shape (vehicle, 3) [m].
+        antennas: positions [m], shape (vehicle, 3).
     """
 
     time: Time
@@ -60,15 +69,15 @@ class Update:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Frames:
-    """Frames that were sent, in the order of the file; shape (frame,) each.
+    """Frames that were sent, in the order of the file.
 
     Attributes:
-        vehicle: the transmitter.
-        sequence: its number at the transmitter.
-        queued: handed to the medium access [ns].
-        start: on air [ns].
-        duration: on air [ns].
-        antenna: of the transmitter [m], shape (frame, 3).
+        vehicle: the transmitter, shape (frame,).
+        sequence: number of the frame at the transmitter, shape (frame,).
+        queued: when it is handed to the medium access [ns], shape (frame,).
+        start: when it goes on air [ns], shape (frame,).
+        duration: how long it is on air [ns], shape (frame,).
+        antenna: position of the transmitter's antenna [m], shape (frame, 3).
     """
 
     vehicle: Array
@@ -81,15 +90,15 @@ class Frames:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Events:
-    """Arrivals of frames at vehicles, in the order of the file; shape (event,) each.
+    """Arrivals of frames at vehicles, in the order of the file.
 
     Attributes:
-        time: the frame begins at the receiver [ns].
-        frame: index in `Frames`, or -1 for a frame that is not listed.
-        receiver: a vehicle.
-        outcome: index in `OUTCOMES`.
-        power: [dBm].
-        snir: lowest over the frame [dB]; NaN where nothing was decoded.
+        time: when the frame begins at the receiver [ns], shape (event,).
+        frame: index in `Frames`, or -1 for a frame that is not listed, shape (event,).
+        receiver: a vehicle, shape (event,).
+        outcome: index in `OUTCOMES`, shape (event,).
+        power: received power [dBm], shape (event,).
+        snir: lowest SNIR over the frame [dB], shape (event,); NaN where nothing was decoded.
     """
 
     time: Array
@@ -98,6 +107,44 @@ class Events:
     outcome: Array
     power: Array
     snir: Array
+
+
+@dataclass(frozen=True, slots=True)
+class PairTotals:
+    """How many frames of each class arrived over the whole run, by ordered pair of vehicles.
+
+    Under given transmit times the classes U, T and B and the decoded frames of every pair are
+    determined, also in the part of the run whose single events are not recorded.
+
+    Attributes:
+        pair: transmitters and receivers, shape (pair, 2).
+        classes: how many frames, shape (pair,), by class.
+    """
+
+    pair: Array
+    classes: dict[str, Array]
+
+    def differences(self, name: str, names: tuple[str, ...], received: Array) -> list[str]:
+        """Compare with RECEPTION records: a sentence for each pair and class that differs.
+
+        Args:
+            name: of the run.
+            names: of the vehicles.
+            received: RECEPTION records, shape (reception,).
+        """
+        found = []
+        for label, golden in self.classes.items():
+            outcomes = [OUTCOMES.index(letter) for letter in _LETTERS[label]]
+            of_class = received[np.isin(received["outcome"], outcomes)]
+            counts = np.zeros((len(names), len(names)), np.int64)
+            np.add.at(counts, (of_class["transmitter"], of_class["receiver"]), 1)
+            ours = counts[self.pair[:, 0], self.pair[:, 1]]
+            found += [
+                f"{name}/{PAIRS}: {names[self.pair[k, 0]]} to {names[self.pair[k, 1]]}: golden "
+                f"{golden[k]} of class {label}, ours {ours[k]}"
+                for k in np.flatnonzero(golden != ours)
+            ]
+        return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,12 +173,27 @@ class StackRun:
     pair_totals: PairTotals | None
 
     def updates_at(self, times: Array) -> Array:
-        """The index of the update that holds at each of `times` [ns], the first one before it."""
+        """Find the update that holds at each time; the first one holds before it, too.
+
+        Args:
+            times: when [ns], shape (n,).
+
+        Returns:
+            Indices of updates, shape (n,).
+        """
         starts = [update.time for update in self.updates]
         return np.maximum(np.searchsorted(starts, times, side="right") - 1, 0)
 
     def antennas(self, updates: Array, vehicles: Array) -> Array:
-        """Where the antennas of vehicles are during updates [m], shape (n, 3); NaN if nowhere."""
+        """Find where the antennas of vehicles are during updates.
+
+        Args:
+            updates: indices, shape (n,).
+            vehicles: numbers, shape (n,).
+
+        Returns:
+            Positions [m], shape (n, 3); NaN if nowhere.
+        """
         where = np.full((len(self.updates), len(self.names), 3), np.nan)
         for k, update in enumerate(self.updates):
             where[k, update.vehicles["vehicle.id"]] = update.antennas
@@ -139,12 +201,12 @@ class StackRun:
         return found
 
     def counted(self, receptions: Array) -> Array:
-        """Those of RECEPTION records that ended before the simulation did."""
+        """Choose those of RECEPTION records, shape (n,), that ended before the simulation did."""
         found: Array = receptions[receptions["time"] <= self.parameters.end]
         return found
 
     def place(self, frame: int, receiver: int) -> str:
-        """Where an event stands, for messages."""
+        """Say which event it is, for messages."""
         tx = self.names[int(self.frames.vehicle[frame])]
         time = int(self.frames.start[frame]) / 1e9
         number = int(self.frames.sequence[frame])
@@ -173,7 +235,7 @@ def read_run(folder: Path) -> StackRun:
         updates=_updates(positions, numbers, sizes, parameters.interval),
         frames=frames,
         events=_events(folder, name, numbers, frames),
-        pair_totals=read_pair_totals(folder, name, numbers),
+        pair_totals=_pair_totals(folder, name, numbers),
     )
 
 
@@ -187,15 +249,7 @@ def _rings(
                 raise node[key].problem(
                     f"is {node[key].number():g}, but {parameters.channel[parameter]:g} in run.json"
                 )
-    rings = []
-    for building in node["buildings"]:
-        ring = [corner.numbers(2) for corner in building["shape_veins"]]
-        if len(ring) < 3:
-            raise building["shape_veins"].problem(
-                f"a building has 3 corners at least, not {len(ring)}"
-            )
-        rings.append(ring)
-    return tuple(rings)
+    return tuple(building["shape_veins"].ring() for building in node["buildings"])
 
 
 def _positions(folder: Path, name: str) -> Table:
@@ -225,7 +279,7 @@ def _updates(
     positions: Table, numbers: Mapping[str, int], sizes: Array, interval: Duration
 ) -> tuple[Update, ...]:
     time = positions["t_veins"]
-    nobody = Update(0, scene.vehicles([], [], [], []), np.empty((0, 3)))
+    nobody = Update(0, vehicle_inputs([], [], [], []), np.empty((0, 3)))
     vehicle = positions.numbers_of("veh", numbers)
     wrong = np.flatnonzero((np.diff(time) < 0) | ((time[1:] - time[0]) % interval != 0))
     if len(wrong):
@@ -246,8 +300,8 @@ def _updates(
         found.append(
             Update(
                 int(time[first]),
-                scene.vehicles(vehicle[rows], front, heading, sizes[vehicle[rows]]),
-                np.insert(front, 2, scene.VEINS_ANTENNA_HEIGHT, axis=1),
+                vehicle_inputs(vehicle[rows], front, heading, sizes[vehicle[rows]]),
+                np.insert(front, 2, VEINS_ANTENNA_HEIGHT, axis=1),
             )
         )
     return tuple(found)
@@ -303,3 +357,18 @@ def _events(folder: Path, name: str, numbers: Mapping[str, int], frames: Frames)
         power=table["rx_dbm"],
         snir=table["min_sinr_db"],
     )
+
+
+def _pair_totals(folder: Path, name: str, numbers: dict[str, int]) -> PairTotals | None:
+    """The totals of the run, if it has them."""
+    if not (folder / PAIRS).exists():
+        return None
+    columns = {"tx": text, "rx": text}
+    counts = dict.fromkeys((c for group in _CLASSES.values() for c in group), whole)
+    table = read_table(folder / PAIRS, f"{name}/{PAIRS}", {**columns, **counts})
+    ends = [table.numbers_of(end, numbers) for end in ("tx", "rx")]
+    classes = {
+        label: np.sum([table[column] for column in group], axis=0)
+        for label, group in _CLASSES.items()
+    }
+    return PairTotals(np.stack(ends, axis=-1), classes)

@@ -9,10 +9,10 @@ from typing import Final
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """The largest difference that passes.
+    """How far two values may lie apart.
 
     Attributes:
-        limit: inclusive.
+        limit: the largest difference that passes, in `unit`.
         unit: `dB`, `1` or `sigma`.
         source: why it is so large.
     """

@@ -1,13 +1,11 @@
 """Figures of a verification: two scenes, blind zones, sharers, bytes."""
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import shapely
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
@@ -15,13 +13,14 @@ from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 from shapely.geometry.polygon import orient
 
+from studies.verification.drawing import Drawing
 from studies.verification.perception.parameter_set import (
     RECOMMENDED,
     SHARER_CURVES,
     ZONE_CURVES,
     Curve,
 )
-from studies.verification.perception.scoring import Played
+from studies.verification.perception.scoring import Played, zone_area
 from studies.verification.perception.summary import (
     ALWAYS,
     DEMANDED,
@@ -31,33 +30,20 @@ from studies.verification.perception.summary import (
     zone_areas,
 )
 from studies.verification.perception.verification import DATA_SIZES, TARGET_BYTES, Verification
-from studies.verification.perception.zones import zone_area
 
-_DPI: Final = 80
 _COLOURS: Final = ("#1f77b4", "#ff7f0e", "#2ca02c", "#9467bd")
 _EGO, _SHARER, _BEST = "#1f77b4", "#2ca02c", "#ff7f0e"
 _HIDDEN: Final = "#d62728"
 _HALF: Final = 58.0
-"""Of the part of a scene that is drawn [m], at least."""
+"""Half the side of the part of a scene that is drawn [m], at least."""
 _SEAM: Final = 0.01
 """Gaps between blind zones that are not drawn [m]."""
 _LINES: Final = {DEMANDED: "-", WHOLE: "--"}
 _MARKERS: Final = {DEMANDED: "o", WHOLE: "^", ALWAYS: "s"}
 
 
-def write_figures(verification: Verification, folder: Path) -> list[tuple[str, str]]:
-    """Draw into `folder`; the names of the files, and captions."""
-    folder.mkdir(parents=True, exist_ok=True)
-    written = []
-    for name, caption, figure in _figures(verification):
-        FigureCanvasAgg(figure)
-        # no software version in the file: equal results make equal bytes
-        figure.savefig(folder / name, dpi=_DPI, metadata={"Software": None})
-        written.append((name, caption))
-    return written
-
-
-def _figures(verification: Verification) -> Iterator[tuple[str, str, Figure]]:
+def drawings(verification: Verification) -> Iterator[Drawing]:
+    """Draw everything that `verification` has data for."""
     if verification.examples:
         caption = (
             "Scenes with the recommended parameters: road (grey), houses (dark), what is "
@@ -65,24 +51,24 @@ def _figures(verification: Verification) -> Iterator[tuple[str, str, Figure]]:
             "candidates (white), the chosen sharer (green) and, if it is another one, the best "
             "(orange)."
         )
-        yield "scenes.png", caption, _scenes(verification.examples)
+        yield Drawing(name="scenes.png", caption=caption, figure=_scenes(verification.examples))
     caption = (
         "Blind zones against the hidden road over T1, for several ranges of window sizes: "
         "precision solid, recall dashed, IoU dotted. T1 is a number of points per cell, or a "
         "share of its ground that is seen."
     )
-    yield "zones.png", caption, _zones(verification)
+    yield Drawing(name="zones.png", caption=caption, figure=_zones(verification))
     caption = (
         "Share of scenes with the right sharer (interval of 95 %), and without a trigger though "
         "somebody reveals something (dashed), when one of the recommended parameters varies."
     )
-    yield "sharers.png", caption, _sharers(verification)
+    yield Drawing(name="sharers.png", caption=caption, figure=_sharers(verification))
     caption = (
         "Left: bytes of APMM over those of always-on sharing, by the number of candidates, with "
         "what was demanded as answer (solid) and with whole scans (dashed); the line is the "
         "target. Right: bytes per scan and hidden road that becomes known."
     )
-    yield "bytes.png", caption, _bytes(verification)
+    yield Drawing(name="bytes.png", caption=caption, figure=_bytes(verification))
 
 
 def _scenes(examples: Sequence[Played]) -> Figure:

@@ -1,19 +1,52 @@
-"""What is compared, and how, in words."""
+"""What is compared, and how, in words; text for people."""
 
+import textwrap
 from collections.abc import Mapping
 from typing import Any, Final
 
 from fmus.facilities.answers import ANSWER_HEADER
 from fmus.facilities.zones import ZONE_SIZE
-from studies.verification.perception.bytes_on_air import FEATURES, RAW_POINT, SMALL_FEATURES
-from studies.verification.perception.demanded import REQUEST
+from studies.verification.perception.bytes_on_air import (
+    FEATURES,
+    RAW_POINT,
+    REQUEST,
+    SMALL_FEATURES,
+)
 from studies.verification.perception.parameter_set import LADDER, ParameterSet
-from studies.verification.perception.prose import whole_percent, wrapped
 from studies.verification.perception.summary import DEMAND, NOTHING, RIGHT
 from studies.verification.perception.truth import Interest
 
+_WIDTH: Final = 98
+
+
+def wrapped(part: str) -> str:
+    """Break paragraphs and lists into lines; tables stay as they are."""
+    if part.startswith("|"):
+        return part
+    return "\n".join(
+        textwrap.fill(
+            line,
+            _WIDTH,
+            subsequent_indent="  " if line.startswith("* ") else "",
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+        for line in part.splitlines()
+    )
+
+
+def section(*parts: str) -> str:
+    """Join headings, paragraphs, lists and tables to a part of a page."""
+    return "\n\n".join(map(wrapped, parts)) + "\n"
+
+
+def whole_percent(share: float) -> str:
+    """Write a share in whole per cent."""
+    return f"{100 * share:.0f} %"
+
+
 TUNING_SEED: Final = 1000
-"""Of the scenes that the parameter sets were chosen on."""
+"""Seed of the scenes that the parameter sets were chosen on."""
 
 _METHOD: Final = """\
 ## What is compared
@@ -124,7 +157,7 @@ def method_text() -> str:
 
 
 def _filled(part: str) -> str:
-    """A paragraph whose lines changed their lengths when it was filled in."""
+    """Break a paragraph again whose lines changed their lengths when it was filled in."""
     return part if part.startswith(("#", "* ")) else wrapped(" ".join(part.split()))
 
 

@@ -11,10 +11,10 @@ MATRIX: Final = frozenset(
 )  # fmt: skip
 """The parameters that change the messages, not only what is made of them."""
 DEFAULTS: Final = {"corridor": 25.0, "position_error": 0.0, "heading_error": 0.0}
-"""Of parameters that vary, but that no set of `LADDER` has. A curve shows the recommended set
-there."""
+"""Defaults of parameters that vary, but that no set of `LADDER` has. A curve shows the recommended
+set there."""
 _SIDE: Final = 100.0
-"""Of the matrix [m]."""
+"""Side of the matrix [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,7 +97,7 @@ _WINDOWS: Final = ((1, 1), (1, 4), (2, 4))
 
 
 def _zone_curves() -> tuple[Curve, ...]:
-    """T1 varies, for several cells and windows."""
+    """Curves over T1, for several cells and windows."""
     panels = (
         (LIMIT, "number of points", 5.0, {"threshold": (2.0, 10.0, 40.0)}),
         (SEEN, "seen share", 5.0, {"seen_threshold": (0.2, 0.35, 0.6)}),
@@ -117,7 +117,7 @@ def _zone_curve(
     windows: tuple[int, int],
     varied: Mapping[str, Sequence[float]],
 ) -> Curve:
-    """`varied` has one parameter and its values."""
+    """A curve over one parameter; `varied` has it, and its values."""
     ((parameter, values),) = varied.items()
     smallest, largest = windows
     panel = f"{cell:g} m, {index}"
@@ -144,7 +144,7 @@ def _cell_curve() -> Curve:
 
 
 def _heading_curve(degrees: Sequence[float]) -> Curve:
-    """By degrees; the parameter is in radians."""
+    """A curve over degrees; the parameter is in radians."""
     sets = {
         value: _varied(f"heading_error = {value:g} deg", {"heading_error": math.radians(value)})
         for value in degrees

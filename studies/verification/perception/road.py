@@ -1,19 +1,20 @@
-"""Roads of a scene: arms that meet in a junction, their lanes, and the ways through it."""
+"""Roads of a scene: arms that meet in a junction, ways through it, and the houses beside."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 import shapely
-from shapely.geometry import MultiPoint, Point, Polygon
+from shapely.geometry import LineString, MultiPoint, Point, Polygon
+from shapely.geometry.base import BaseGeometry
 
-from studies.verification.perception.scene import Float
+from studies.verification.perception.scene import Building, Float
 
 LANE_WIDTH: Final = 3.2
-"""[m]"""
+"""Width of every lane [m]."""
 LENGTH: Final = 110.0
-"""Of every arm, from the middle of the junction [m]; farther than any sensor sees."""
+"""Length of every arm from the middle of the junction [m]; farther than any sensor sees."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,25 +31,25 @@ class Arm:
 
     @property
     def half_width(self) -> float:
-        """Of one direction [m]."""
+        """Width of the lanes of one direction [m]."""
         return self.lanes * LANE_WIDTH
 
     def at(self, distance: float, left: float) -> Float:
-        """The point `distance` outwards and `left` of the middle line, seen outwards [m]."""
+        """The point `distance` outwards and `left` of the middle line [m], shape (2,)."""
         cosine, sine = np.cos(self.heading), np.sin(self.heading)
         return np.array([distance * cosine - left * sine, distance * sine + left * cosine])
 
     def inbound(self, distance: float, lane: int) -> Float:
-        """A point on an inbound lane, counted from the middle line."""
+        """A point [m] on an inbound lane, counted from the middle line, shape (2,)."""
         return self.at(distance, (lane + 0.5) * LANE_WIDTH)
 
     def outbound(self, distance: float, lane: int) -> Float:
-        """A point on an outbound lane, counted from the middle line."""
+        """A point [m] on an outbound lane, counted from the middle line, shape (2,)."""
         return self.at(distance, -(lane + 0.5) * LANE_WIDTH)
 
     @property
     def surface(self) -> Polygon:
-        """Of all its lanes."""
+        """The surface of all its lanes [m]."""
         half = self.half_width
         ring = [(0, -half), (LENGTH, -half), (LENGTH, half), (0, half)]
         return Polygon([self.at(*corner) for corner in ring])
@@ -107,7 +108,7 @@ class Road:
 
 
 def _meet(gate: Float, inwards: float, entry: Float, outwards: float) -> Float:
-    """Where the line through `gate` meets that through `entry`; the middle if far away."""
+    """Find where the line through `gate` meets that through `entry`; the middle if far away."""
     first = np.array([np.cos(inwards), np.sin(inwards)])
     second = np.array([np.cos(outwards), np.sin(outwards)])
     sine = first[0] * second[1] - first[1] * second[0]
@@ -121,7 +122,7 @@ def _meet(gate: Float, inwards: float, entry: Float, outwards: float) -> Float:
 
 
 def draw_road(rng: np.random.Generator) -> Road:
-    """A road with two, three or four arms, one to three lanes per direction, turned anyhow."""
+    """Draw a road: two, three or four arms, one to three lanes per direction, turned anyhow."""
     count = int(rng.choice([2, 3, 4], p=[0.25, 0.25, 0.5]))
     main, crossing = (int(n) for n in rng.integers(1, 4, 2))
     first = rng.uniform(0, 2 * np.pi)
@@ -133,3 +134,62 @@ def draw_road(rng: np.random.Generator) -> Road:
     arms = [Arm(first + turns[k], lanes[k]) for k in chosen]
     stop = max(arm.half_width for arm in arms) + rng.uniform(3, 7) if count > 2 else 0.0
     return Road(arms, stop)
+
+
+EXTENT: Final = 80.0
+"""Buildings stand within this distance of the junction [m]."""
+_SMALLEST: Final = 30.0
+"""Smallest footprint [m^2]; smaller rests are left out."""
+
+
+def draw_buildings(rng: np.random.Generator, road: Road) -> tuple[Building, ...]:
+    """Draw nothing, solid blocks or rows of houses between each two arms.
+
+    They are set back from the road by 1.5 to 14 m. Rows are 8 to 18 m deep, follow both roads round
+    the corner (and are then not convex) and have gaps. Their heights are 3 to 25 m.
+    """
+    found: list[Building] = []
+    for k, arm in enumerate(road.arms):
+        after = road.arms[(k + 1) % len(road.arms)]
+        kind = rng.choice(["open", "row", "block"], p=[0.25, 0.5, 0.25])
+        setback, depth = rng.uniform(1.5, 14), rng.uniform(8, 18)
+        gaps = [_gap(rng, side) for side in (arm, after) for _ in range(int(rng.integers(0, 3)))]
+        if kind == "open":
+            continue
+        land = _land(road, arm, after, setback)
+        if kind == "row":
+            strip = road.surface.buffer(setback + depth, join_style="bevel")
+            land = land.intersection(strip)
+        land = land.difference(shapely.union_all(gaps))
+        for ring in _rings(land):
+            height = rng.uniform(3, 5) if rng.random() < 0.1 else rng.uniform(6, 25)
+            found.append(Building(ring=ring, height=height))
+    return tuple(found)
+
+
+def _gap(rng: np.random.Generator, arm: Arm) -> BaseGeometry:
+    """Draw an alley across `arm`."""
+    distance, width = rng.uniform(15, EXTENT - 5), rng.uniform(3, 15)
+    across = LineString([arm.at(distance, -2 * EXTENT), arm.at(distance, 2 * EXTENT)])
+    return across.buffer(width / 2, cap_style="flat")
+
+
+def _land(road: Road, arm: Arm, after: Arm, setback: float) -> BaseGeometry:
+    """Find the land between two arms."""
+    turn = (after.heading - arm.heading) % (2 * np.pi)
+    middle = Arm(arm.heading + turn / 2, 0).at(0.9 * EXTENT, 0.0)
+    square = Point(0, 0).buffer(EXTENT, quad_segs=3)
+    free = square.difference(road.surface.buffer(setback, join_style="bevel"))
+    return min(_parts(free), key=lambda part: float(part.distance(Point(middle))))
+
+
+def _parts(geometry: BaseGeometry) -> Iterator[Polygon]:
+    for part in shapely.get_parts(geometry):
+        if isinstance(part, Polygon):
+            yield part
+
+
+def _rings(geometry: BaseGeometry) -> Iterable[tuple[tuple[float, float], ...]]:
+    for part in _parts(geometry.simplify(0.05)):
+        if part.area >= _SMALLEST:
+            yield tuple((float(x), float(y)) for x, y in part.exterior.coords[:-1])

@@ -36,12 +36,12 @@ class Vehicle:
 
     @property
     def footprint(self) -> Polygon:
-        """The rectangle it stands on."""
+        """The rectangle that it stands on [m]."""
         return Polygon(corners(self, (-0.5, 0.5, 1.0)))
 
     @property
     def sensor_height(self) -> float:
-        """Of its lidar over the ground [m]."""
+        """Height of its lidar over the ground [m]."""
         return self.size[2] + MOUNT_HEIGHT
 
 
@@ -87,7 +87,7 @@ class Scene:
 
     @property
     def equipped(self) -> Sequence[int]:
-        """The ego vehicle, then the candidates."""
+        """The ids of the ego vehicle, then of the candidates."""
         return (self.ego, *self.candidates)
 
     def inputs(self) -> dict[str, Signal]:
@@ -109,14 +109,14 @@ class Scene:
 
 
 def corners(vehicle: Vehicle, part: tuple[float, float, float]) -> Float:
-    """World positions of the corners of a part of the footprint, counter-clockwise.
+    """Find the corners of a part of the footprint in the world, counter-clockwise.
 
     Args:
         vehicle: whose.
         part: rear and front in fractions of its length, width in fractions of its width.
 
     Returns:
-        [m], shape (4, 2).
+        Positions [m], shape (4, 2).
     """
     rear, front, width = part
     x = np.array([rear, front, front, rear]) * vehicle.size[0]

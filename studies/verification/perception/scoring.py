@@ -5,16 +5,80 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from shapely.geometry import Polygon
+from shapely.geometry.base import BaseGeometry
 
-from studies.verification.perception.bytes_on_air import cpm_sizes
-from studies.verification.perception.demanded import Demanded, Matrices, demand
+from studies.verification.perception.bytes_on_air import Demanded, Matrices, cpm_sizes, demand
 from studies.verification.perception.generator import FEW, Candidates, draw_scene
 from studies.verification.perception.parameter_set import ParameterSet
-from studies.verification.perception.resolution import CELLS, best_by_cells
 from studies.verification.perception.scene import Scene
 from studies.verification.perception.session import Match, Scans, UnitsUnderTest
-from studies.verification.perception.truth import Interest, Truth, find_truth
-from studies.verification.perception.zones import ZoneAreas, compare_zones, zone_area
+from studies.verification.perception.truth import CELLS, Interest, Truth, best_by_cells, find_truth
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ZoneAreas:
+    """Areas within the area of interest [m^2].
+
+    Attributes:
+        zones: in a blind zone.
+        hidden: hidden in truth.
+        both: in a blind zone, and hidden in truth.
+    """
+
+    zones: float
+    hidden: float
+    both: float
+
+    def __add__(self, other: "ZoneAreas") -> "ZoneAreas":
+        """The areas of two scenes together."""
+        return ZoneAreas(
+            zones=self.zones + other.zones,
+            hidden=self.hidden + other.hidden,
+            both=self.both + other.both,
+        )
+
+    @property
+    def precision(self) -> float:
+        """Share of the zones that is hidden; NaN without zones."""
+        return self.both / self.zones if self.zones else float("nan")
+
+    @property
+    def recall(self) -> float:
+        """Share of what is hidden that is in zones; NaN if nothing is hidden."""
+        return self.both / self.hidden if self.hidden else float("nan")
+
+    @property
+    def iou(self) -> float:
+        """Intersection of zones and hidden road over their union; NaN if both are empty."""
+        union = self.zones + self.hidden - self.both
+        return self.both / union if union else float("nan")
+
+
+def zone_area(match: Match, heading: float) -> BaseGeometry:
+    """Unite the blind zones.
+
+    Args:
+        match: has their centres and ranges.
+        heading: that the ego vehicle believes to have, along which the squares are turned [rad].
+    """
+    if len(match.ranges) == 0:
+        return Polygon()  # of a known dimension, unlike the union of nothing
+    forward = np.array([np.cos(heading), np.sin(heading)])
+    left = np.array([-forward[1], forward[0]])
+    square = np.stack([-forward - left, forward - left, forward + left, left - forward])
+    rings = match.centers[:, None] + match.ranges[:, None, None] * square
+    return shapely.union_all(shapely.polygons(rings))
+
+
+def compare_zones(area: BaseGeometry, truth: Truth) -> ZoneAreas:
+    """Measure the areas of one scene; `area` is the union of its blind zones."""
+    zones = shapely.intersection(area, truth.interest)
+    return ZoneAreas(
+        zones=float(zones.area),
+        hidden=float(truth.hidden.area),
+        both=float(shapely.intersection(zones, truth.hidden).area),
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +99,7 @@ class Choice:
 
     @property
     def sharer(self) -> int | None:
-        """The first of the sharers."""
+        """The first of the sharers; None without a trigger."""
         return self.sharers[0] if self.sharers else None
 
 

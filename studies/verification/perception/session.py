@@ -40,8 +40,8 @@ class Scans:
 
     Attributes:
         points: the signal of the lidar unit.
-        ego_points: the same with the ego vehicle's scan alone.
-        counts: points by vehicle.
+        ego_points: the same signal with the ego vehicle's scan alone.
+        counts: number of points, by vehicle.
     """
 
     points: bytes
@@ -49,10 +49,10 @@ class Scans:
     counts: Mapping[int, int]
 
     def on_ground(self, vehicle: int) -> Float:
-        """The points of one vehicle's scan, seen from above; its sensor is level.
+        """Find the points of one vehicle's scan as seen from above; its sensor is level.
 
         Returns:
-            World frame [m], shape (point, 2).
+            Positions in the world frame [m], shape (point, 2).
         """
         sensors, points = _unpacked(self.points)
         (sensor,) = sensors[sensors["vehicle"] == vehicle]
@@ -80,11 +80,11 @@ class UnitsUnderTest:
 
     @property
     def perception_parameters(self) -> frozenset[str]:
-        """The names of what can be varied."""
+        """The names of the parameters of the perception unit."""
         return frozenset(self._perception.parameters)
 
     def scan(self, scene: Scene, seed: int) -> Scans:
-        """One scan of every equipped vehicle, with the lidar's default parameters and noise."""
+        """Scan once from every equipped vehicle, with the lidar's default parameters and noise."""
         signals = _start(self._lidar, "lidar", {"seed": seed}, scene.inputs())
         data = cast("bytes", signals["points"])
         sensors, points = _unpacked(data)
@@ -99,7 +99,11 @@ class UnitsUnderTest:
     def apms(
         self, scene: Scene, scans: Scans, parameters: Mapping[str, Any]
     ) -> tuple[list[bytes], Array]:
-        """The APM messages of all equipped vehicles, and the OBJECT records of what they see."""
+        """Make the APM messages of all equipped vehicles.
+
+        Returns:
+            The messages, and OBJECT records of what the vehicles see, shape (object,).
+        """
         inputs = {"points": scans.points, **_map(scene)}
         signals = _start(self._perception, "perception", parameters, inputs)
         objects = unframe("OBJS", cast("bytes", signals["objects"]), OBJECT)
@@ -108,7 +112,7 @@ class UnitsUnderTest:
     def match(
         self, scene: Scene, scans: Scans, messages: Iterable[bytes], choice: ParameterSet
     ) -> Match:
-        """What the ego vehicle makes of its scan and the `messages`; its own may be among them."""
+        """Match the ego vehicle's scan with the `messages`; its own may be among them."""
         inputs: dict[str, Signal] = {
             "points": scans.ego_points,
             "received": join(messages),

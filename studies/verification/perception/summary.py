@@ -1,4 +1,4 @@
-"""Measures over many scenes."""
+"""Measures over many scenes, and why the wrong sharer was chosen."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,10 +8,8 @@ from typing import Final
 import numpy as np
 
 from orchestrator.intervals import wilson
-from studies.verification.perception.bytes_on_air import RAW_POINT
-from studies.verification.perception.demanded import REQUEST, Demanded
-from studies.verification.perception.scoring import SceneResult
-from studies.verification.perception.zones import ZoneAreas
+from studies.verification.perception.bytes_on_air import RAW_POINT, REQUEST, Demanded
+from studies.verification.perception.scoring import SceneResult, ZoneAreas
 
 DEMAND: Final = 25.0
 """A scene has demand if some candidate reveals this much [m^2]: one cell of 5 m, or 8 m of lane."""
@@ -56,22 +54,22 @@ def has_demand(result: SceneResult) -> bool:
 
 
 def chosen_by(name: str) -> Pick:
-    """The choice of a parameter set."""
+    """Choose as a parameter set did."""
     return lambda result: result.choices[name].sharer
 
 
 def nearest(result: SceneResult) -> int | None:
-    """The candidate nearest to the ego vehicle."""
+    """Choose the candidate nearest to the ego vehicle."""
     return result.nearest
 
 
 def by_cells(cell: float) -> Pick:
-    """The choice of exact matrices with cells of this side [m]."""
+    """Choose as exact matrices with cells of this side [m] would."""
     return lambda result: result.by_cells[cell]
 
 
 def score_sharers(results: Sequence[SceneResult], pick: Pick) -> SharerScore:
-    """The score of one way to choose."""
+    """Score one way to choose."""
     wanted = [(one, pick(one)) for one in results if has_demand(one)]
     idle = [pick(one) for one in results if one.best < NOTHING]
     shares = np.array([0.0 if who is None else one.areas[who] / one.best for one, who in wanted])
@@ -90,7 +88,7 @@ def score_sharers(results: Sequence[SceneResult], pick: Pick) -> SharerScore:
 
 
 def score_random(results: Sequence[SceneResult]) -> SharerScore:
-    """What a random candidate gives on average, exactly."""
+    """Score what a random candidate gives on average, exactly."""
     wanted = [np.array(list(one.areas.values())) / one.best for one in results if has_demand(one)]
     strict = _mean([float((shares == 1.0).mean()) for shares in wanted])
     right = _mean([float((shares >= RIGHT).mean()) for shares in wanted])
@@ -114,7 +112,7 @@ def _mean(values: Sequence[float]) -> float:
 
 
 def zone_areas(results: Sequence[SceneResult], name: str) -> ZoneAreas:
-    """The areas of all scenes together."""
+    """Add up the areas of all scenes."""
     nothing = ZoneAreas(zones=0.0, hidden=0.0, both=0.0)
     return reduce(lambda a, b: a + b, (one.choices[name].zones for one in results), nothing)
 
@@ -137,7 +135,7 @@ class Traffic:
 DEMANDED: Final = "APMM, demanded"
 """The request says where the ego vehicle is blind, and the answer has what is there."""
 WHOLE: Final = "APMM, whole"
-"""The answer is a whole scan."""
+"""The request only says that data are wanted, and the answer is a whole scan."""
 ALWAYS: Final = "always-on"
 CPM: Final = "CPM"
 
@@ -160,12 +158,12 @@ class Parts:
 
     @property
     def sum(self) -> int:
-        """All of it."""
+        """Matrices, requests and answers together [byte]."""
         return self.matrices + self.requests + self.answers
 
 
 def parts(results: Sequence[SceneResult], name: str, data: int) -> Parts:
-    """What demanded answers take; the arguments are those of `traffic`."""
+    """Add up what demanded answers take; the arguments are those of `traffic`."""
     asked = _asked(results, name)
     return Parts(
         matrices=sum(one.choices[name].apm_bytes for one in results),
@@ -180,7 +178,7 @@ def _asked(results: Sequence[SceneResult], name: str) -> list[Demanded]:
 
 
 def traffic(results: Sequence[SceneResult], name: str, data: int) -> Mapping[str, Traffic]:
-    """The ways to share, by their names.
+    """Add up what the ways to share take and give, by their names.
 
     Args:
         results: scenes.
@@ -220,6 +218,73 @@ def _data(result: SceneResult, data: int) -> int:
 
 
 def byte_share(results: Sequence[SceneResult], name: str, data: int, way: str = DEMANDED) -> float:
-    """Bytes of one way to share over those of always-on sharing."""
+    """Divide the bytes of one way to share by those of always-on sharing."""
     found = traffic(results, name, data)
     return found[way].bytes / max(found[ALWAYS].bytes, 1)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Misses:
+    """Scenes with demand in which the sharer was not right.
+
+    Attributes:
+        scenes: with demand.
+        count: in which it was not.
+        missed: of them, without a trigger. All that follows is of the rest.
+        second, third: share in which a right one was among the first two, three.
+        median: of what the chosen one reveals over what the best one does.
+        close: share in which that is above 80 %.
+        coarse, fine: share in which exact matrices of 5 m, of 2.5 m, would be wrong, too.
+        hidden: mean hidden area [m^2].
+        hidden_right: the same of the scenes in which the right one was chosen [m^2].
+    """
+
+    scenes: int
+    count: int
+    missed: int
+    second: float
+    third: float
+    median: float
+    close: float
+    coarse: float
+    fine: float
+    hidden: float
+    hidden_right: float
+
+
+def examine(results: Sequence[SceneResult], name: str) -> Misses:
+    """Find what the misses of the parameter set `name` have in common."""
+    wanted = [one for one in results if has_demand(one)]
+    wrong = [one for one in wanted if not _is_right(one, one.choices[name].sharer)]
+    chosen = [one for one in wrong if one.choices[name].sharer is not None]
+    shares = [_share(one, one.choices[name].sharer) for one in chosen]
+    good = [one for one in wanted if _is_right(one, one.choices[name].sharer)]
+    return Misses(
+        scenes=len(wanted),
+        count=len(wrong),
+        missed=len(wrong) - len(chosen),
+        second=_mean_or_0([_is_among(one, name, 2) for one in chosen]),
+        third=_mean_or_0([_is_among(one, name, 3) for one in chosen]),
+        median=float(np.median(shares)) if shares else 0.0,
+        close=_mean_or_0([share > 0.8 for share in shares]),
+        coarse=_mean_or_0([not _is_right(one, one.by_cells[5.0]) for one in chosen]),
+        fine=_mean_or_0([not _is_right(one, one.by_cells[2.5]) for one in chosen]),
+        hidden=_mean_or_0([one.hidden_area for one in chosen]),
+        hidden_right=_mean_or_0([one.hidden_area for one in good]),
+    )
+
+
+def _share(result: SceneResult, who: int | None) -> float:
+    return 0.0 if who is None else result.areas[who] / result.best
+
+
+def _is_right(result: SceneResult, who: int | None) -> bool:
+    return _share(result, who) >= RIGHT
+
+
+def _is_among(result: SceneResult, name: str, first: int) -> bool:
+    return any(_is_right(result, who) for who in result.choices[name].sharers[:first])
+
+
+def _mean_or_0(values: Sequence[float]) -> float:
+    return _mean(values) if values else 0.0

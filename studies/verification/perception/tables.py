@@ -33,7 +33,7 @@ SHARER_HEAD: Final = (
 
 
 def as_text(verification: Verification) -> str:
-    """Tables, and whether the targets are met."""
+    """Write tables, and whether the targets are met."""
     results = verification.results
     if not results:
         return "no scene was played"
@@ -60,7 +60,7 @@ def as_text(verification: Verification) -> str:
 
 
 def _crowd(verification: Verification) -> list[str]:
-    """What many candidates change."""
+    """Say what many candidates change."""
     results = verification.crowded
     if not results:
         return []
@@ -80,7 +80,7 @@ def _verdict(*, is_met: bool) -> str:
 
 
 def sharer_rows(verification: Verification) -> list[tuple[str, ...]]:
-    """Scores of baselines and of the main parameter sets, as cells of a table."""
+    """Write scores of baselines and of the main parameter sets as cells of a table."""
     rows = [
         (name, *_score_cells(score), "", "", "") for name, score in verification.baselines().items()
     ]
@@ -111,7 +111,7 @@ BYTES_HEAD: Final = (
 
 
 def byte_rows(verification: Verification) -> list[tuple[str, ...]]:
-    """Bytes and what they give, as cells of a table."""
+    """Write bytes and what they give as cells of a table."""
     results = verification.results
     count, vehicles = len(results), sum(one.hidden_vehicles for one in results)
     rows: list[tuple[str, ...]] = []
@@ -133,12 +133,12 @@ def byte_rows(verification: Verification) -> list[tuple[str, ...]]:
 
 
 def percent(share: float) -> str:
-    """With one digit; a dash for a share of nothing."""
+    """Write a share in per cent with one digit; a dash for a share of nothing."""
     return "-" if math.isnan(share) else f"{share:.1%}"
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table: the first column to the left, the others to the right."""
+    """Align the lines of a table: the first column to the left, the others to the right."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [
         "  ".join(

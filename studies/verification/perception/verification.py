@@ -11,7 +11,6 @@ from tqdm import tqdm
 from studies.verification.perception.bytes_on_air import FEATURES, SMALL_FEATURES
 from studies.verification.perception.generator import MANY
 from studies.verification.perception.parameter_set import RECOMMENDED, ParameterSet
-from studies.verification.perception.resolution import CELLS
 from studies.verification.perception.scoring import Played, SceneResult, play
 from studies.verification.perception.session import UnitsUnderTest
 from studies.verification.perception.summary import (
@@ -29,6 +28,7 @@ from studies.verification.perception.summary import (
     traffic,
     zone_areas,
 )
+from studies.verification.perception.truth import CELLS
 
 TARGET_RIGHT: Final = 0.95
 """Share of the scenes with demand in which the sharer is to be right."""
@@ -44,7 +44,7 @@ DATA_SIZES: Final[Mapping[str, int]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verification:
-    """All scenes.
+    """What playing many scenes found.
 
     Attributes:
         seed: of the scenes.
@@ -70,7 +70,7 @@ class Verification:
         return score_sharers(self.results, chosen_by(choice.name))
 
     def baselines(self) -> dict[str, SharerScore]:
-        """For perspective, by name: simple choices, and the bounds of the resolution."""
+        """The scores of simple choices, and of the bounds of the resolution, by name."""
         scores = {
             "random candidate": score_random(self.results),
             "nearest candidate": score_sharers(self.results, nearest),
@@ -90,7 +90,7 @@ class Verification:
 
     @property
     def whole_share(self) -> float:
-        """The same with whole scans as answers."""
+        """The same share with whole scans as answers."""
         return byte_share(self.results, RECOMMENDED.name, FEATURES, WHOLE)
 
     @property
@@ -109,7 +109,7 @@ class Verification:
         return {name: group for name, group in groups.items() if group}
 
     def as_data(self) -> dict[str, Any]:
-        """For `--json`."""
+        """What `--json` prints."""
         names = {name for one in self.results[:1] for name in one.choices}
         data = {
             "pass": self.passes,
@@ -161,7 +161,7 @@ class Verification:
 
 
 def _byte_shares(results: Sequence[SceneResult], name: str) -> dict[str, float]:
-    """Of features, with demanded and with whole answers."""
+    """The shares of bytes with features, for demanded and for whole answers."""
     return {
         "byte_share": byte_share(results, name, FEATURES),
         "byte_share_whole": byte_share(results, name, FEATURES, WHOLE),
@@ -169,7 +169,7 @@ def _byte_shares(results: Sequence[SceneResult], name: str) -> dict[str, float]:
 
 
 def _without_nan(value: Any) -> Any:
-    """With None for shares of nothing, which JSON cannot say otherwise."""
+    """Put None for shares of nothing, which JSON cannot say otherwise."""
     if isinstance(value, dict):
         return {key: _without_nan(member) for key, member in value.items()}
     return None if isinstance(value, float) and math.isnan(value) else value

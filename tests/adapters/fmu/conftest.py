@@ -1,31 +1,16 @@
-"""FMUs for the tests of the importer: FMI 3.0 by our shell, FMI 2.0 by hand."""
+"""An FMU of FMI 2.0 for the tests of the importer; those of FMI 3.0 are test units."""
 
 import zipfile
-from collections.abc import Callable
 from pathlib import Path
 
 import fmpy
 import pytest
 
 from adapters.fmi.unpacked import host_folder
-from fmus.native.build import build_fmu, fmi_headers, load_unit
+from fmus.native.build import fmi_headers
 from fmus.native.targets import compile_library, select_targets
 
 HERE = Path(__file__).parent
-UNITS = HERE.parent.parent / "fmus" / "units"
-
-
-@pytest.fixture(scope="session")
-def fmu(request: pytest.FixtureRequest) -> Callable[[str], Path]:
-    """Build the test unit of that name for this host; kept while nothing changes."""
-    assert request.config.cache is not None
-    out = Path(request.config.cache.mkdir("nlosim-test-units"))
-
-    def build(name: str) -> Path:
-        unit = load_unit(str(UNITS / name))
-        return build_fmu(unit, out, targets=select_targets(["host"])).path
-
-    return build
 
 
 @pytest.fixture(scope="session")

@@ -41,11 +41,12 @@ def packet(
     category: int = VOICE,
     power_offset: float = 0.0,
     duration: int = 0,
+    kind: int = BSM,
 ) -> Array:
     """One PACKET record."""
     route = (*via, NO_VEHICLE, NO_VEHICLE)[:2]
     return np.array(
-        (number, time, source, to, route, duration, power_offset, size, category, BSM, 0), PACKET
+        (number, time, source, to, route, duration, power_offset, size, category, kind, 0), PACKET
     )
 
 

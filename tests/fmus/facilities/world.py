@@ -5,11 +5,12 @@ from typing import Any
 import numpy as np
 
 from fmus.facilities.connectors import CONNECTORS
-from fmus.messages.apm import Apm, encode
+from fmus.messages.apm import encode
 from fmus.messages.features import FeaturesMessage
 from fmus.messages.records import OBJECT, OUTCOMES, PACKET, RECEPTION, frame, unframe
 from orchestrator.component import Component
 from orchestrator.signal import Array, Causality, Signal
+from tests.fmus.messages.apm import apms
 
 EGO, SHARER, RELAY = 10, 20, 30
 H = 10_000_000
@@ -65,17 +66,7 @@ class Run:
 
 def apm_of(vehicle: int, time: int = 0, cells: Array | None = None, heading: float = 0.0) -> bytes:
     """20 x 20 cells of 5 m around the origin, empty if not given."""
-    return encode(
-        Apm(
-            vehicle=vehicle,
-            time=time,
-            position=np.zeros(2),
-            heading=heading,
-            center=np.zeros(2),
-            cell=5.0,
-            cells=np.zeros((20, 20), np.uint32) if cells is None else cells,
-        )
-    )
+    return encode(apms.apm_of(cells, vehicle=vehicle, time=time, heading=heading))
 
 
 def objects_of(sensor: int, time: int = 0) -> bytes:

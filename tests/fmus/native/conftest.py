@@ -1,4 +1,4 @@
-"""FMUs of the test units, and a driver that calls them function by function."""
+"""A driver that calls FMUs of the test units function by function."""
 
 import shutil
 from collections.abc import Callable, Iterator
@@ -7,24 +7,6 @@ from pathlib import Path
 import fmpy
 import fmpy.fmi3
 import pytest
-
-from fmus.native.build import build_fmu, load_unit
-from fmus.native.targets import select_targets
-
-UNITS = Path(__file__).parent.parent / "units"
-
-
-@pytest.fixture(scope="session")
-def fmu(request: pytest.FixtureRequest) -> Callable[[str], Path]:
-    """Build the test unit of that name for this host; kept while nothing changes."""
-    assert request.config.cache is not None
-    out = Path(request.config.cache.mkdir("nlosim-test-units"))
-
-    def build(name: str) -> Path:
-        unit = load_unit(str(UNITS / name))
-        return build_fmu(unit, out, targets=select_targets(["host"])).path
-
-    return build
 
 
 class Driver:

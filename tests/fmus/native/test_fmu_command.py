@@ -1,6 +1,5 @@
 """`nlosim fmu build|info`."""
 
-import argparse
 from collections.abc import Callable
 from pathlib import Path
 
@@ -8,16 +7,13 @@ import pytest
 
 from fmus.native.command import add_command
 from orchestrator.cli.outcome import Exit, Outcome
+from tests.commands import executed
 
 LAG = Path(__file__).parent.parent / "units" / "lag"
 
 
 def execute(*words: str) -> Outcome:
-    parser = argparse.ArgumentParser()
-    add_command(parser.add_subparsers(dest="command"))
-    arguments = parser.parse_args(["fmu", *words])
-    outcome: Outcome = arguments.execute(arguments)
-    return outcome
+    return executed(add_command, "fmu", *words)
 
 
 def test_build_reports_what_it_made_and_what_it_kept(tmp_path: Path) -> None:

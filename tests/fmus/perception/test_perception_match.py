@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, strategies as st
 
-from fmus.messages.apm import Apm, Float, encode, join
+from fmus.messages.apm import Float, encode, join
 from tests.fmus.driver import Library, Refused
+from tests.fmus.messages.apm.apms import apm_of
 
 from .harness import STEP, Outputs, Perception
 from .scene import Scan, cloud
@@ -39,14 +40,14 @@ def message(
     """An APM of one cell with this index, or of `cells`, centred on its source unless told."""
     array = np.array([[index]]) if cells is None else cells
     return encode(
-        Apm(
+        apm_of(
+            array.astype(np.uint32),
             vehicle=vehicle,
             time=time,
-            position=np.array(center if position is None else position),
+            position=center if position is None else position,
             heading=heading,
-            center=np.array(center),
+            center=center,
             cell=cell,
-            cells=array.astype(np.uint32),
         )
     )
 

@@ -11,7 +11,7 @@ from fmus.messages.apm.compression import CELLS_PER_BYTE
 from fmus.messages.apm.seen_compression import SEEN_CELLS_PER_BYTE
 from fmus.messages.records import APM_COMPRESSED_FLAG, APM_HEADER, APM_LEVELS_SHIFT
 from tests.fmus.driver import Library, Refused
-from tests.fmus.messages.apm.apms import any_apms, plain, with_header
+from tests.fmus.messages.apm.apms import any_apms, damaged, plain, with_header
 
 from .harness import Outputs, Perception
 from .messages import NativeCodec
@@ -53,12 +53,8 @@ def test_both_read_the_same_matrix(native: NativeCodec, apm: Apm, *, compressed:
 def test_both_refuse_a_damaged_message_or_read_the_same(
     native: NativeCodec, apm: Apm, data: st.DataObject
 ) -> None:
-    message = bytearray(encode(apm, compressed=True))
-    for _ in range(data.draw(st.integers(1, 4))):
-        place = data.draw(st.integers(APM_HEADER.itemsize, len(message) - 1))
-        message[place] ^= 1 << data.draw(st.integers(0, 7))
-    end = data.draw(st.integers(APM_HEADER.itemsize, len(message)) | st.just(len(message)))
-    check_agreement(native, bytes(message[:end]))
+    message = damaged(encode(apm, compressed=True), data, shortest=APM_HEADER.itemsize)
+    check_agreement(native, message)
 
 
 @given(

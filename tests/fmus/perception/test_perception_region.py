@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from fmus.messages.apm import Apm, Float, encode, join
+from fmus.messages.apm import Float, encode, join
 from orchestrator.signal import Array
 from tests.fmus.driver import Library, Refused
+from tests.fmus.messages.apm.apms import apm_of
 
 from .harness import Outputs, Perception
 from .scene import Scan, cloud, ground
@@ -41,14 +42,8 @@ def perceive(
 ) -> Outputs:
     """The ego's outputs with one sharer that sees one point in each square metre around it."""
     scan = Scan(vehicle=EGO, points=points, heading=heading, position=(*position, 2.0))
-    sharer = Apm(
-        vehicle=2,
-        time=0,
-        position=np.array(position),
-        heading=heading,
-        center=np.array(position),
-        cell=3 * HALF,
-        cells=np.ones((1, 1), np.uint32),
+    sharer = apm_of(
+        [[1]], vehicle=2, position=position, heading=heading, center=position, cell=3 * HALF
     )
     sizes: dict[str, float] = {"rows": ROWS, "columns": ROWS, "cell": CELL}
     with Perception(library, **{**sizes, **EVERYWHERE, **settings}) as unit:

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from fmus.messages.apm import Apm, encode, join
+from fmus.messages.apm import encode, join
 from fmus.messages.records import FRAME, POINT, SENSOR
 from tests.fmus.driver import Library, Refused
+from tests.fmus.messages.apm.apms import apm_of
 
 from .harness import Outputs, Perception
 from .scene import Scan, car, cloud, look
@@ -128,10 +129,7 @@ def test_a_matrix_without_rows_or_columns_is_refused_by_name(library: Library, n
 def test_the_smallest_and_the_largest_matrix_work(library: Library, size: int, cell: float) -> None:
     """The whole matrix within the horizon is blind, and a sharer sees all of it."""
     road = [np.array([(-9e8, -9e8), (9e8, -9e8), (9e8, 9e8), (-9e8, 9e8)])]
-    sharer = Apm(
-        vehicle=2, time=0, position=np.zeros(2), heading=1.0, center=np.zeros(2),
-        cell=4 * size * cell, cells=np.ones((1, 1), np.uint32),
-    )  # fmt: skip
+    sharer = apm_of([[1]], vehicle=2, heading=1.0, cell=4 * size * cell)
     settings = {"rows": size, "columns": size, "cell": cell, "region_share": 0.0}
     settings |= {"near_field": 0.0, "horizon": 40.0, "window_largest": 1024, "n_blind_zone": 4096}
     settings |= {"benefit_threshold": 0.0}

@@ -10,25 +10,15 @@ from fmus.messages.records import NO_VEHICLE
 from fmus.relay.crossings import Hops, Walls, crossings
 from fmus.relay.knife_edges import shadowing
 from fmus.relay.obstacles import Obstacles
-from fmus.relay.radio import SPEED_OF_LIGHT, Radio, frame_success
+from fmus.relay.radio import SPEED_OF_LIGHT, frame_success
 from orchestrator.signal import Array
 from tests.fmus.channel.harness import Channel
 from tests.fmus.driver import Library
+from tests.fmus.relay.world import radio
 from tests.fmus.scene import Building, Scene, Vehicle
 
 WAVELENGTH = SPEED_OF_LIGHT / 5.9e9
-RADIO = Radio(
-    transmit_power=26.0,
-    noise_floor=-98.0,
-    sensitivity=-94.0,
-    cca_threshold=-65.0,
-    missed=0.3,
-    capture_margin=10.0,
-    wavelength=WAVELENGTH,
-    frame_size=238,
-    fading_m=0.0,
-    uncertainty=0.0,
-)
+RADIO = radio()
 OUTPUTS = ("path_loss", "vehicle_loss", "building_loss", "header_success", "payload_success")
 LINKS = 50
 SCENES = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])

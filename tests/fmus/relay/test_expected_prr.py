@@ -12,7 +12,6 @@ from fmus.relay.expectation import Expectation, Losses
 from fmus.relay.nodes import Node, ego_node, neighbours
 from fmus.relay.policy import Situation
 from fmus.relay.prediction import Horizon
-from fmus.relay.radio import SPEED_OF_LIGHT, Radio
 from fmus.relay.surroundings import Surroundings
 from tests.fmus.relay.world import (
     EGO,
@@ -24,6 +23,7 @@ from tests.fmus.relay.world import (
     Inputs,
     chosen,
     inputs,
+    radio,
     started,
     truck,
     with_powers,
@@ -224,21 +224,6 @@ def test_fading_costs_packets_at_the_edge(m: float) -> None:
     drawn = radio(0.0).success(power + 10 * np.log10(draws)).mean()
     assert plain > 0.999
     assert fading == pytest.approx(drawn, abs=0.01)
-
-
-def radio(uncertainty: float) -> Radio:
-    return Radio(
-        transmit_power=26.0,
-        noise_floor=-98.0,
-        sensitivity=-94.0,
-        cca_threshold=-65.0,
-        missed=0.3,
-        capture_margin=10.0,
-        wavelength=SPEED_OF_LIGHT / 5.9e9,
-        frame_size=238,
-        fading_m=0.0,
-        uncertainty=uncertainty,
-    )
 
 
 @given(st.floats(-110, -30), st.floats(-130, -30), st.floats(0.1, 30))

@@ -3,10 +3,10 @@
 import numpy as np
 from hypothesis import given, strategies as st
 
-from fmus.messages.apm import Apm
 from fmus.messages.records import APM_LAYER_CELL, NO_VEHICLE
 from fmus.relay.crossings import Hops, crossings
 from fmus.relay.obstacles import Obstacles, from_layer, merge
+from tests.fmus.messages.apm.apms import apm_of
 from tests.fmus.relay.world import SHARER
 
 
@@ -29,19 +29,22 @@ def test_the_sub_matrix_of_two_nodes_holds_every_cell_that_can_obstruct_them() -
         assert set(crossings(hop, cells).obstacle) <= set(spanned)
 
 
+def body(center: tuple[float, float], half: tuple[float, float]) -> Obstacles:
+    """A standing vehicle, 1.5 m high."""
+    return Obstacles(
+        owner=np.array([9]),
+        center=np.array([center]),
+        heading=np.zeros(1),
+        half=np.array([half]),
+        height=np.array([1.5]),
+        velocity=np.zeros((1, 2)),
+    )
+
+
 def layer_cell(x: float, y: float, height: float) -> Obstacles:
     """The obstacle that an APM of 5 m cells reports for whatever stands at (x, y)."""
     layer = np.zeros((20, 20), APM_LAYER_CELL)
-    apm = Apm(
-        vehicle=SHARER,
-        time=0,
-        position=np.zeros(2),
-        heading=0.0,
-        center=np.zeros(2),
-        cell=5.0,
-        cells=np.zeros((20, 20), np.uint32),
-        layer=layer,
-    )
+    apm = apm_of(vehicle=SHARER, layer=layer)
     row, column = apm.locate(np.array([x, y]))
     layer["height"][row, column] = round(height / 0.05)
     return from_layer(apm)
@@ -52,41 +55,13 @@ def test_a_known_body_explains_the_cell_it_stands_in_but_not_a_higher_one(
     x: float, y: float
 ) -> None:
     """Wherever in the cell it stands; a phantom beside it would obstruct free links."""
-    known = Obstacles(
-        owner=np.array([9]),
-        center=np.array([[x, y]]),
-        heading=np.zeros(1),
-        half=np.array([[2.25, 0.9]]),
-        height=np.array([1.5]),
-        velocity=np.zeros((1, 2)),
-    )
+    known = body(center=(x, y), half=(2.25, 0.9))
     seen, truck_beside = layer_cell(x, y, 1.5), layer_cell(x, y, 4.0)
     assert len(merge([(known, 1.0), (seen, 2.5)]).owner) == 1
     assert len(merge([(known, 1.0), (truck_beside, 2.5)]).owner) == 2
 
 
 def test_one_body_known_from_two_sources_counts_once() -> None:
-    box = Obstacles(
-        owner=np.array([9]),
-        center=np.array([[5.0, 5.0]]),
-        heading=np.zeros(1),
-        half=np.array([[2.0, 1.0]]),
-        height=np.array([1.5]),
-        velocity=np.zeros((1, 2)),
-    )
+    box = body(center=(5.0, 5.0), half=(2.0, 1.0))
     assert len(merge([(box, 1.0), (box, 1.0)]).owner) == 1
-    assert len(from_layer_without_layer().owner) == 0
-
-
-def from_layer_without_layer() -> Obstacles:
-    return from_layer(
-        Apm(
-            vehicle=1,
-            time=0,
-            position=np.zeros(2),
-            heading=0.0,
-            center=np.zeros(2),
-            cell=5.0,
-            cells=np.zeros((4, 4), np.uint32),
-        )
-    )
+    assert len(from_layer(apm_of()).owner) == 0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from fmus.messages.apm import Apm, encode, join
+from fmus.messages.apm import encode, join
 from fmus.messages.records import APM_LAYER_CELL, NO_VEHICLE, OBJECT, frame, unframe
 from fmus.relay import Direct, Mohed
 from fmus.relay.crossings import Walls
@@ -14,6 +14,7 @@ from fmus.relay.nodes import Node
 from fmus.relay.obstacles import Obstacles
 from fmus.relay.risk import RiskModel
 from orchestrator.testing import check_component
+from tests.fmus.messages.apm.apms import apm_of
 from tests.fmus.relay.world import (
     LEFT,
     NEIGHBOURS,
@@ -73,16 +74,7 @@ def test_a_building_on_a_hop_is_a_risk() -> None:
 
 def test_a_received_layer_reveals_an_obstacle_that_the_ego_does_not_see() -> None:
     layer = np.zeros((20, 20), APM_LAYER_CELL)
-    apm = Apm(
-        vehicle=SHARER,
-        time=0,
-        position=np.array([0.0, 60.0]),
-        heading=0.0,
-        center=np.array([0.0, 30.0]),
-        cell=5.0,
-        cells=np.zeros((20, 20), np.uint32),
-        layer=layer,
-    )
+    apm = apm_of(vehicle=SHARER, position=(0.0, 60.0), center=(0.0, 30.0), layer=layer)
     row, column = apm.locate(np.array([0.1, 30.1]))
     layer["height"][row, column] = 80  # 4 m
     values = inputs(neighbours())
@@ -155,15 +147,7 @@ def test_a_sharer_that_is_shadowed_is_placed_by_its_apms() -> None:
     assert chosen(mohed, inputs(neighbours(), truck(0, 30))) == LEFT
     silent = {v: p for v, p in neighbours().items() if v != SHARER}
     values = inputs(silent, np.concatenate([truck(0, 30), truck(-10, 15)]))
-    apm = Apm(
-        vehicle=SHARER,
-        time=2_000_000_000,
-        position=np.array([0.0, 60.0]),
-        heading=0.0,
-        center=np.array([0.0, 60.0]),
-        cell=5.0,
-        cells=np.zeros((20, 20), np.uint32),
-    )
+    apm = apm_of(vehicle=SHARER, time=2_000_000_000, position=(0.0, 60.0), center=(0.0, 60.0))
     values["received.apms"] = join([encode(apm)])
     assert chosen(mohed, values, t=20 * STEP) == RIGHT
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from fmus.messages.records import OBJECT, frame
 from fmus.relay.connectors import CONNECTORS
+from fmus.relay.radio import SPEED_OF_LIGHT, Radio
 from orchestrator.component import Component
 from orchestrator.signal import Causality, Signal
 
@@ -77,3 +78,19 @@ def chosen(component: Component, values: Inputs, t: int = 0) -> int:
 
 def switches(component: Component) -> int:
     return int(np.asarray(component.outputs()["switches"]))
+
+
+def radio(uncertainty: float = 0.0) -> Radio:
+    """The radio of the paper's table I, without fading."""
+    return Radio(
+        transmit_power=26.0,
+        noise_floor=-98.0,
+        sensitivity=-94.0,
+        cca_threshold=-65.0,
+        missed=0.3,
+        capture_margin=10.0,
+        wavelength=SPEED_OF_LIGHT / 5.9e9,
+        frame_size=238,
+        fading_m=0.0,
+        uncertainty=uncertainty,
+    )

@@ -1,6 +1,6 @@
 """Drives the stand-ins for the channel: scenes and packets in, receptions out."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -8,47 +8,18 @@ import numpy as np
 from fmus.channel.stand_ins.component import LinkModelComponent
 from fmus.channel.stand_ins.connectors import CONNECTORS
 from fmus.messages.records import (
-    BSM,
     FATES,
-    NO_VEHICLE,
     OUTCOMES,
-    PACKET,
     RECEPTION,
     TRANSMISSION,
-    frame,
     unframe,
 )
 from orchestrator.signal import Array, Causality, Signal
+from tests.fmus.channel.harness import MS
 
-MS: Final = 1_000_000
-VOICE: Final = 3
 SENT: Final = FATES.index("sent")
 
 Positions = Mapping[int, tuple[float, float]]
-
-
-def packet(
-    number: int,
-    source: int,
-    *,
-    time: int = 0,
-    to: int = NO_VEHICLE,
-    via: Sequence[int] = (),
-    size: int = 200,
-    duration: int = 0,
-    power_offset: float = 0.0,
-    access_category: int = VOICE,
-    kind: int = BSM,
-) -> Array:
-    """One PACKET record."""
-    route = (*via, NO_VEHICLE, NO_VEHICLE)[:2]
-    fields = (number, time, source, to, route, duration, power_offset)
-    return np.array((*fields, size, access_category, kind, 0), PACKET)
-
-
-def packets(records: Iterable[Array]) -> bytes:
-    """The `packets` signal with these records."""
-    return frame("PKTS", np.array(list(records), PACKET))
 
 
 def scene(positions: Positions, equipped: Sequence[int] | None = None) -> dict[str, Signal]:

@@ -10,7 +10,8 @@ from fmus.channel.stand_ins import ConstantPer
 from fmus.messages.records import NO_VEHICLE
 from orchestrator.errors import ComponentTypeError
 from orchestrator.testing import check_component
-from tests.fmus.channel.stand_ins.harness import MS, Run, outcomes, packet, packets, row_of, scene
+from tests.fmus.channel.harness import MS, packet, packets
+from tests.fmus.channel.stand_ins.harness import Run, outcomes, row_of, scene
 
 
 def channel(**parameters: float) -> ConstantPer:

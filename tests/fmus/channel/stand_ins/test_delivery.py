@@ -13,17 +13,8 @@ from fmus.messages.connectors import SIGNALS
 from fmus.messages.records import BSM, FATES, NO_VEHICLE, NOISE, OUTCOMES, RECEPTION, frame
 from orchestrator.parameters import PythonComponentType
 from orchestrator.signal import Causality
-from tests.fmus.channel.stand_ins.harness import (
-    MS,
-    SENT,
-    Run,
-    by_time,
-    outcomes,
-    packet,
-    packets,
-    row_of,
-    scene,
-)
+from tests.fmus.channel.harness import MS, packet, packets
+from tests.fmus.channel.stand_ins.harness import SENT, Run, by_time, outcomes, row_of, scene
 
 AIRTIME = 32_000 + 8_000 + 8_000 * 41  # 238 bytes at 6 Mbit/s: ceil((16 + 1904 + 6) / 48) symbols
 FLIGHT = 33  # over 10 m [ns]
@@ -247,7 +238,7 @@ def test_overlapping_frames_busy_the_medium_once(frames: list[tuple[int, int]]) 
         ([packet(0, 0, duration=-1)], r"packets\[0\].duration: -1 ns is not within"),
         ([packet(0, 0, duration=2**31)], r"packets\[0\].duration: 2147483648 ns is not within"),
         (
-            [packet(0, 0, access_category=4)],
+            [packet(0, 0, category=4)],
             r"packets\[0\].access_category is 4; it must be 0 to 3",
         ),
         ([packet(0, 0, power_offset=np.nan)], r"packets\[0\].power_offset is nan dB"),
@@ -272,7 +263,7 @@ def test_nothing_is_sent_in_an_empty_scene() -> None:
 
 def test_every_kind_of_packet_keeps_its_kind_and_category() -> None:
     run = perfect()
-    run.step(scene(row_of(2)), packets([packet(0, 0, kind=BSM + 2, access_category=1)]))
+    run.step(scene(row_of(2)), packets([packet(0, 0, kind=BSM + 2, category=1)]))
     assert run.receptions["kind"].tolist() == [BSM + 2]
     assert run.transmissions[["kind", "access_category"]].tolist() == [(BSM + 2, 1)]
     assert OUTCOMES[run.receptions["outcome"][0]] == "R"

@@ -117,9 +117,14 @@ def test_parquet_says_the_same_as_csv(
     [
         (("--component", "chanel"), "has no signal `chanel.receptions`; did you mean"),
         (("--component", "facilities"), "has no signal `facilities.receptions`"),
+        (("--bin", "0"), "`0` is no positive number of seconds"),
+        (("--bin", "nan"), "`nan` is no positive number of seconds"),
+        (("--bin", "1e-10"), "a whole number of nanoseconds"),
+        (("--between", "1;2"), "`1;2` is no list of numbers of vehicles, as in 3,17"),
+        (("--kind", "pre"), "invalid choice: 'pre'"),
     ],
 )
-def test_a_run_without_receptions_is_refused(
+def test_wrong_arguments_and_runs_without_receptions_are_refused(
     run: Path,
     tmp_path: Path,
     arguments: tuple[str, ...],
@@ -130,27 +135,6 @@ def test_a_run_without_receptions_is_refused(
     found = nlosim("trace", run, "--out", out, *arguments, capsys=capsys, code=2)
     assert message in found["error"]["message"]
     assert not out.exists()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("--bin", "0"), "`0` is no positive number of seconds"),
-        (("--bin", "nan"), "`nan` is no positive number of seconds"),
-        (("--bin", "1e-10"), "a whole number of nanoseconds"),
-        (("--between", "1;2"), "`1;2` is no list of numbers of vehicles, as in 3,17"),
-        (("--kind", "pre"), "invalid choice: 'pre'"),
-    ],
-)
-def test_wrong_arguments_are_explained(
-    tmp_path: Path,
-    arguments: tuple[str, ...],
-    message: str,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    out = tmp_path / "links.csv"
-    found = nlosim("trace", tmp_path, "--out", out, *arguments, capsys=capsys, code=2)
-    assert message in found["error"]["message"]
 
 
 def test_a_directory_without_a_recording_is_refused(

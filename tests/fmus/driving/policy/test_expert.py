@@ -13,25 +13,18 @@ from hypothesis import given, settings, strategies as st
 
 import scenarios
 from adapters.sumo import SumoTraffic
-from adapters.sumo.ego import Command, EgoDynamics, EgoState, advance
+from adapters.sumo.ego import Command, EgoState, advance
 from adapters.sumo.geometry import Boxes, box_distance
 from fmus.driving.policy import Expert, ExpertDriver
 from fmus.driving.policy.expert import ExpertParameters
 from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Causality, Signal
 from orchestrator.testing import check_component
+from tests.fmus.dynamics import DYNAMICS
 
 STEP: Final = 50_000_000
 CRUISE: Final = 30 / 3.6
 SIZE: Final = np.array([4.93, 1.86])
-DYNAMICS: Final = EgoDynamics(
-    wheelbase=2.85,
-    max_acceleration=3.0,
-    max_braking=8.0,
-    actuator_lag=0.1,
-    max_steering=0.6,
-    max_steering_rate=0.8,
-)
 START: Final = EgoState(x=0.0, y=0.0, heading=0.5 * math.pi, speed=CRUISE)
 
 

@@ -1,5 +1,6 @@
 """Pure pursuit with the dynamics of the ego vehicle: it comes back to its route and stays."""
 
+import dataclasses
 import math
 from collections.abc import Iterator
 
@@ -8,21 +9,18 @@ import numpy.typing as npt
 import pytest
 from hypothesis import given, strategies as st
 
-from adapters.sumo.ego import Command, EgoDynamics, EgoState, advance
+from adapters.sumo.ego import Command, EgoState, advance
 from adapters.sumo.polyline import Polyline
 from fmus.driving.policy.steering import SteeringParameters, follow
+from tests.fmus.dynamics import DYNAMICS
 
 Float = npt.NDArray[np.float64]
 STEP = 0.05
 PARAMETERS = SteeringParameters()
-DYNAMICS = EgoDynamics(
-    wheelbase=PARAMETERS.wheelbase,
-    max_acceleration=3.0,
-    max_braking=8.0,
-    actuator_lag=0.1,
-    max_steering=PARAMETERS.max_steering,
-    max_steering_rate=0.8,
+BELIEVED = dataclasses.replace(
+    DYNAMICS, wheelbase=PARAMETERS.wheelbase, max_steering=PARAMETERS.max_steering
 )
+"""As the driver believes them to be."""
 STRAIGHT = np.array([[7.0, -200.0], [7.0, -8.25], [7.0, 8.25], [7.0, 300.0]])
 
 
@@ -47,7 +45,7 @@ def drive(
         yield state, command
         pedals = Command(accelerate=0.0, brake=0.0, steer=command)
         for _ in range(5):
-            state = advance(state, pedals, DYNAMICS, STEP / 5)
+            state = advance(state, pedals, BELIEVED, STEP / 5)
 
 
 def steer(state: EgoState, route: Float, parameters: SteeringParameters = PARAMETERS) -> float:
@@ -63,7 +61,7 @@ def steer(state: EgoState, route: Float, parameters: SteeringParameters = PARAME
 def offset(route: Float, state: EgoState) -> float:
     """Distance of the rear axle to the route [m]."""
     path = Polyline(route)
-    arm = 0.5 * DYNAMICS.wheelbase
+    arm = 0.5 * BELIEVED.wheelbase
     x, y = state.x - arm * math.cos(state.heading), state.y - arm * math.sin(state.heading)
     return float(np.hypot(*(path.at(path.station(x, y)) - (x, y))))
 
@@ -90,7 +88,7 @@ def test_small_offsets_decay_as_the_linear_solution_says() -> None:
     """
     speed, left, d = 1.0, 0.1, PARAMETERS.lookahead
     for state, _ in drive(STRAIGHT, speed=speed, left=left, seconds=20.0):
-        arm = 0.5 * DYNAMICS.wheelbase
+        arm = 0.5 * BELIEVED.wheelbase
         travelled = (state.y - arm * math.sin(state.heading) - (STRAIGHT[0, 1] + 5.0 - arm)) / d
         found = STRAIGHT[0, 0] - (state.x - arm * math.cos(state.heading))
         wanted = left * math.exp(-travelled) * (math.cos(travelled) + math.sin(travelled))

@@ -3,6 +3,7 @@
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 from hypothesis import strategies as st
 
 from fmus.messages.apm import Apm, Layer, encode
@@ -93,13 +94,35 @@ def any_apms() -> st.SearchStrategy[Apm]:
     return apms() | seen_apms()
 
 
+def apm_of(
+    cells: npt.ArrayLike | None = None,
+    *,
+    vehicle: int = 1,
+    time: int = 0,
+    position: npt.ArrayLike = (0.0, 0.0),
+    heading: float = 0.0,
+    center: npt.ArrayLike = (0.0, 0.0),
+    cell: float = 5.0,
+    layer: Array | None = None,
+) -> Apm:
+    """A matrix around the origin, of 20 x 20 empty cells if none are given."""
+    return Apm(
+        vehicle=vehicle,
+        time=time,
+        position=np.array(position, float),
+        heading=heading,
+        center=np.array(center, float),
+        cell=cell,
+        cells=np.zeros((20, 20), np.uint32) if cells is None else np.asarray(cells, np.uint32),
+        layer=layer,
+    )
+
+
 def plain(rows: int = 2, columns: int = 3) -> Apm:
     """A matrix of ascending indices without layer."""
     cells = np.arange(rows * columns, dtype=np.uint32).reshape(rows, columns)
-    position = np.array([1.0, 2.0])
-    return Apm(
-        vehicle=7, time=5, position=position, heading=0.5, center=position, cell=5.0, cells=cells
-    )
+    position = (1.0, 2.0)
+    return apm_of(cells, vehicle=7, time=5, position=position, heading=0.5, center=position)
 
 
 def with_header(payload: bytes = b"", **fields: object) -> bytes:
@@ -108,3 +131,13 @@ def with_header(payload: bytes = b"", **fields: object) -> bytes:
     for name, value in fields.items():
         header[name] = value
     return header.tobytes() + payload
+
+
+def damaged(message: bytes, data: st.DataObject, shortest: int) -> bytes:
+    """The message with up to four bits of its payload turned over, perhaps cut short."""
+    found = bytearray(message)
+    for _ in range(data.draw(st.integers(1, 4))):
+        place = data.draw(st.integers(APM_HEADER.itemsize, len(found) - 1))
+        found[place] ^= 1 << data.draw(st.integers(0, 7))
+    end = data.draw(st.integers(shortest, len(found)) | st.just(len(found)))
+    return bytes(found[:end])

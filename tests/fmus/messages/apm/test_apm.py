@@ -22,7 +22,7 @@ from fmus.messages.apm import (
 )
 from fmus.messages.records import APM_HEADER, APM_LAYER_CELL
 
-from .apms import any_apms, apms, plain, with_header
+from .apms import any_apms, apm_of, apms, plain, with_header
 
 
 @given(apm=any_apms(), compressed=st.booleans())
@@ -65,15 +65,7 @@ def test_a_point_inside_a_cell_is_located_in_it(apm: Apm, inside: tuple[float, f
 
 
 def test_rows_run_forward_and_columns_to_the_left() -> None:
-    north = Apm(
-        vehicle=0,
-        time=0,
-        position=np.zeros(2),
-        heading=np.pi / 2,
-        center=np.zeros(2),
-        cell=5.0,
-        cells=np.zeros((4, 4), np.uint32),
-    )
+    north = apm_of(np.zeros((4, 4)), heading=np.pi / 2)
     assert north.locate(np.array([0.1, 7.0])).tolist() == [3, 1]  # ahead, a little to the right
     assert north.locate(np.array([-7.0, -0.1])).tolist() == [1, 3]  # to the left
     np.testing.assert_allclose(north.cell_centers()[3, 0], [7.5, 7.5], atol=1e-12)

@@ -13,7 +13,7 @@ from fmus.messages.apm import Apm, decode, encode, message_size
 from fmus.messages.apm.compression import CELLS_PER_BYTE
 from fmus.messages.records import APM_COMPRESSED_FLAG, APM_HEADER, APM_LAYER_CELL
 
-from .apms import apms, plain, with_header
+from .apms import apms, damaged, plain, with_header
 
 
 def with_payload(payload: bytes, *, rows: int = 2, columns: int = 3, layer: bool = False) -> bytes:
@@ -89,13 +89,9 @@ def test_small_counts_take_one_byte() -> None:
 
 @given(apms(), st.data())
 def test_a_damaged_message_is_refused_or_is_a_matrix(apm: Apm, data: st.DataObject) -> None:
-    message = bytearray(encode(apm, compressed=True))
-    for _ in range(data.draw(st.integers(1, 4))):
-        place = data.draw(st.integers(APM_HEADER.itemsize, len(message) - 1))
-        message[place] ^= 1 << data.draw(st.integers(0, 7))
-    end = data.draw(st.integers(0, len(message)) | st.just(len(message)))
+    message = damaged(encode(apm, compressed=True), data, shortest=0)
     with contextlib.suppress(ValueError):
-        found = decode(bytes(message[:end]))
+        found = decode(message)
         assert decode(encode(found, compressed=True)).cells.tobytes() == found.cells.tobytes()
 
 

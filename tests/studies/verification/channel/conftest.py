@@ -1,13 +1,12 @@
 """The FMU as the sources make it, and a copy of the golden sample that a test may spoil."""
 
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from adapters.fmi import FmuComponentType
-from fmus.native.build import build_fmu, load_unit
-from fmus.native.targets import select_targets
 from orchestrator.parameters import ComponentType
 from studies.verification.channel.session import ChannelUnderTest
 
@@ -15,12 +14,9 @@ from .golden_sample import GOLDEN
 
 
 @pytest.fixture(scope="session")
-def channel_type(tmp_path_factory: pytest.TempPathFactory) -> ComponentType:
+def channel_type(built: Callable[[str], Path]) -> ComponentType:
     """The FMU, built for this machine."""
-    folder = tmp_path_factory.mktemp("channel")
-    return FmuComponentType(
-        build_fmu(load_unit("channel"), folder, targets=select_targets(["host"])).path
-    )
+    return FmuComponentType(built("channel"))
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,5 @@
 """`nlosim verify channel`."""
 
-import argparse
 import re
 import shutil
 from pathlib import Path
@@ -11,6 +10,7 @@ from orchestrator import registry
 from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.parameters import ComponentType
 from studies.verification.channel.command import add_unit
+from tests.commands import executed
 
 from .golden_sample import GOLDEN, RUN, SEEDS, change_cell, write_text
 
@@ -22,11 +22,7 @@ def built_channel(channel_type: ComponentType, monkeypatch: pytest.MonkeyPatch) 
 
 
 def execute(*words: str) -> Outcome:
-    parser = argparse.ArgumentParser()
-    add_unit(parser.add_subparsers(dest="unit"))
-    arguments = parser.parse_args(["channel", "--seeds", str(SEEDS), *words])
-    outcome: Outcome = arguments.execute(arguments)
-    return outcome
+    return executed(add_unit, "channel", "--seeds", str(SEEDS), *words)
 
 
 def test_a_set_that_passes(golden: Path) -> None:

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from studies.verification.channel.golden_set import read_golden_set
-from studies.verification.channel.problems import GoldenError
+from studies.verification.channel.golden_files import GoldenError
+from studies.verification.channel.verification import read_golden_set
 
 from .golden_sample import RUN, change_cell, change_json, read_text, write_text
 

@@ -6,7 +6,11 @@ import sys
 import pytest
 from typing_extensions import override
 
-from studies.verification.channel.progress import Bar, NoBar, progress
+from studies.verification.channel.check import Advance, Check
+from studies.verification.channel.comparison import Comparison
+from studies.verification.channel.session import ChannelUnderTest
+from studies.verification.channel.tolerances import LOSS, Tolerance
+from studies.verification.channel.verification import GoldenSet, verify
 
 
 class Terminal(io.StringIO):
@@ -15,20 +19,44 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_the_bar_names_the_file_and_is_gone_in_the_end() -> None:
-    stream = Terminal()
-    with Bar(2, stream) as bar:
-        bar.begin("pathloss.csv")
-        bar.advance()
-        bar.advance()
-    assert "pathloss.csv" in stream.getvalue()
-    assert stream.getvalue().rstrip(" ").endswith("\r")
+class TwoSteps(Check):
+    """Advances twice, and compares nothing."""
+
+    @property
+    @override
+    def tolerance(self) -> Tolerance:
+        return LOSS
+
+    @property
+    @override
+    def work(self) -> int:
+        return 2
+
+    @override
+    def run(self, channel: ChannelUnderTest, advance: Advance) -> Comparison:
+        advance()
+        advance()
+        return Comparison.of_values(LOSS, [], [])
 
 
-def test_there_is_a_bar_on_a_terminal_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    for stream, kind in ((io.StringIO(), NoBar), (Terminal(), Bar)):
-        monkeypatch.setattr(sys, "stderr", stream)
-        with progress(1) as found:
-            assert isinstance(found, kind)
-            found.begin("x")
-            found.advance()
+def shown_on(
+    stream: io.StringIO, channel: ChannelUnderTest, monkeypatch: pytest.MonkeyPatch
+) -> str:
+    monkeypatch.setattr(sys, "stderr", stream)
+    verify(channel, GoldenSet({"pathloss.csv": TwoSteps()}, {}))
+    return stream.getvalue()
+
+
+def test_the_bar_names_the_file_and_is_gone_in_the_end(
+    channel: ChannelUnderTest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown = shown_on(Terminal(), channel, monkeypatch)
+    assert "pathloss.csv" in shown
+    assert "/2 [" in shown
+    assert shown.rstrip(" ").endswith("\r")
+
+
+def test_there_is_a_bar_on_a_terminal_only(
+    channel: ChannelUnderTest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert shown_on(io.StringIO(), channel, monkeypatch) == ""

@@ -10,9 +10,14 @@ from typing_extensions import override
 
 from orchestrator.component import Component
 from orchestrator.parameters import ComponentType, Parameter
-from studies.verification.channel.golden_set import GoldenSet, read_golden_set
 from studies.verification.channel.session import ChannelUnderTest
-from studies.verification.channel.verification import Verification, as_text, verify
+from studies.verification.channel.verification import (
+    GoldenSet,
+    Verification,
+    as_text,
+    read_golden_set,
+    verify,
+)
 
 from .golden_sample import GOLDEN, RUN, SEEDS, add, change_cell, change_json, find_row
 

@@ -5,11 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from studies.verification.channel import scene
-from studies.verification.channel.session import ChannelUnderTest
-from studies.verification.channel.stack_matching import Pairs
+from studies.verification.channel.session import (
+    VEINS_ANTENNA_HEIGHT,
+    ChannelUnderTest,
+    vehicle_inputs,
+)
+from studies.verification.channel.stack_given_times import is_uncertain, late_powers, spanning
+from studies.verification.channel.stack_replay import Pairs
 from studies.verification.channel.stack_run import Frames, StackRun, Update, read_run
-from studies.verification.channel.stack_spanning import is_uncertain, late_powers, spanning
 
 from .golden_sample import GOLDEN, RUN
 
@@ -22,8 +25,8 @@ def update(time: int, truck: float) -> Update:
     """A transmitter, a receiver 300 m ahead, and a high truck between them or beside."""
     front = np.array([[0.0, 0.0], [300.0, 0.0], [100.0, truck]])
     size = [[4.0, 2.0, 1.5], [4.0, 2.0, 1.5], [12.0, 2.5, 4.0]]
-    vehicles = scene.vehicles([0, 1, 2], front, np.zeros(3), size)
-    return Update(time, vehicles, np.insert(front, 2, scene.VEINS_ANTENNA_HEIGHT, axis=1))
+    vehicles = vehicle_inputs([0, 1, 2], front, np.zeros(3), size)
+    return Update(time, vehicles, np.insert(front, 2, VEINS_ANTENNA_HEIGHT, axis=1))
 
 
 def run(*starts: int, house: bool = True) -> StackRun:
@@ -43,7 +46,7 @@ def run(*starts: int, house: bool = True) -> StackRun:
             queued=np.array(starts),
             start=np.array(starts),
             duration=np.full(n, 312_000),
-            antenna=np.tile([0.0, 0.0, scene.VEINS_ANTENNA_HEIGHT], (n, 1)),
+            antenna=np.tile([0.0, 0.0, VEINS_ANTENNA_HEIGHT], (n, 1)),
         ),
     )
 

@@ -4,8 +4,7 @@ from typing import Any
 
 import pytest
 
-from studies.verification.channel.json_document import Node, read_json
-from studies.verification.channel.problems import GoldenError
+from studies.verification.channel.golden_files import GoldenError, Node, read_json
 from studies.verification.channel.stack_parameters import run_parameters
 
 from .golden_sample import GOLDEN, RUN

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from orchestrator.intervals import wilson
-from studies.verification.channel.comparison import Comparison, Series
-from studies.verification.channel.stack_medium_access import Totals
+from studies.verification.channel.comparison import Comparison, Series, Totals
 from studies.verification.channel.tolerances import LOSS
 
 

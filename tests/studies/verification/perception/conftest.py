@@ -1,10 +1,11 @@
 """The FMUs as the sources make them, and a few scenes that were played with them."""
 
+from collections.abc import Callable
+from pathlib import Path
+
 import pytest
 
 from adapters.fmi import FmuComponentType
-from fmus.native.build import build_fmu, load_unit
-from fmus.native.targets import select_targets
 from orchestrator.parameters import ComponentType
 from studies.verification.perception.parameter_set import all_sets
 from studies.verification.perception.session import UnitsUnderTest
@@ -15,15 +16,9 @@ SCENES = 2
 
 
 @pytest.fixture(scope="session")
-def types(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ComponentType]:
+def types(built: Callable[[str], Path]) -> dict[str, ComponentType]:
     """The FMUs by their names, built for this machine."""
-    host = select_targets(["host"])
-    return {
-        name: FmuComponentType(
-            build_fmu(load_unit(name), tmp_path_factory.mktemp(name), targets=host).path
-        )
-        for name in ("lidar", "perception")
-    }
+    return {name: FmuComponentType(built(name)) for name in ("lidar", "perception")}
 
 
 @pytest.fixture(scope="session")

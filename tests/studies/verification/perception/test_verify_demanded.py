@@ -10,8 +10,13 @@ from fmus.facilities.inputs import BlindZones
 from fmus.facilities.sensor_data import SensorData
 from fmus.messages.records import OBJECT, POINT, SENSOR, frame
 from fmus.perception.interface import INTERFACE
-from studies.verification.perception.bytes_on_air import FEATURES, RAW_POINT
-from studies.verification.perception.demanded import Demanded, Matrices, demand
+from studies.verification.perception.bytes_on_air import (
+    FEATURES,
+    RAW_POINT,
+    Demanded,
+    Matrices,
+    demand,
+)
 from studies.verification.perception.generator import draw_scene
 from studies.verification.perception.parameter_set import (
     DEFAULTS,
@@ -20,9 +25,9 @@ from studies.verification.perception.parameter_set import (
     SHARER_CURVES,
 )
 from studies.verification.perception.scene import Scene
+from studies.verification.perception.scoring import zone_area
 from studies.verification.perception.session import Match, Scans, UnitsUnderTest
 from studies.verification.perception.truth import Interest, Truth, find_truth
-from studies.verification.perception.zones import zone_area
 
 from .conftest import SEED
 

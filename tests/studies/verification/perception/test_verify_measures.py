@@ -6,22 +6,20 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from studies.verification.perception.bytes_on_air import FEATURES, RAW_POINT
-from studies.verification.perception.demanded import Demanded
-from studies.verification.perception.misses import examine
-from studies.verification.perception.scoring import Choice, SceneResult
+from studies.verification.perception.bytes_on_air import FEATURES, RAW_POINT, Demanded
+from studies.verification.perception.scoring import Choice, SceneResult, ZoneAreas
 from studies.verification.perception.summary import (
     DEMANDED,
     WHOLE,
     byte_share,
     chosen_by,
+    examine,
     nearest,
     parts,
     score_random,
     score_sharers,
     traffic,
 )
-from studies.verification.perception.zones import ZoneAreas
 
 NOTHING = ZoneAreas(zones=0.0, hidden=0.0, both=0.0)
 

@@ -1,6 +1,5 @@
 """`nlosim verify perception`."""
 
-import argparse
 import importlib.util
 import json
 import re
@@ -20,6 +19,7 @@ from studies.verification.perception.session import UnitsUnderTest
 from studies.verification.perception.summary import zone_areas
 from studies.verification.perception.tables import as_text
 from studies.verification.perception.verification import Verification, verify
+from tests.commands import executed
 
 from .conftest import SCENES, SEED
 
@@ -31,11 +31,7 @@ def built_units(types: dict[str, ComponentType], monkeypatch: pytest.MonkeyPatch
 
 
 def execute(*words: str) -> Outcome:
-    parser = argparse.ArgumentParser()
-    add_unit(parser.add_subparsers(dest="unit"))
-    arguments = parser.parse_args(["perception", *words])
-    outcome: Outcome = arguments.execute(arguments)
-    return outcome
+    return executed(add_unit, "perception", *words)
 
 
 @pytest.fixture

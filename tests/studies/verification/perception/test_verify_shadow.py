@@ -9,12 +9,18 @@ from hypothesis import given, settings, strategies as st
 from shapely.geometry import Point, Polygon, box
 
 from fmus.messages.records import GROUND
-from studies.verification.perception.bodies import Prism, building_prism, obstacles
 from studies.verification.perception.generator import draw_scene
 from studies.verification.perception.scene import Building, Float, Scene
-from studies.verification.perception.shadow import Sensor, shadow, visible
-from studies.verification.perception.sight import seen_vehicles
 from studies.verification.perception.truth import sensor_of
+from studies.verification.perception.visibility import (
+    Prism,
+    Sensor,
+    building_prism,
+    obstacles,
+    seen_vehicles,
+    shadow,
+    visible,
+)
 from tests.fmus.lidar.brute_force import cast
 from tests.fmus.scene import Building as RayBuilding, Scene as RayScene, Vehicle as RayVehicle
 

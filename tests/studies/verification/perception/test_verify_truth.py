@@ -7,11 +7,10 @@ from shapely.geometry import Point, box
 from shapely.geometry.base import BaseGeometry
 
 from studies.verification.perception.generator import draw_scene
-from studies.verification.perception.resolution import best_by_cells
 from studies.verification.perception.scene import Building, Scene, Vehicle
+from studies.verification.perception.scoring import compare_zones, zone_area
 from studies.verification.perception.session import Match
-from studies.verification.perception.truth import Interest, Truth, find_truth
-from studies.verification.perception.zones import compare_zones, zone_area
+from studies.verification.perception.truth import Interest, Truth, best_by_cells, find_truth
 
 CAR = (4.5, 1.8, 1.5)
 

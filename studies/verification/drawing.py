@@ -1,0 +1,42 @@
+"""Figures of a verification, and how they are written beside its page."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+_DPI: Final = 80
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drawing:
+    """A figure.
+
+    Attributes:
+        name: of its file.
+        caption: says what it shows.
+        figure: as it is drawn.
+    """
+
+    name: str
+    caption: str
+    figure: Figure
+
+    def shown_in(self, folder: str) -> str:
+        """The figure as an image of a Markdown page beside `folder`."""
+        return f"![{Path(self.name).stem}]({folder}/{self.name})"
+
+
+def write(drawings: Iterable[Drawing], folder: Path) -> list[Drawing]:
+    """Write figures into `folder`; equal results make equal bytes."""
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for one in drawings:
+        FigureCanvasAgg(one.figure)
+        # no software version in the file
+        one.figure.savefig(folder / one.name, dpi=_DPI, metadata={"Software": None})
+        written.append(one)
+    return written
