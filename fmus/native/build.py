@@ -36,16 +36,22 @@ from fmus.native.targets import (
 
 COMMON: Final = Path(__file__).parent
 SHELL_SOURCES: Final = (
-    "fmi3_shell.c",
+    "fmi3_log.c",
+    "fmi3_values.c",
+    "fmi3_unit.c",
     "fmi3_variables.c",
     "fmi3_state.c",
     "fmi3_unsupported.c",
+    "fmi3_shell.c",
     "portable_math.c",
     "random_normal.c",
 )
 SHELL_HEADERS: Final = (
-    "fmi3_shell.h",
     "fmi3_model.h",
+    "fmi3_instance.h",
+    "fmi3_log.h",
+    "fmi3_values.h",
+    "fmi3_unit.h",
     "records.h",
     "portable_math.h",
     "random_normal.h",

@@ -40,7 +40,7 @@ def variables_source(interface: Interface, token: str) -> str:
     return "\n".join(
         [
             f"/* Variables of `{interface.name}`, generated from interface.py. */",
-            '#include "fmi3_shell.h"',
+            '#include "fmi3_instance.h"',
             "",
             "#include <math.h>",
             "",

@@ -9,7 +9,7 @@ import numpy as np
 from fmus.native.interface import Interface, Variable
 from fmus.native.units import UNITS
 
-MAX_RANK: Final = 4  # MAX_RANK in fmi3_shell.h
+MAX_RANK: Final = 4  # MAX_RANK in fmi3_instance.h
 FLOATS: Final = frozenset({"Float32", "Float64"})
 NOT_NUMERIC: Final = frozenset({"Boolean", "Enumeration", "Binary"})
 _VARIABILITIES: Final = {

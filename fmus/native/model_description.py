@@ -14,7 +14,7 @@ LOG_CATEGORIES: Final = {
     "logStatusError": "Reasons of the status Error; always logged",
     "logStatusFatal": "Reasons of the status Fatal; always logged",
 }
-"""In the order of ModelStatus; CATEGORIES in fmi3_shell.c."""
+"""In the order of ModelStatus; CATEGORIES in fmi3_log.c."""
 
 
 def model_description(interface: Interface, *, token: str, version: str) -> bytes:

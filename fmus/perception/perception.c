@@ -1,9 +1,8 @@
 /* The perception unit: from points to abstract perception matrices, objects, blind zones and
  * matches. This file connects the parts with the FMI variables; docs/physics-perception.md
  * explains them. */
-#include "perception.h"
-
 #include "settings.h"
+#include "state.h"
 #include "variables.h"
 
 #include <math.h>
