@@ -8,8 +8,9 @@ import fmpy
 import pytest
 
 from adapters.fmi.unpacked import host_folder
-from fmus.native.build import build_fmu, fmi_headers, load_unit
+from fmus.native.build import build_fmu
 from fmus.native.targets import compile_library, select_targets
+from fmus.native.unit import fmi_headers, load_unit
 
 HERE = Path(__file__).parent
 UNITS = HERE.parent.parent / "fmus" / "units"

@@ -8,8 +8,9 @@ import fmpy
 import fmpy.fmi3
 import pytest
 
-from fmus.native.build import build_fmu, load_unit
+from fmus.native.build import build_fmu
 from fmus.native.targets import select_targets
+from fmus.native.unit import load_unit
 
 UNITS = Path(__file__).parent.parent / "units"
 

@@ -6,7 +6,7 @@ from typing import Final
 
 import pytest
 
-from fmus.native.build import UNITS, load_unit
+from fmus.native.unit import UNITS, load_unit
 from tests.fmus.native.c_sources import Part, parts
 
 CONTRACTS: Final = frozenset({"fmi3_model"})

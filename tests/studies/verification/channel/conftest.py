@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from adapters.fmi import FmuComponentType
-from fmus.native.build import build_fmu, load_unit
+from fmus.native.build import build_fmu
 from fmus.native.targets import select_targets
+from fmus.native.unit import load_unit
 from orchestrator.parameters import ComponentType
 from studies.verification.channel.session import ChannelUnderTest
 
