@@ -84,6 +84,18 @@ def test_the_snir_counts_the_most_that_is_on_air_at_once(
     assert all(OUTCOMES[found[k]["outcome"]] == "U" for k in range(1, len(begins) + 1))
 
 
+@pytest.mark.parametrize("strength", [-3, -10, -20, -40, -60])
+def test_interference_counts_however_weak_it_is(library: Library, strength: float) -> None:
+    noise_floor = 10 ** (NOISE_FLOOR / 10)
+    offset = NOISE_FLOOR + strength - _db(_power(300.0))
+    records = [packet(0, 1, time=MS), packet(1, 2, time=MS + 100 * US, power_offset=offset)]
+    scene = _around(200.0, 300.0)
+    found = _at_0(library, scene, records, **CENTERED, weak_receptions=False)
+    expected = _db(_power(200.0) / (noise_floor * (1 + 10 ** (strength / 10))))
+    # what is 50 dB below the noise is left out
+    assert found[0]["snir_db"] == pytest.approx(expected, abs=4.4e-5)
+
+
 @st.composite
 def _traffic(draw: st.DrawFn) -> tuple[Scene, list[Array], dict[str, float]]:
     places = draw(
