@@ -15,19 +15,19 @@ test: .venv-test/installed  ## everything that CI checks
 	.venv-test/bin/lint-imports
 	.venv-test/bin/python -m pytest -n logical --dist loadfile
 
-.venv-demo/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py')
+.venv-demo/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py')
 	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
 	$(PYTHON) -m venv .venv-demo
 	.venv-demo/bin/python -m pip install --quiet --disable-pip-version-check --editable .
 	touch $@
 
-.venv-test/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py')
+.venv-test/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py')
 	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
 	$(PYTHON) -m venv .venv-test
 	.venv-test/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	touch $@
 
-.venv-bench/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py')
+.venv-bench/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py')
 	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
 	$(PYTHON) -m venv .venv-bench
 	.venv-bench/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]'
@@ -40,7 +40,7 @@ bench: .venv-bench/installed  ## measure, and make docs/benchmarks.md; keep the 
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/nlosim bench policy --json > docs/results/bench-policy.json
 	.venv-bench/bin/python -m benchmarks.page docs/benchmarks.md docs/results/bench-*.json
 
-.venv-paper/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py')
+.venv-paper/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py')
 	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
 	$(PYTHON) -m venv .venv-paper
 	.venv-paper/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[experiment,cpm]'
@@ -90,7 +90,7 @@ paper-sensitivity: .venv-paper/installed  ## what the result of the relay study 
 	cp runs/relay_sensitivity/report/* docs/results/
 	$(RELAY_PAGE)
 
-.venv-train/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py')
+.venv-train/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py')
 	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
 	$(PYTHON) -m venv .venv-train
 	.venv-train/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[train]'

@@ -27,8 +27,9 @@ class FmuBuildHook(BuildHookInterface[Any]):
         root = Path(self.root)
         sys.path.insert(0, str(root))
         try:
-            from fmus.native.build import UNITS, build_fmu, load_unit  # noqa: PLC0415
+            from fmus.native.build import build_fmu  # noqa: PLC0415
             from fmus.native.targets import select_targets  # noqa: PLC0415
+            from fmus.native.unit import UNITS, load_unit  # noqa: PLC0415
 
             usual = "host" if version == "editable" else "all"
             targets = select_targets(os.environ.get("NLOSIM_FMU_TARGETS", usual).split(","))

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from fmus.native.build import build_fmu, load_unit
+from fmus.native.build import build_fmu
 from fmus.native.targets import select_targets
+from fmus.native.unit import load_unit
 
 UNITS = Path(__file__).parent / "fmus" / "units"
 

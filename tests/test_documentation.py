@@ -10,8 +10,9 @@ import pytest
 
 from adapters.fmi import FmuComponentType
 from fmus.messages.records import LINKS
-from fmus.native.build import build_fmu, load_unit
+from fmus.native.build import build_fmu
 from fmus.native.targets import select_targets
+from fmus.native.unit import load_unit
 from orchestrator.cli import main
 from orchestrator.testing import check_component
 

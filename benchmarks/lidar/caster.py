@@ -16,15 +16,22 @@ import numpy.typing as npt
 
 from benchmarks.lidar.pattern import Pattern, sensor_position
 from benchmarks.lidar.town import Town
-from fmus.native.build import COMMON, fmi_headers, load_unit
-from fmus.native.targets import compile_library, select_targets
+from fmus.native.unit import compile_parts, load_unit
 from orchestrator.signal import Array
 
 Float = npt.NDArray[np.float64]
 Int = npt.NDArray[np.int32]
 
 _SOURCE: Final = Path(__file__).parent / "caster.c"
-_UNIT_SOURCES: Final = ("scene.c", "bodies.c", "pattern.c", "view.c", "outline.c", "raster.c")
+_UNIT_SOURCES: Final = (
+    "scene.c",
+    "bodies.c",
+    "pattern.c",
+    "view.c",
+    "outline.c",
+    "raster.c",
+    "portable_math.c",
+)
 
 
 class _Pattern(ctypes.Structure):
@@ -156,19 +163,9 @@ class Caster:
 @cache
 def _library() -> Any:
     """Compiled once per process, with the compiler and the flags of the FMU."""
-    (target,) = select_targets(["host"])
-    unit = load_unit("lidar").folder
     folder = Path(tempfile.mkdtemp(prefix="nlosim-caster-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    path = folder / f"caster{target.suffix}"
-    compile_library(
-        target,
-        sources=[_SOURCE, *(unit / name for name in _UNIT_SOURCES), COMMON / "portable_math.c"],
-        include=[unit, COMMON],
-        system_include=fmi_headers(),
-        library=path,
-    )
-    library = ctypes.CDLL(str(path))
+    library = compile_parts(load_unit("lidar"), _UNIT_SOURCES, wrapper=_SOURCE, folder=folder)
     library.caster_new.restype = c_void_p
     library.caster_prisms.restype = c_size_t
     library.caster_prism.restype = POINTER(c_double)

@@ -1,6 +1,9 @@
 /* The channel as an FMU: what happens in one communication step. */
-#include "channel.h"
+#include "arrivals.h"
+#include "dispatch.h"
 #include "probe.h"
+#include "state.h"
+#include "transmission.h"
 #include "variables.h"
 #include <math.h>
 #include <stdlib.h>

@@ -1,53 +1,8 @@
-/* What else is on air at a receiver. */
+#include "interference.h"
+#include "arrivals.h"
 #include "buffer.h"
-#include "channel.h"
 #include "modulation.h"
-#include "fading.h"
 #include <math.h>
-
-/* Interference this far below the noise is taken for none; it changes the SNIR by 4e-5 dB. */
-static const double NEGLIGIBLE = 1e-5;
-
-Arrival *arrival_at(Channel *c, AirFrame *f, uint32_t radio, int *failed) {
-    if (f->at[radio] > 0) return &f->arrival[f->at[radio] - 1];
-    if (f->is_settled || f->transmitter == radio || !c->radios.item[radio].is_equipped) return NULL;
-    const Parameters *p = &c->parameters;
-    const Antenna *antenna = c->scene.antenna;
-    if (distance_between(antenna[f->transmitter].at, antenna[radio].at) > p->maximum_range) return NULL;
-    Link link;
-    double negligible = NEGLIGIBLE * p->noise / (f->power * fading_bound(p));
-    bool found = !link_between(&c->links, &c->scene, f->transmitter, radio, negligible, &link);
-    Arrival *added = found ? frame_add_arrival(f) : NULL;
-    if (!added) {
-        *failed = 1;
-        return NULL;
-    }
-    *added = arrival_of_link(c, f, &link);
-    f->at[radio] = (uint32_t)f->arrivals;
-    return added;
-}
-
-/* Complete the arrivals of one frame; those without power are not worth keeping. */
-static void settle(Channel *c, AirFrame *f, int *failed) {
-    for (size_t radio = 0; radio < c->radios.count; radio++) {
-        if (f->at[radio] > 0) continue;
-        const Arrival *last = arrival_at(c, f, (uint32_t)radio, failed);
-        if (!last || last->power[CENTER] > 0) continue;
-        f->arrivals--;
-        f->at[radio] = 0;
-    }
-    f->is_settled = !*failed;
-}
-
-int complete_arrivals(Channel *c, int64_t now) {
-    int failed = 0;
-    frames_let_go(&c->frames, now, c->longest_delay);
-    for (size_t k = 0; k < c->frames.count; k++) {
-        AirFrame *f = &c->frames.pool[c->frames.live[k]];
-        if (!f->is_settled) settle(c, f, &failed);
-    }
-    return failed;
-}
 
 /* Power of a frame in a band of the radios' channel. Noise may lie beside it: both channels have
  * what lies within 5 MHz of both carriers in common. */

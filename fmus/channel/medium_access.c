@@ -1,22 +1,6 @@
 #include "medium_access.h"
 #include "random.h"
 
-typedef struct { int64_t aifs; uint32_t smallest, largest; } Rules;
-
-/* IEEE 802.11-2020, table 17-21, 10 MHz. */
-#define SLOT (13 * MICROSECOND)
-#define SIFS (32 * MICROSECOND)
-
-/* IEEE 802.11-2020, table 9-157: AIFSN 9, 6, 3, 2; aCWmin 15, aCWmax 1023. */
-static const Rules RULES[CATEGORIES] = {
-    [BACKGROUND] = {SIFS + 9 * SLOT, 15, 1023},
-    [BEST_EFFORT] = {SIFS + 6 * SLOT, 15, 1023},
-    [VIDEO] = {SIFS + 3 * SLOT, 7, 15},
-    [VOICE] = {SIFS + 2 * SLOT, 3, 7},
-};
-
-uint32_t smallest_window(AccessCategory category) { return RULES[category].smallest; }
-
 static void draw_backoff(Radio *r, Category *c, uint64_t seed) {
     Uniforms u = draw(seed, DRAW_BACKOFF, (int64_t)r->backoffs++, 0, r->vehicle);
     c->backoff = (uint32_t)(u.first * (c->window + 1.0));
@@ -28,7 +12,7 @@ static bool is_contending(const Category *c) { return c->queue.count > 0; }
  * goes out at the next slot boundary. */
 static int64_t earliest_start(const Radio *r, int k, int64_t now) {
     const Category *c = &r->category[k];
-    int64_t start = r->idle_since + RULES[k].aifs + (int64_t)c->backoff * SLOT;
+    int64_t start = r->idle_since + ACCESS_RULES[k].aifs + (int64_t)c->backoff * SLOT;
     if (start >= now) return start;
     return start + ((now - start) / SLOT + 1) * SLOT;
 }
@@ -47,7 +31,7 @@ static void contend(Radio *r, int64_t now) {
 
 /* The slot boundaries since the AIFS of a category was over, its end included. */
 static uint64_t slots_gone(const Radio *r, int k, int64_t now) {
-    int64_t waited = now - r->idle_since - RULES[k].aifs;
+    int64_t waited = now - r->idle_since - ACCESS_RULES[k].aifs;
     return waited < 0 ? 0 : 1 + (uint64_t)waited / SLOT;
 }
 
@@ -108,7 +92,7 @@ int access_contention_ended(Radio *r, uint64_t seed, int64_t now) {
             winner = k;
             continue;
         }
-        c->window = 2 * c->window + 1 < RULES[k].largest ? 2 * c->window + 1 : RULES[k].largest;
+        c->window = 2 * c->window + 1 < ACCESS_RULES[k].largest ? 2 * c->window + 1 : ACCESS_RULES[k].largest;
         draw_backoff(r, c, seed);
     }
     return winner;
@@ -116,6 +100,6 @@ int access_contention_ended(Radio *r, uint64_t seed, int64_t now) {
 
 void access_sent(Radio *r, AccessCategory k, uint64_t seed) {
     Category *c = &r->category[k];
-    c->window = RULES[k].smallest;
+    c->window = ACCESS_RULES[k].smallest;
     draw_backoff(r, c, seed);
 }

@@ -1,13 +1,8 @@
 /* Medium access by EDCA (IEEE 802.11-2020, 10.23.2) with the parameters of operation outside the
- * context of a BSS (table 9-157): all frames are sent once, without acknowledgement. */
+ * context of a BSS: all frames are sent once, without acknowledgement. */
 #ifndef MEDIUM_ACCESS_H
 #define MEDIUM_ACCESS_H
-#include "parameters.h"
 #include "radios.h"
-
-typedef enum { BACKGROUND, BEST_EFFORT, VIDEO, VOICE } AccessCategory;
-
-uint32_t smallest_window(AccessCategory);
 
 /* From the decision to send to the start on air: as in Veins. */
 #define TURNAROUND MICROSECOND

@@ -1,6 +1,5 @@
 #include "radios.h"
 #include "buffer.h"
-#include "medium_access.h"
 #include <string.h>
 
 static Radio new_radio(int64_t vehicle, int64_t now) {
@@ -16,7 +15,7 @@ static Radio new_radio(int64_t vehicle, int64_t now) {
         .locked = NO_FRAME,
     };
     for (int k = 0; k < CATEGORIES; k++)
-        r.category[k] = (Category){EMPTY_QUEUE, 0, smallest_window((AccessCategory)k)};
+        r.category[k] = (Category){EMPTY_QUEUE, 0, ACCESS_RULES[k].smallest};
     return r;
 }
 

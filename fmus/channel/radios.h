@@ -1,11 +1,11 @@
 /* The radios of the vehicles: what each one is doing. */
 #ifndef RADIOS_H
 #define RADIOS_H
+#include "access_category.h"
 #include "queues.h"
 #include "scene.h"
 
 #define NO_RADIO UINT32_MAX
-#define CATEGORIES 4    /* access categories: background, best effort, video, voice */
 
 typedef struct {
     Queue queue;

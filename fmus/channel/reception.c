@@ -1,33 +1,9 @@
-/* From the frame on air to its outcome at a receiver. */
-#include "channel.h"
-#include "decibel.h"
+#include "reception.h"
+#include "carrier_sense.h"
 #include "error_rate.h"
-#include "medium_access.h"
+#include "interference.h"
 #include "random.h"
 #include <math.h>
-
-int sense_busy(Channel *c, uint32_t radio, int64_t now) {
-    Radio *r = &c->radios.item[radio];
-    if (!r->is_idle) return 0;
-    r->is_idle = false;
-    r->busy_since = now;
-    if (c->parameters.medium_access) access_medium_busy(r, now);
-    return 0;
-}
-
-int sense_idle(Channel *c, uint32_t radio, int64_t now) {
-    Radio *r = &c->radios.item[radio];
-    if (r->is_idle || r->locked != NO_FRAME || radio_is_sending(r)) return 0;
-    if (c->frames.count > 0
-        && power_on_air(c, radio, now, LOWER_EDGE, NULL) >= c->parameters.cca_threshold)
-        return 0;
-    r->is_idle = true;
-    r->idle_since = now;
-    r->busy_time += now - r->busy_since;
-    if (!c->parameters.medium_access) return 0;
-    access_medium_idle(r, now);
-    return schedule_contention(c, radio);
-}
 
 /* Whether a frame is so strong that the receiver drops what it receives and turns to it. */
 static bool captures(Channel *c, const AirFrame *f, const Arrival *a, int64_t now) {
@@ -57,19 +33,19 @@ static void listen(Channel *c, AirFrame *f, Arrival *a, int64_t now) {
     }
 }
 
-int begin_arrival(Channel *c, AirFrame *f, Arrival *a) {
+void begin_arrival(Channel *c, AirFrame *f, Arrival *a) {
     const Parameters *p = &c->parameters;
-    if (a->receiver == NO_RADIO) return 0;
+    if (a->receiver == NO_RADIO) return;
     int64_t now = arrival_begins(f, a);
     if (f->what.packet.kind != NOISE && a->power[CENTER] >= p->sensitivity) {
         listen(c, f, a, now);
-        return sense_busy(c, a->receiver, now);
+        sense_busy(c, a->receiver, now);
+        return;
     }
     a->verdict = UNNOTICED;
-    if (a->power[CENTER] < p->noticeable
-        || power_on_air(c, a->receiver, now, LOWER_EDGE, NULL) < p->cca_threshold)
-        return 0;
-    return sense_busy(c, a->receiver, now);
+    if (a->power[CENTER] >= p->noticeable
+        && power_on_air(c, a->receiver, now, LOWER_EDGE, NULL) >= p->cca_threshold)
+        sense_busy(c, a->receiver, now);
 }
 
 /* A receiver decodes the SIGNAL field first, then the rest. A part that is lost, but would not have

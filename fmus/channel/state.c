@@ -1,7 +1,7 @@
 /* Saved state: a header, then the arrays that it counts. The byte order is the host's (all targets
  * are little-endian). */
+#include "state.h"
 #include "buffer.h"
-#include "channel.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,9 +1,9 @@
-/* From the packet to the frame on air. */
-#include "channel.h"
+#include "transmission.h"
+#include "arrivals.h"
+#include "carrier_sense.h"
 #include "decibel.h"
-#include "fading.h"
 #include "medium_access.h"
-#include <math.h>
+#include "schedule.h"
 
 static int64_t duration(const Channel *c, const Packet *packet) {
     if (packet->duration > 0) return packet->duration * NANOSECOND;
@@ -29,59 +29,6 @@ static int tell(Channel *c, const Transmission *t, int64_t time, int64_t on_air,
 
 int give_up(Channel *c, const Transmission *t, int64_t now, uint8_t fate) {
     return tell(c, t, now, 0, fate);
-}
-
-static bool comes_before(const Arrival *a, const Arrival *b) {
-    return a->delay != b->delay ? a->delay < b->delay : a->receiver < b->receiver;
-}
-
-/* By (delay, receiver); they come by distance, so that next to nothing moves. */
-static void sort(Arrival *item, size_t n) {
-    for (size_t i = 1; i < n; i++) {
-        if (!comes_before(&item[i], &item[i - 1])) continue;
-        Arrival moved = item[i];
-        size_t k = i;
-        for (; k > 0 && comes_before(&moved, &item[k - 1]); k--) item[k] = item[k - 1];
-        item[k] = moved;
-    }
-}
-
-Arrival arrival_of_link(Channel *c, const AirFrame *f, const Link *link) {
-    const Parameters *p = &c->parameters;
-    Arrival a = {.receiver = link->receiver, .link = link->kind};
-    double power = f->power;
-    if (p->fading != FADING_NONE) {
-        Position from = c->scene.antenna[f->transmitter].at;
-        Position to = c->scene.antenna[link->receiver].at;
-        double x = to.x - from.x, y = to.y - from.y;
-        power *= fading_factor(p, sqrt(x * x + y * y), f->what.packet.id,
-                               (uint8_t)f->what.hop, c->scene.id[link->receiver]);
-    }
-    for (int band = 0; band < BANDS; band++) a.power[band] = power * link->gain[band];
-    a.delay = (int64_t)(link->distance * (1e12 / LIGHT_SPEED) + 0.5);
-    return a;
-}
-
-/* The radios that notice the frame, or are told of it at least. */
-static int add_arrivals(Channel *c, AirFrame *f) {
-    const Parameters *p = &c->parameters;
-    double weakest = p->weak_receptions ? 0 : p->noticeable;
-    const Link *link;
-    size_t links;
-    if (links_from(&c->links, &c->scene, f->transmitter,
-                   weakest / (f->power * fading_bound(p)), &link, &links))
-        return 1;
-    for (size_t k = 0; k < links; k++) {
-        Arrival a = arrival_of_link(c, f, &link[k]);
-        if (a.power[CENTER] < weakest) continue;
-        Arrival *added = frame_add_arrival(f);
-        if (!added) return 1;
-        *added = a;
-    }
-    sort(f->arrival, f->arrivals);
-    for (size_t k = 0; k < f->arrivals; k++) f->at[f->arrival[k].receiver] = (uint32_t)k + 1;
-    f->noticed = f->arrivals;
-    return 0;
 }
 
 static int put_on_air(Channel *c, const Transmission *t, uint32_t from, int64_t now) {

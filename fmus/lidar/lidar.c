@@ -31,15 +31,6 @@ typedef struct {
 
 static const double TIME_LIMIT = 9e9; /* [s]; the time in nanoseconds is an int64_t */
 
-static double real(Instance *instance, uint32_t reference) {
-    return *(const double *)variable_data(instance, reference);
-}
-
-static uint32_t natural(Instance *instance, uint32_t reference) {
-    int32_t value = *(const int32_t *)variable_data(instance, reference);
-    return (uint32_t)value; /* the shell has checked that it is positive */
-}
-
 static ModelStatus out_of_memory(Instance *instance, const char *what) {
     return model_log(instance, MODEL_ERROR, "not enough memory for %s", what);
 }
@@ -61,7 +52,7 @@ static Mounting read_mounting(Instance *instance) {
         .noise = {.range_noise = real(instance, VR_range_noise),
                   .dropout = real(instance, VR_dropout)},
         .mount_height = real(instance, VR_mount_height),
-        .seed = *(const int64_t *)variable_data(instance, VR_seed),
+        .seed = int64(instance, VR_seed),
     };
 }
 

@@ -27,12 +27,12 @@ class FeaturesMessage:
     """The features of one scan, or what arrived of them.
 
     Attributes:
-        vehicle: that carries the sensor.
-        time: of the scan [ns].
-        position: of the sensor, world frame [m], float64, shape (3,).
-        heading: of the sensor's x axis, counter-clockwise from east [rad].
-        capacity: keypoints of a complete message; those that are missing are padded on the air.
-        dimensions: features of a keypoint.
+        vehicle: number of the vehicle that carries the sensor.
+        time: when the scan was taken [ns].
+        position: where the sensor is, world frame [m], float64, shape (3,).
+        heading: direction of the sensor's x axis, counter-clockwise from east [rad].
+        capacity: number of keypoints of a complete message; missing ones are padded on the air.
+        dimensions: number of features of a keypoint.
         keypoints: by falling importance, float32, shape (keypoint, 3 + dimensions); the position in
             the levelled sensor frame (x along the heading, y left, z up from the sensor [m]), then
             the features.

@@ -2,8 +2,8 @@
 
 Every Binary signal is empty (no data yet) or starts with a 16-byte `FRAME`: a four-letter
 magic, the version, the number of records and the size of one record. All numbers are
-little-endian. `fmus/native/records.h` declares the same layouts for the native units; a test
-asserts that both agree. docs/formats.md describes them for readers in other languages.
+little-endian. For the native units records.h is made from here, see `fmus.native.c_records`.
+docs/formats.md describes the layouts for readers in other languages.
 """
 
 import struct
@@ -182,24 +182,24 @@ def frame(magic: str, records: np.ndarray, tail: bytes = b"") -> bytes:
     """A Binary signal of records.
 
     Args:
-        magic: its four letters.
-        records: of one of the types above, shape (count,).
-        tail: what follows them.
+        magic: the four letters that name the signal.
+        records: of one of the layouts above, shape (count,).
+        tail: what follows the records, e.g. the points of all sensors.
     """
     head = _HEAD.pack(magic.encode(), 1, len(records), records.dtype.itemsize)
     return head + records.tobytes() + tail
 
 
 def unframe(magic: str, data: bytes, dtype: np.dtype) -> np.ndarray:
-    """The records in a Binary signal, read-only; none if it is empty.
+    """The records in a Binary signal.
 
     Args:
-        magic: the four letters that it should begin with.
-        data: the signal.
-        dtype: that of its records.
+        magic: the four letters that name the signal.
+        data: the signal; what follows its records is not looked at.
+        dtype: the layout of its records.
 
     Returns:
-        Records of shape (count,).
+        A read-only view of the records, of type `dtype`, shape (count,); an empty signal has none.
 
     Raises:
         ValueError: `data` is not such a signal.

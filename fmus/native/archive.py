@@ -17,7 +17,7 @@ def write_archive(path: Path, files: Mapping[str, bytes], *, comment: str) -> No
     """Write `files` (by name in the archive) to `path`, in one step.
 
     Args:
-        path: of the FMU; its folder exists.
+        path: where the FMU goes; its folder exists.
         files: contents by name; written in the order of their names, the description first.
         comment: the archive's comment, for `read_comment`.
     """
@@ -44,7 +44,12 @@ def read_comment(path: Path) -> str | None:
 
 
 def build_description(interface: Interface, sources: list[str]) -> bytes:
-    """sources/buildDescription.xml (FMI 3.0.2, section 2.5.1.3)."""
+    """The bytes of sources/buildDescription.xml (FMI 3.0.2, section 2.5.1.3).
+
+    Args:
+        interface: of the unit.
+        sources: names of the C files to be compiled.
+    """
     root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=interface.name)
     files = ET.SubElement(configuration, "SourceFileSet", language="C11")
@@ -55,7 +60,7 @@ def build_description(interface: Interface, sources: list[str]) -> bytes:
 
 
 def documentation(interface: Interface) -> bytes:
-    """documentation/index.html: the table of variables for people."""
+    """The bytes of documentation/index.html: the table of variables for people."""
     rows = "\n".join(map(_row, interface.variables))
     title = html.escape(interface.name)
     text = f"""<!DOCTYPE html>

@@ -16,7 +16,7 @@ _C_TYPES = {"Enumeration": "INT64"}  # FMI 3.0.2, 2.2.6.2: accessed by fmi3{Get|
 
 
 def variables_header(interface: Interface) -> str:
-    """variables.h: the value reference of each variable as `VR_<name>`."""
+    """The text of variables.h: the value reference of each variable as `VR_<name>`."""
     names = ["time", *(variable.name for variable in interface.variables)]
     width = max(map(len, names)) + 3
     lines = [f"#define {'VR_' + c_name(name):{width}} {k}u" for k, name in enumerate(names)]
@@ -33,14 +33,14 @@ def variables_header(interface: Interface) -> str:
 
 
 def variables_source(interface: Interface, token: str) -> str:
-    """variables.c: one row of the shell's table for each variable."""
+    """The text of variables.c: one row of the shell's table for each variable."""
     references = {variable.name: k for k, variable in enumerate(interface.variables, start=1)}
     rows = [_row("time", "FLOAT64", "INDEPENDENT")]
     rows += [_variable_row(variable, references) for variable in interface.variables]
     return "\n".join(
         [
             f"/* Variables of `{interface.name}`, generated from interface.py. */",
-            '#include "fmi3_shell.h"',
+            '#include "fmi3_instance.h"',
             "",
             "#include <math.h>",
             "",

@@ -9,7 +9,7 @@ import numpy as np
 from fmus.native.interface import Interface, Variable
 from fmus.native.units import UNITS
 
-MAX_RANK: Final = 4  # MAX_RANK in fmi3_shell.h
+MAX_RANK: Final = 4  # MAX_RANK in fmi3_instance.h
 FLOATS: Final = frozenset({"Float32", "Float64"})
 NOT_NUMERIC: Final = frozenset({"Boolean", "Enumeration", "Binary"})
 _VARIABILITIES: Final = {
@@ -28,12 +28,12 @@ class InterfaceError(Exception):
 
 
 def c_name(name: str) -> str:
-    """The part of `VR_<name>` after the prefix."""
+    """The name of a variable in C, where its value reference is `VR_` and this name."""
     return name.replace(".", "_")
 
 
 def type_name(name: str) -> str:
-    """Of the Enumeration `name`; no variable may be called so (FMI 3.0.2, 2.4.4)."""
+    """The type of the Enumeration `name`; no variable may be called so (FMI 3.0.2, 2.4.4)."""
     return f"{name}.item"
 
 

@@ -3,6 +3,7 @@
  * variables.h with `VR_<name>` for each variable, dots replaced by underscores). */
 #ifndef FMI3_MODEL_H
 #define FMI3_MODEL_H
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -24,6 +25,28 @@ void *variable_data(Instance *, uint32_t value_reference);
 /* Its number of elements now. */
 size_t variable_length(Instance *, uint32_t value_reference);
 Binary *variable_binary(Instance *, uint32_t value_reference);
+
+/* The value of a variable of this type that is no array; an item of an Enumeration is an int64. */
+static inline double real(Instance *i, uint32_t reference) {
+    return *(const double *)variable_data(i, reference);
+}
+static inline bool boolean(Instance *i, uint32_t reference) {
+    return *(const bool *)variable_data(i, reference);
+}
+static inline uint32_t uint32(Instance *i, uint32_t reference) {
+    return *(const uint32_t *)variable_data(i, reference);
+}
+static inline int64_t int64(Instance *i, uint32_t reference) {
+    return *(const int64_t *)variable_data(i, reference);
+}
+static inline uint64_t uint64(Instance *i, uint32_t reference) {
+    return *(const uint64_t *)variable_data(i, reference);
+}
+/* Of an Int32 whose minimum is not negative. */
+static inline uint32_t natural(Instance *i, uint32_t reference) {
+    return (uint32_t)*(const int32_t *)variable_data(i, reference);
+}
+
 /* Make room for `size` bytes, keeping the contents; returns nonzero if memory is short. */
 int binary_reserve(Binary *, size_t size);
 

@@ -2,11 +2,13 @@
  *
  * A state is one flat block: everything of the instance that changes in a simulation, then the
  * unit's private state. Serialized it also carries a checksum. */
-#include "fmi3_shell.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "fmi3_log.h"
+#include "fmi3_unit.h"
+#include "fmi3_values.h"
 
 typedef struct {
     /* At least one importer passes the state instead of its address to fmi3FreeFMUState; what it

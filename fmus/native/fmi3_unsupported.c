@@ -1,6 +1,6 @@
 /* FMI 3.0 functions that every binary must export and this one does not offer. The capability
  * flags in modelDescription.xml say so; who calls them all the same gets an error with a message. */
-#include "fmi3_shell.h"
+#include "fmi3_log.h"
 
 /* The parameters are the standard's; none is looked at. */
 #if defined(__GNUC__)

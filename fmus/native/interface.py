@@ -8,7 +8,7 @@ units share.
 """
 
 from dataclasses import dataclass
-from typing import Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias, TypedDict, Unpack
 
 VariableType: TypeAlias = Literal[
     "Float32",
@@ -66,6 +66,19 @@ class Variable:
         return ", ".join(f"{value} ({item})" for value, item in enumerate(self.items, start=1))
 
 
+class Options(TypedDict, total=False):
+    """What the constructors below hand on to `Variable`, where it is explained."""
+
+    unit: str
+    dimensions: tuple[int | str, ...]
+    start: float
+    minimum: float | None
+    maximum: float | None
+    dependencies: tuple[str, ...]
+    mime_type: str
+    items: tuple[str, ...]
+
+
 def length(
     name: str,
     start: int,
@@ -76,16 +89,9 @@ def length(
     tunable: bool = True,
 ) -> Variable:
     """The length of an axis; if it is tunable, it may change between steps. `None` is no bound."""
-    return Variable(
-        name=name,
-        type="UInt64",
-        causality="structuralParameter",
-        variability="tunable" if tunable else "fixed",
-        description=description,
-        start=start,
-        minimum=minimum,
-        maximum=maximum,
-    )
+    bounds = Options(start=start, minimum=minimum, maximum=maximum)
+    variability: Variability = "tunable" if tunable else "fixed"
+    return _variable(name, "UInt64", "structuralParameter", variability, description, **bounds)
 
 
 def parameter(
@@ -99,18 +105,10 @@ def parameter(
     dimensions: tuple[int | str, ...] = (),
 ) -> Variable:
     """A number that is fixed before initialisation; `None` is no bound."""
-    return Variable(
-        name=name,
-        type="Float64",
-        causality="parameter",
-        variability="fixed",
-        description=description,
-        unit=unit,
-        dimensions=dimensions,
-        start=start,
-        minimum=minimum,
-        maximum=maximum,
+    options = Options(
+        start=start, minimum=minimum, maximum=maximum, unit=unit, dimensions=dimensions
     )
+    return _variable(name, "Float64", "parameter", "fixed", description, **options)
 
 
 def whole(
@@ -123,90 +121,50 @@ def whole(
     kind: VariableType = "Int32",
 ) -> Variable:
     """A whole number that is fixed before initialisation; `None` is the bound of its type."""
-    return Variable(
-        name=name,
-        type=kind,
-        causality="parameter",
-        variability="fixed",
-        description=description,
-        start=start,
-        minimum=minimum,
-        maximum=maximum,
-    )
+    bounds = Options(start=start, minimum=minimum, maximum=maximum)
+    return _variable(name, kind, "parameter", "fixed", description, **bounds)
 
 
 def switch(name: str, description: str, *, start: bool) -> Variable:
     """A Boolean that is fixed before initialisation."""
-    return Variable(
-        name=name,
-        type="Boolean",
-        causality="parameter",
-        variability="fixed",
-        description=description,
-        start=start,
-    )
+    return _variable(name, "Boolean", "parameter", "fixed", description, start=start)
 
 
 def choice(name: str, items: tuple[str, ...], description: str) -> Variable:
     """One of several names, fixed before initialisation; the first one is the default."""
-    return Variable(
-        name=name,
-        type="Enumeration",
-        causality="parameter",
-        variability="fixed",
-        description=description,
-        start=1,
-        items=items,
-    )
+    options = Options(start=1, items=items)
+    return _variable(name, "Enumeration", "parameter", "fixed", description, **options)
 
 
 def discrete_input(
-    name: str,
-    kind: VariableType,
-    description: str,
-    *,
-    unit: str = "1",
-    dimensions: tuple[int | str, ...] = (),
-    start: float = 0,
-    mime_type: str = BYTES_MIME,
+    name: str, kind: VariableType, description: str, **options: Unpack[Options]
 ) -> Variable:
     """An input that holds its value from one communication point to the next."""
-    return Variable(
-        name=name,
-        type=kind,
-        causality="input",
-        variability="discrete",
-        description=description,
-        unit=unit,
-        dimensions=dimensions,
-        start=start,
-        mime_type=mime_type,
-    )
+    return _variable(name, kind, "input", "discrete", description, **options)
 
 
 def discrete_output(
-    name: str,
-    kind: VariableType,
-    description: str,
-    *,
-    unit: str = "1",
-    dimensions: tuple[int | str, ...] = (),
-    start: float = 0,
-    dependencies: tuple[str, ...] = (),
-    mime_type: str = BYTES_MIME,
+    name: str, kind: VariableType, description: str, **options: Unpack[Options]
 ) -> Variable:
     """An output that changes at communication points only."""
+    return _variable(name, kind, "output", "discrete", description, **options)
+
+
+def _variable(
+    name: str,
+    kind: VariableType,
+    causality: Causality,
+    variability: Variability,
+    description: str,
+    **options: Unpack[Options],
+) -> Variable:
     return Variable(
         name=name,
         type=kind,
-        causality="output",
-        variability="discrete",
+        causality=causality,
+        variability=variability,
         description=description,
-        unit=unit,
-        dimensions=dimensions,
-        start=start,
-        dependencies=dependencies,
-        mime_type=mime_type,
+        **options,
     )
 
 

@@ -14,16 +14,16 @@ LOG_CATEGORIES: Final = {
     "logStatusError": "Reasons of the status Error; always logged",
     "logStatusFatal": "Reasons of the status Fatal; always logged",
 }
-"""In the order of ModelStatus; CATEGORIES in fmi3_shell.c."""
+"""In the order of ModelStatus; CATEGORIES in fmi3_log.c."""
 
 
 def model_description(interface: Interface, *, token: str, version: str) -> bytes:
-    """The file: UTF-8, line ends of Unix.
+    """The bytes of modelDescription.xml: UTF-8, line ends of Unix.
 
     Args:
         interface: a checked interface.
         token: the instantiationToken.
-        version: of the model.
+        version: the version of the model.
     """
     root = ET.Element(
         "fmiModelDescription",
@@ -63,7 +63,7 @@ def model_description(interface: Interface, *, token: str, version: str) -> byte
 
 
 def literal(variable: Variable, number: float) -> str:
-    """`number` as XML wants it for the type of `variable`."""
+    """How a modelDescription.xml writes `number` for the type of `variable`."""
     if variable.type == "Boolean":
         return "true" if number else "false"
     return repr(float(number)) if variable.type in FLOATS else str(int(number))

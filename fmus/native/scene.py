@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Final, Literal, TypeAlias
 
-from fmus.native.interface import Variable, discrete_input, length
+from fmus.native.interface import Variable, VariableType, discrete_input, length
 
 VehicleField: TypeAlias = Literal[
     "id", "position", "heading", "size", "body", "antenna_height", "equipped", "lidar"
@@ -11,53 +11,27 @@ VehicleField: TypeAlias = Literal[
 BuildingField: TypeAlias = Literal["vertex", "index", "height"]
 RoadField: TypeAlias = Literal["vertex", "index"]
 
+
+def _of_vehicle(
+    field: VehicleField, kind: VariableType, description: str, *columns: int, unit: str = "1"
+) -> Variable:
+    axes: tuple[int | str, ...] = ("n_vehicle", *columns)
+    return discrete_input(f"vehicle.{field}", kind, description, unit=unit, dimensions=axes)
+
+
 _VEHICLE: Final[dict[VehicleField, Variable]] = {
-    "id": discrete_input(
-        "vehicle.id",
-        "Int64",
-        "Number of the vehicle, 0 to 2147483647, ascending",
-        dimensions=("n_vehicle",),
+    "id": _of_vehicle("id", "Int64", "Number of the vehicle, 0 to 2147483647, ascending"),
+    "position": _of_vehicle(
+        "position", "Float64", "Centre of the body's footprint; z is the ground", 3, unit="m"
     ),
-    "position": discrete_input(
-        "vehicle.position",
-        "Float64",
-        "Centre of the body's footprint; z is the ground",
-        unit="m",
-        dimensions=("n_vehicle", 3),
+    "heading": _of_vehicle("heading", "Float64", "Counter-clockwise from the x axis", unit="rad"),
+    "size": _of_vehicle("size", "Float64", "Length, width, height of the body", 3, unit="m"),
+    "body": _of_vehicle("body", "Int32", "0 car, 1 SUV or MPV, 2 van, 3 bus, 4 truck"),
+    "antenna_height": _of_vehicle(
+        "antenna_height", "Float64", "Above the ground, at the body's centre", unit="m"
     ),
-    "heading": discrete_input(
-        "vehicle.heading",
-        "Float64",
-        "Counter-clockwise from the x axis",
-        unit="rad",
-        dimensions=("n_vehicle",),
-    ),
-    "size": discrete_input(
-        "vehicle.size",
-        "Float64",
-        "Length, width, height of the body",
-        unit="m",
-        dimensions=("n_vehicle", 3),
-    ),
-    "body": discrete_input(
-        "vehicle.body",
-        "Int32",
-        "0 car, 1 SUV or MPV, 2 van, 3 bus, 4 truck",
-        dimensions=("n_vehicle",),
-    ),
-    "antenna_height": discrete_input(
-        "vehicle.antenna_height",
-        "Float64",
-        "Above the ground, at the body's centre",
-        unit="m",
-        dimensions=("n_vehicle",),
-    ),
-    "equipped": discrete_input(
-        "vehicle.equipped", "Boolean", "Has a radio", dimensions=("n_vehicle",)
-    ),
-    "lidar": discrete_input(
-        "vehicle.lidar", "Boolean", "Carries a lidar sensor", dimensions=("n_vehicle",)
-    ),
+    "equipped": _of_vehicle("equipped", "Boolean", "Has a radio"),
+    "lidar": _of_vehicle("lidar", "Boolean", "Carries a lidar sensor"),
 }
 
 _BUILDING: Final[dict[BuildingField, Variable]] = {
@@ -117,20 +91,20 @@ def road(field: RoadField) -> Variable:
 
 
 def n_vehicle(*, maximum: int | None = None) -> Variable:
-    """The number of vehicles."""
+    """The structural parameter `n_vehicle`, the number of vehicles; `maximum` bounds it."""
     return length("n_vehicle", 1, 0, maximum, "Number of vehicles")
 
 
 def n_building_vertex(*, maximum: int | None = None) -> Variable:
-    """The number of corners; it starts with those of the one building, a triangle."""
+    """The structural parameter `n_building_vertex`; it starts with one building, a triangle."""
     return length("n_building_vertex", 3, 0, maximum, "Number of corners of all buildings")
 
 
 def n_building(*, maximum: int | None = None) -> Variable:
-    """The number of buildings."""
+    """The structural parameter `n_building`, the number of buildings; `maximum` bounds it."""
     return length("n_building", 1, 0, maximum, "Number of buildings")
 
 
 def n_road_vertex(*, maximum: int | None = None) -> Variable:
-    """The number of corners; it starts with one, which is no road."""
+    """The structural parameter `n_road_vertex`; it starts with one corner, which is no road."""
     return length("n_road_vertex", 1, 0, maximum, "Number of corners of the drivable surface")

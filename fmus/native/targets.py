@@ -38,9 +38,10 @@ class Target:
 
     Attributes:
         platform: FMI 3.0 platform tuple, the folder below `binaries/` (FMI 3.0.2, 2.5.1.4.1).
-        suffix: of shared libraries.
-        zig: target triple and processor for Zig.
-        flags: of this platform, on top of `COMMON_FLAGS`; `{file}` is the library's name.
+        suffix: how the names of shared libraries end.
+        zig: target triple and processor, as arguments for Zig.
+        flags: arguments for the compiler on this platform, on top of `COMMON_FLAGS`; `{file}` is
+            the name of the library.
     """
 
     platform: str
@@ -164,7 +165,15 @@ def compile_library(
     library: Path,
     cc: Sequence[str] = (),
 ) -> None:
-    """Compile `sources` into the shared library `library`.
+    """Compile C files into a shared library.
+
+    Args:
+        target: the platform of the library.
+        sources: C files.
+        include: folders of their headers; their names do not get into the library.
+        system_include: the folder of the FMI headers.
+        library: the file to be made; its folder exists.
+        cc: a compiler for the host instead of Zig's.
 
     Raises:
         CompilerError: with the compiler's messages.

@@ -6,12 +6,12 @@ from typing import Final
 
 @dataclass(frozen=True, slots=True)
 class UnitDefinition:
-    """One unit.
+    """A unit of measurement, in terms of the SI base units.
 
     Attributes:
         exponents: by the name of the SI base unit (or `rad`); `None` for a logarithmic unit,
             which FMI cannot relate to base units.
-        factor: of the unit in base units, e.g. 1000 for km.
+        factor: how many of the base units it is, e.g. 1000 for km.
     """
 
     exponents: dict[str, int] | None = field(default_factory=dict)

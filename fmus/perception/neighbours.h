@@ -1,49 +1,7 @@
 /* Which patches of a scan are one surface, and which surfaces may be of one body. */
 #ifndef NEIGHBOURS_H
 #define NEIGHBOURS_H
-#include "patches.h"
-
-typedef struct {
-    double adjacent;    /* largest angle between adjacent directions [rad] */
-    double depth_gap;   /* difference of ranges up to which adjacent patches are one surface, and
-                           distance up to which any are [m] */
-    double reach;       /* step along a body that is seen from its end [m] */
-    double roof_gap;    /* step from a surface to one that is seen over it [m] */
-    double length, width, height;             /* of the largest vehicle [m] */
-    double car_length, car_width, car_height; /* of the largest vehicle up to this height [m] */
-} SegmentSettings;
-
-/* Two patches whose surfaces may be of one body. */
-typedef struct {
-    double gap2; /* squared distance [m^2] */
-    uint32_t near, far;
-    uint32_t is_hidden; /* whether what lies between is hidden by something in front */
-} Link;
-
-/* What is around one patch. */
-typedef struct {
-    double range;       /* of the patch [m] */
-    double top, foot;   /* heights of the surface in the direction of the patch [m] */
-    uint32_t beside[2]; /* the patch of most similar range within reach in the next direction,
-                           clockwise and counter-clockwise, or NO_PATCH */
-    uint32_t steps[2];  /* to that direction */
-    uint32_t is_joined[2]; /* whether the surface goes on there */
-} Surroundings;
-#define NO_PATCH UINT32_MAX
-
-/* The search for neighbours: what it works on and what it finds. */
-typedef struct {
-    const SegmentSettings *settings;
-    const Patches *patches;
-    const uint8_t *is_static; /* of each sorted patch: whether it belongs to a building */
-    double sensor_height;     /* [m] */
-    double sine;              /* of the largest angle between adjacent directions */
-    uint32_t steps;           /* of direction that it may be */
-    uint32_t *parent;         /* of each patch, in the forest of surfaces, then of bodies */
-    Surroundings *around;     /* of each patch */
-    Link *links;
-    size_t parent_capacity, around_capacity, link_count, link_capacity;
-} Search;
+#include "search.h"
 
 /* The root of a patch's tree, its patch with the lowest index. */
 uint32_t root_of(Search *, uint32_t patch);
@@ -51,8 +9,6 @@ uint32_t root_of(Search *, uint32_t patch);
 uint32_t join_roots(Search *, uint32_t a, uint32_t b);
 /* Find the surfaces and the links between them, given the first four members. */
 int neighbours_find(Search *, Problem *);
-/* Whether what a link joins may be one body. */
-int is_plausible(const Search *, const Link *);
 void neighbours_free(Search *);
 
 #endif

@@ -1,9 +1,8 @@
 /* The perception unit: from points to abstract perception matrices, objects, blind zones and
  * matches. This file connects the parts with the FMI variables; docs/physics-perception.md
  * explains them. */
-#include "perception.h"
-
 #include "settings.h"
+#include "state.h"
 #include "variables.h"
 
 #include <math.h>
@@ -51,7 +50,7 @@ static int read_inputs(Instance *instance, Perception *state, double t, Step *st
     if (!(fabs(t) < 4e9)) return fail(problem, "the time is %g s, must be within 4e9 s of 0", t);
     step->settings = settings_of(instance);
     step->now = nanoseconds(t);
-    step->ego = *(const int64_t *)variable_data(instance, VR_ego_id);
+    step->ego = int64(instance, VR_ego_id);
     const Binary *points = variable_binary(instance, VR_points);
     const Binary *received = variable_binary(instance, VR_received);
     if (cloud_open(&step->cloud, points->data, points->size, problem)) return 1;

@@ -1,4 +1,4 @@
-#include "neighbours.h"
+#include "plausible.h"
 
 #include <math.h>
 

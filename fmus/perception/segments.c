@@ -1,5 +1,7 @@
 #include "segments.h"
 
+#include "plausible.h"
+
 #include <math.h>
 #include <stdlib.h>
 

@@ -3,33 +3,24 @@
 #include "variables.h"
 
 #include <math.h>
-#include <stdbool.h>
 
 /* Items of `message`. */
 enum { PLAIN = 1, COMPRESSED };
 
 int64_t nanoseconds(double seconds) { return (int64_t)floor(seconds * 1e9 + 0.5); }
 
-static double real(Instance *instance, uint32_t reference) {
-    return *(const double *)variable_data(instance, reference);
-}
-
-static uint32_t whole(Instance *instance, uint32_t reference) {
-    return (uint32_t)*(const int32_t *)variable_data(instance, reference);
-}
-
 static int segmentation_of(Instance *instance) {
-    return (int)*(const int64_t *)variable_data(instance, VR_segmentation);
+    return (int)int64(instance, VR_segmentation);
 }
 
 Settings settings_of(Instance *i) {
-    const int has_area = *(const int64_t *)variable_data(i, VR_index) == SEEN_AREA;
+    const int has_area = int64(i, VR_index) == SEEN_AREA;
     return (Settings){
-        .matrix = {.rows = whole(i, VR_rows), .columns = whole(i, VR_columns),
+        .matrix = {.rows = natural(i, VR_rows), .columns = natural(i, VR_columns),
                    .cell = real(i, VR_cell), .offset = real(i, VR_offset),
                    .floor = real(i, VR_floor), .ceiling = real(i, VR_ceiling),
                    .ground_height = real(i, VR_ground_height),
-                   .levels = has_area ? whole(i, VR_index_levels) : 0,
+                   .levels = has_area ? natural(i, VR_index_levels) : 0,
                    .blanking = real(i, VR_blanking), .map_margin = real(i, VR_map_margin),
                    .segmentation = segmentation_of(i),
                    .segment = {.adjacent = real(i, VR_azimuth_gap) * (PI / 180),
@@ -41,39 +32,39 @@ Settings settings_of(Instance *i) {
                                .car_length = real(i, VR_car_length),
                                .car_width = real(i, VR_car_width),
                                .car_height = real(i, VR_car_height)}},
-        .pattern = {.azimuths = whole(i, VR_azimuths), .channels = whole(i, VR_channels),
+        .pattern = {.azimuths = natural(i, VR_azimuths), .channels = natural(i, VR_channels),
                     .elevation_top = real(i, VR_elevation_top),
                     .elevation_bottom = real(i, VR_elevation_bottom), .range = real(i, VR_range)},
-        .object = {.minimum_points = whole(i, VR_minimum_points),
+        .object = {.minimum_points = natural(i, VR_minimum_points),
                    .has_labels = segmentation_of(i) == BY_LABELS,
-                   .track = {.memory = whole(i, VR_track_memory),
+                   .track = {.memory = natural(i, VR_track_memory),
                              .timeout = nanoseconds(real(i, VR_track_timeout)),
                              .gate = real(i, VR_gate), .fastest = real(i, VR_fastest)}},
-        .zone = {.window_smallest = whole(i, VR_window_smallest),
-                 .window_largest = whole(i, VR_window_largest),
+        .zone = {.window_smallest = natural(i, VR_window_smallest),
+                 .window_largest = natural(i, VR_window_largest),
                  .threshold = has_area ? real(i, VR_seen_threshold) : real(i, VR_threshold),
-                 .threshold_exponent = has_area ? 0 : whole(i, VR_threshold_exponent),
+                 .threshold_exponent = has_area ? 0 : natural(i, VR_threshold_exponent),
                  .threshold_distance = real(i, VR_threshold_distance),
                  .region_share = real(i, VR_region_share),
                  .overlap = real(i, VR_zone_overlap)},
         .pose_error = {.position = real(i, VR_position_error),
                        .heading = real(i, VR_heading_error),
                        .time = real(i, VR_pose_error_time),
-                       .seed = *(const int64_t *)variable_data(i, VR_seed)},
+                       .seed = int64(i, VR_seed)},
         .region = {.resolution = real(i, VR_region_resolution), .corridor = real(i, VR_corridor),
                    .near_field = real(i, VR_near_field), .horizon = real(i, VR_horizon)},
-        .has_region_benefit = *(const bool *)variable_data(i, VR_region_benefit),
+        .has_region_benefit = boolean(i, VR_region_benefit),
         .match = {.maximum_age = nanoseconds(real(i, VR_maximum_age)),
                   .hold = nanoseconds(real(i, VR_hold)),
                   .maximum_offset = real(i, VR_maximum_offset),
-                  .index_limit = whole(i, VR_index_limit),
+                  .index_limit = natural(i, VR_index_limit),
                   .benefit_threshold = real(
                       i, has_area ? VR_seen_benefit_threshold : VR_benefit_threshold),
                   .index = has_area ? SEEN_AREA : POINTS,
                   .release_ratio = real(i, VR_release_ratio),
                   .switch_margin = real(i, VR_switch_margin)},
-        .has_layer = *(const bool *)variable_data(i, VR_layer),
-        .is_compressed = *(const int64_t *)variable_data(i, VR_message) == COMPRESSED,
+        .has_layer = boolean(i, VR_layer),
+        .is_compressed = int64(i, VR_message) == COMPRESSED,
     };
 }
 

@@ -2,7 +2,9 @@
 #ifndef SETTINGS_H
 #define SETTINGS_H
 #include "fmi3_model.h"
-#include "perception.h"
+#include "match.h"
+#include "pose_error.h"
+#include "seen.h"
 
 typedef struct {
     ScanSettings matrix;

@@ -1,4 +1,4 @@
-#include "perception.h"
+#include "state.h"
 
 #include <math.h>
 #include <stdlib.h>

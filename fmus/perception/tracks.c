@@ -1,5 +1,4 @@
 #include "tracks.h"
-#include "motion.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,26 +1,7 @@
 /* Tracks: which cluster of a scan is which body of the scans before, and how fast it moves. */
 #ifndef TRACKS_H
 #define TRACKS_H
-#include "scan.h"
-
-typedef struct {
-    uint32_t memory;  /* scans that a velocity averages over, at least 2 */
-    int64_t timeout;  /* age at which a track is forgotten [ns] */
-    double gate;      /* distance from where a body was predicted up to which it is the same [m] */
-    double fastest;   /* speed that a body seen for the first time may have [m/s] */
-} TrackSettings;
-
-/* What is known of one obstacle to one sensor. Plain data: its bytes are the saved state. */
-typedef struct {
-    int64_t sensor, number;
-    int64_t time;         /* of the last scan that showed it [ns] */
-    double side[SIDES];   /* filtered coordinates, world frame [m] */
-    double velocity[2];   /* world frame [m/s] */
-    uint32_t sight[SIDES]; /* of each side in the last scan, a Sight */
-    uint32_t scans[2];    /* that the velocity along each axis is based on */
-    uint32_t cluster;     /* of the last scan */
-    uint32_t reserved;
-} Track;
+#include "motion.h"
 
 /* A track and a cluster that may be the same body. */
 typedef struct {

@@ -11,8 +11,9 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from fmus.native.build import build_fmu, load_unit
+from fmus.native.build import build_fmu
 from fmus.native.targets import host_platform, select_targets
+from fmus.native.unit import load_unit
 from orchestrator.signal import Array
 
 OK: Final = 0

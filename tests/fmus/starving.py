@@ -1,13 +1,19 @@
-"""Builds programs in which a unit's allocations can be made to fail; see native/starving.h."""
+"""Programs in which a unit's allocations can be made to fail; see native/starving.h."""
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Final
 
-from fmus.native.build import COMMON, fmi_headers, instantiation_token, load_unit
-from fmus.native.c_table import variables_header, variables_source
+import pytest
+
 from fmus.native.targets import zig_environment
+from fmus.native.unit import SHELL, fmi_headers, load_unit
 
+NEEDS_VALGRIND: Final = pytest.mark.skipif(
+    shutil.which("valgrind") is None, reason="valgrind is not installed"
+)
 _NATIVE = Path(__file__).parent / "native"
 _ALLOCATORS = ("malloc", "calloc", "realloc", "free")
 
@@ -19,9 +25,7 @@ def build_program(unit_name: str, driver: Path, folder: Path) -> Path:
     left out.
     """
     unit = load_unit(unit_name)
-    (folder / "variables.h").write_text(variables_header(unit.interface))
-    table = variables_source(unit.interface, instantiation_token(unit))
-    (folder / "variables.c").write_text(table)
+    unit.write_generated(folder)
     (folder / "declarations.h").write_text(
         "#include <stdlib.h>\n"
         "void *test_malloc(size_t);\nvoid *test_calloc(size_t, size_t);\n"
@@ -29,7 +33,7 @@ def build_program(unit_name: str, driver: Path, folder: Path) -> Path:
         + "".join(f"#define {name} test_{name}\n" for name in _ALLOCATORS)
     )
     compiler = [sys.executable, "-m", "ziglang", "cc", "-std=c11", "-O1", "-g", "-mcpu=baseline"]
-    folders = [folder, COMMON, unit.folder, _NATIVE]
+    folders = [folder, SHELL, unit.folder, _NATIVE]
     include = [argument for path in folders for argument in ("-I", str(path))]
     include += ["-isystem", str(fmi_headers())]
     objects = []
@@ -40,6 +44,24 @@ def build_program(unit_name: str, driver: Path, folder: Path) -> Path:
     program = folder / driver.stem
     _run([*compiler, *include, str(driver), *objects, "-lm", "-o", str(program)])
     return program
+
+
+def run(*command: str | Path) -> str:
+    """What a command that must succeed printed."""
+    answer = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert answer.returncode == 0, answer.stdout + answer.stderr
+    return answer.stdout
+
+
+def run_starved(program: Path, *arguments: str) -> None:
+    """Let one allocation of a program of `build_program` after the other fail."""
+    assert "0 failures with all of them" in run(program, "starved", *arguments)
+
+
+def run_in_valgrind(program: Path, *arguments: str) -> None:
+    """Let valgrind look for what was never written, and for leaks."""
+    checks = ["--quiet", "--error-exitcode=9", "--leak-check=full"]
+    run("valgrind", *checks, program, *arguments)
 
 
 def _run(command: list[str]) -> None:

@@ -38,11 +38,14 @@ _NOTHING: Final = bytes(APM_LAYER_CELL.itemsize)
 def compress(
     cells: npt.NDArray[np.uint32], layer: npt.NDArray[np.void] | None = None
 ) -> bytes | None:
-    """The compressed form; None if the layer says something about a cell without points.
+    """The compressed form of a matrix that counts points.
 
     Args:
-        cells: points in each cell, shape (rows, columns).
+        cells: points in each cell, uint32, shape (rows, columns).
         layer: `APM_LAYER_CELL`, shape (rows, columns); None if there is none.
+
+    Returns:
+        The form; None if the layer says something about a cell without points.
     """
     code = bytearray()
     run = 0
@@ -65,12 +68,16 @@ def compress(
 def decompress(
     code: bytes, shape: tuple[int, int], *, layered: bool
 ) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.void] | None]:
-    """The inverse of `compress`.
+    """The matrix of a compressed form, as `compress` takes it.
 
     Args:
         code: the compressed form.
         shape: rows and columns, whose product bounds the memory that is used.
         layered: whether `code` has a layer.
+
+    Returns:
+        The points in each cell, uint32, and the layer, `APM_LAYER_CELL`, or None if there is none;
+        both of the shape `shape`.
 
     Raises:
         ValueError: `code` is not the compressed form of such a matrix, and why.

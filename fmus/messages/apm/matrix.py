@@ -22,11 +22,11 @@ class Apm:
     Rows run along the heading from the rear to the front, columns across it from right to left.
 
     Attributes:
-        vehicle: the source.
-        time: of the scan [ns].
-        position: of the source, world frame [m], shape (2,).
-        heading: of the row axis, counter-clockwise from east [rad].
-        center: of the matrix, world frame [m], shape (2,).
+        vehicle: number of the vehicle whose perception it is, the source.
+        time: when the scan was taken [ns].
+        position: where the source is, world frame [m], shape (2,).
+        heading: direction of the row axis, counter-clockwise from east [rad].
+        center: centre of the matrix, world frame [m], shape (2,).
         cell: side k of one cell [m]; the message carries it in single precision.
         cells: points in each cell, or the share of its ground that is seen in units of
             1 / `levels`; uint32, shape (rows, columns).
@@ -72,36 +72,43 @@ class Apm:
         return self.center + along[..., :1] * forward + along[..., 1:] * left
 
     def cell_centers(self) -> Float:
-        """World positions of the cells' centres [m], shape (rows, columns, 2)."""
+        """Positions of all cells' centres, world frame [m], shape (rows, columns, 2)."""
         return self.world(np.moveaxis(np.indices(self.cells.shape), 0, -1) + 0.5)
 
     def contains(self, indices: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
-        """Whether row and column indices, shape (..., 2), lie in the matrix; shape (...,)."""
+        """Whether cells lie in the matrix.
+
+        Args:
+            indices: row and column of each cell, shape (..., 2).
+
+        Returns:
+            One Boolean per cell, shape (...).
+        """
         below = (indices < np.array(self.cells.shape)).all(axis=-1)
         inside: npt.NDArray[np.bool_] = np.logical_and((indices >= 0).all(axis=-1), below)
         return inside
 
 
 def layer_height(layer: Layer) -> Float:
-    """Height above the ground of the highest object in each cell [m]; 0 where there is none.
+    """Height above the ground of the highest object in each cell.
 
     Args:
-        layer: `APM_LAYER_CELL` records of any shape.
+        layer: `APM_LAYER_CELL`, any shape.
 
     Returns:
-        Heights [m], float64, of the shape of `layer`.
+        Heights [m], of the shape of `layer`; 0 where there is no object.
     """
     return layer["height"] * HEIGHT_STEP
 
 
 def layer_velocity(layer: Layer) -> Float:
-    """Velocity of the highest object in each cell, world frame [m/s].
+    """Velocity of the highest object in each cell.
 
     Args:
-        layer: `APM_LAYER_CELL` records of shape (...,).
+        layer: `APM_LAYER_CELL`, any shape (...).
 
     Returns:
-        Velocities [m/s], float64, shape (..., 2).
+        Velocities in the world frame [m/s], shape (..., 2); 0 where there is no object.
     """
     return np.stack([layer["vx"], layer["vy"]], axis=-1) * VELOCITY_STEP
 

@@ -28,9 +28,9 @@ _MOST_LEVELS: Final = APM_LEVELS >> APM_LEVELS_SHIFT
 
 
 def message_size(rows: int, columns: int, *, layer: bool) -> int:
-    """Bytes of a plain message on the air: header, four per cell, four more with the layer.
+    """Size of a plain message on the air [byte]; a compressed one is never longer.
 
-    A compressed message is never longer.
+    That is the header, four bytes per cell, and four more per cell with the layer.
     """
     per_cell = APM_CELL.itemsize + (APM_LAYER_CELL.itemsize if layer else 0)
     return APM_HEADER.itemsize + rows * columns * per_cell
@@ -80,9 +80,10 @@ def encode(apm: Apm, *, compressed: bool = False) -> bytes:
 
 
 def compressed_payload(apm: Apm) -> bytes | None:
-    """Cells and layer of what can be sent in the compressed form, which may be the longer one.
+    """Cells and layer of an APM in the compressed form, which may be the longer one.
 
-    None if points are counted and the layer says something about a cell without any.
+    None if it has no such form: points are counted, and the layer says something about a cell
+    without any.
     """
     if apm.levels:
         return compress_seen(apm.cells, apm.layer, apm.levels)

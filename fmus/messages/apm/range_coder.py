@@ -23,8 +23,9 @@ class Decision:
     """What is known about one kind of decision.
 
     Attributes:
-        share: of the answer yes so far, in 1 / 65536, never 0 or 65536.
-        inertia: 2 at first; one more after each decision, up to 32.
+        share: of the answers so far, the part that was yes, in 1 / 65536; never 0 or 65536.
+        inertia: the inverse of the part of its error by which the share changes next: 2 at
+            first, one more after each decision, up to 32.
     """
 
     __slots__ = ("inertia", "share")
@@ -44,7 +45,7 @@ class Decision:
 
 
 def decisions(count: int) -> list[Decision]:
-    """So many kinds of decisions about which nothing is known."""
+    """Kinds of decisions, `count` of them, about which nothing is known."""
     return [Decision() for _ in range(count)]
 
 
@@ -80,8 +81,8 @@ class Coder(abc.ABC):
 
         Args:
             about: 256 kinds of decisions; that about a bit depends on all bits before it.
-            byte: when writing.
-            most: largest byte that there can be.
+            byte: what is written; nothing of it counts when reading.
+            most: the largest byte that there can be.
         """
         node = 1
         for bit in reversed(range(_BITS)):
@@ -100,7 +101,7 @@ class Coder(abc.ABC):
 
 
 class Encoder(Coder):
-    """Makes a code."""
+    """Writes a code from decisions."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -120,7 +121,7 @@ class Encoder(Coder):
 
 
 class Decoder(Coder):
-    """Takes the decisions in `code`."""
+    """Reads decisions from `code`."""
 
     def __init__(self, code: bytes) -> None:
         super().__init__()

@@ -23,12 +23,13 @@ _NOTHING: Final = bytes(APM_LAYER_CELL.itemsize)
 def compress_seen(
     cells: npt.NDArray[np.uint32], layer: npt.NDArray[np.void] | None, levels: int
 ) -> bytes:
-    """The compressed form.
+    """The compressed form of a matrix of shares of seen ground.
 
     Args:
-        cells: share of each cell's ground that is seen, in 1 / `levels`, shape (rows, columns).
+        cells: share of each cell's ground that is seen, in units of 1 / `levels`, uint32, shape
+            (rows, columns).
         layer: `APM_LAYER_CELL`, shape (rows, columns); None if there is none.
-        levels: 1 to 255; no cell is above.
+        levels: index of a cell whose ground is all seen, 1 to 255; no cell is above.
     """
     encoder = Encoder()
     _code_cells(encoder, cells.astype(np.uint8).tobytes(), cells.shape[1], levels)
@@ -40,13 +41,17 @@ def compress_seen(
 def decompress_seen(
     code: bytes, shape: tuple[int, int], levels: int, *, layered: bool
 ) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.void] | None]:
-    """The inverse of `compress_seen`.
+    """The matrix of a compressed form, as `compress_seen` takes it.
 
     Args:
         code: the compressed form.
         shape: rows and columns, whose product bounds the memory and the time that are used.
-        levels: 1 to 255.
+        levels: index of a cell whose ground is all seen, 1 to 255.
         layered: whether `code` has a layer.
+
+    Returns:
+        The share of each cell's ground that is seen, in units of 1 / `levels`, uint32, and the
+        layer, `APM_LAYER_CELL`, or None if there is none; both of the shape `shape`.
 
     Raises:
         ValueError: `code` is not the compressed form of such a matrix, and why.

@@ -14,7 +14,7 @@ _PREFIX: Final = np.dtype([("size", "<u4"), ("zero", "<u4")])
 
 
 def join(messages: Iterable[bytes]) -> bytes:
-    """`messages` as one "APMS" Binary signal, in their order."""
+    """One "APMS" Binary signal of encoded APM messages, in their order; undone by `split`."""
     blocks = []
     for message in messages:
         prefix = np.array([(len(message), 0)], _PREFIX).tobytes()
@@ -24,7 +24,7 @@ def join(messages: Iterable[bytes]) -> bytes:
 
 
 def split(apms_signal: bytes) -> list[bytes]:
-    """The messages in an "APMS" Binary signal; none if it is empty. They are not decoded.
+    """The messages in an "APMS" Binary signal, encoded as they are; none if it is empty.
 
     Raises:
         ValueError: `apms_signal` is not such a signal, and why.

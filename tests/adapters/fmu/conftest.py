@@ -7,8 +7,8 @@ import fmpy
 import pytest
 
 from adapters.fmi.unpacked import host_folder
-from fmus.native.build import fmi_headers
 from fmus.native.targets import compile_library, select_targets
+from fmus.native.unit import fmi_headers
 
 HERE = Path(__file__).parent
 

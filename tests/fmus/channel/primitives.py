@@ -1,6 +1,5 @@
 """The formulas of the channel, compiled from the sources of the FMU, on arrays."""
 
-import ctypes
 from collections.abc import Sequence
 from ctypes import c_bool, c_double, c_int64, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
 from dataclasses import dataclass
@@ -9,16 +8,16 @@ from typing import Final
 
 import numpy as np
 
-from fmus.native.build import COMMON, fmi_headers, load_unit
-from fmus.native.targets import compile_library, select_targets
+from fmus.native.unit import compile_parts, load_unit
 from orchestrator.signal import Array
 
-LIGHT_SPEED: Final = 299_792_458.0
+from .harness import LIGHT_SPEED
+
 FORMULAS: Final = (  # sources that need no FMI shell
     "geometry.c", "area_index.c", "sort.c", "path_loss.c", "antenna.c", "building_shadowing.c",
     "knife_edge.c",
     "vehicle_shadowing.c", "pair.c", "cluster.c", "link.c", "modulation.c", "error_rate.c",
-    "random.c",
+    "random.c", "portable_math.c",
 )  # fmt: skip
 
 
@@ -75,26 +74,12 @@ class PathLoss:
         return 1.0 + ("exponent", "two_ray", "breakpoint").index(self.model)
 
 
-def compile_formulas(folder: Path, source: Path, name: str) -> ctypes.CDLL:
-    """Compile `source` together with the formulas of the channel."""
-    unit = load_unit("channel")
-    (target,) = select_targets(["host"])
-    library = folder / f"{name}{target.suffix}"
-    compile_library(
-        target,
-        sources=[*(unit.folder / file for file in FORMULAS), COMMON / "portable_math.c", source],
-        include=[unit.folder, COMMON],
-        system_include=fmi_headers(),
-        library=library,
-    )
-    return ctypes.CDLL(str(library))
-
-
 class Primitives:
     """The compiled library; links are arrays of shape (n, 3) [m]."""
 
     def __init__(self, folder: Path) -> None:
-        self.library = compile_formulas(folder, Path(__file__).with_suffix(".c"), "primitives")
+        wrapper = Path(__file__).with_suffix(".c")
+        self.library = compile_parts(load_unit("channel"), FORMULAS, wrapper=wrapper, folder=folder)
         self.library.profile_loss.restype = c_double
         self.library.lowest_path_loss.restype = c_double
         self.library.pattern_gain.restype = c_double

@@ -9,7 +9,8 @@ from hypothesis import given, strategies as st
 
 from tests.fmus.scene import rectangle
 
-from .primitives import LIGHT_SPEED, Body, Primitives, Ring
+from .harness import LIGHT_SPEED
+from .primitives import Body, Primitives, Ring
 
 COORDINATE = st.floats(-200, 200)
 ANTENNA = st.tuples(COORDINATE, COORDINATE, st.floats(0.5, 8))

@@ -84,6 +84,44 @@ def test_the_snir_counts_the_most_that_is_on_air_at_once(
     assert all(OUTCOMES[found[k]["outcome"]] == "U" for k in range(1, len(begins) + 1))
 
 
+@pytest.mark.parametrize("strength", [-3, -10, -20, -40, -60])
+def test_interference_counts_however_weak_it_is(library: Library, strength: float) -> None:
+    noise_floor = 10 ** (NOISE_FLOOR / 10)
+    offset = NOISE_FLOOR + strength - _db(_power(300.0))
+    records = [packet(0, 1, time=MS), packet(1, 2, time=MS + 100 * US, power_offset=offset)]
+    scene = _around(200.0, 300.0)
+    found = _at_0(library, scene, records, **CENTERED, weak_receptions=False)
+    expected = _db(_power(200.0) / (noise_floor * (1 + 10 ** (strength / 10))))
+    # what is 50 dB below the noise is left out
+    assert found[0]["snir_db"] == pytest.approx(expected, abs=4.4e-5)
+
+
+def test_what_comes_from_far_interferes_after_it_has_ended_at_its_transmitter(
+    library: Library,
+) -> None:
+    far = 15_000.0  # 50 us away, and too weak to be noticed
+    first = packet(0, 2, time=MS)
+    second = packet(1, 1, time=MS + AIRTIME + US)
+    quiet = {"weak_receptions": False, "maximum_range": 2 * far}
+    found = _at_0(library, _around(200.0, far), [first, second], **CENTERED, **quiet)
+    assert list(found) == [1]
+    expected = _db(_power(200.0) / (_power(far) + 10 ** (NOISE_FLOOR / 10)))
+    assert found[1]["snir_db"] == pytest.approx(expected, abs=1e-5)
+
+
+def test_a_frame_that_was_given_up_for_a_stronger_one_does_not_end_its_reception(
+    library: Library,
+) -> None:
+    records = [
+        packet(0, 1, time=MS, power_offset=-20),
+        packet(1, 2, time=MS + 100 * US),
+        packet(2, 3, time=MS + 400 * US, power_offset=-20),  # the first one is over
+    ]
+    capturing = {**CENTERED, "frame_capture": True}
+    found = _at_0(library, _around(200.0, 200.0, 200.0), records, **capturing)
+    assert [OUTCOMES[found[k]["outcome"]] for k in range(3)] == ["C", "R", "B"]
+
+
 @st.composite
 def _traffic(draw: st.DrawFn) -> tuple[Scene, list[Array], dict[str, float]]:
     places = draw(

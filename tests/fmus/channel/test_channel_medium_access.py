@@ -16,6 +16,7 @@ from .harness import (
     AIRTIME,
     BACKGROUND,
     BEST_EFFORT,
+    LIGHT_SPEED,
     MS,
     US,
     VIDEO,
@@ -114,6 +115,20 @@ def test_a_packet_that_comes_when_another_category_may_send_competes_with_it(
     assert starts[2] == time + TURNAROUND
     slots = _backoffs(np.array([starts[1] - starts[2] - AIRTIME]), BEST_EFFORT)
     assert slots <= 2 * WINDOW[BEST_EFFORT] + 1
+
+
+@pytest.mark.parametrize("seed", range(1, 6))
+def test_a_packet_that_comes_before_a_frame_is_heard_draws_no_backoff(
+    library: Library, seed: int
+) -> None:
+    # the frame is heard 0.1 us after its start by one, 2 us after it by the other
+    scene = Scene(vehicles=[Vehicle(id=k, position=(x, 0, 0)) for k, x in enumerate((0, 30, 600))])
+    start = AIFS[VOICE] + TURNAROUND
+    records = [packet(1, 0), packet(2, 2, time=start + US)]
+    starts = _starts(_sent(library, scene, records, seed=seed))
+    assert starts[1] == start
+    delay = int(600 / LIGHT_SPEED * 1e9)
+    assert starts[2] == start + delay + AIRTIME + AIFS[VOICE] + TURNAROUND
 
 
 @pytest.mark.parametrize("category", CATEGORIES)

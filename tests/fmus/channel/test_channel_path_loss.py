@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from .primitives import LIGHT_SPEED, PathLoss, Primitives
+from .harness import LIGHT_SPEED
+from .primitives import PathLoss, Primitives
 
 
 def test_free_space_loss_is_the_friis_formula(primitives: Primitives) -> None:

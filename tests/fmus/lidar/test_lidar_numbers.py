@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from fmus.native.build import COMMON, fmi_headers, load_unit
-from fmus.native.targets import compile_library, select_targets
+from fmus.native.unit import compile_parts, load_unit
 
 WRAPPER = """
 #include "pattern.h"
@@ -42,22 +41,12 @@ EXPORT double azimuth_at(double x, double y) { return pattern_azimuth(&pattern, 
 def functions(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     folder: Path = tmp_path_factory.mktemp("numbers")
     (folder / "wrapper.c").write_text(WRAPPER)
-    (target,) = select_targets(["host"])
-    unit = load_unit("lidar").folder
-    library = folder / f"numbers{target.suffix}"
-    compile_library(
-        target,
-        sources=[
-            folder / "wrapper.c",
-            unit / "pattern.c",
-            COMMON / "portable_math.c",
-            COMMON / "random_normal.c",
-        ],
-        include=[unit, COMMON],
-        system_include=fmi_headers(),
-        library=library,
+    loaded = compile_parts(
+        load_unit("lidar"),
+        ["pattern.c", "portable_math.c", "random_normal.c"],
+        wrapper=folder / "wrapper.c",
+        folder=folder,
     )
-    loaded = ctypes.CDLL(str(library))
     for name in ("quantile", "logarithm", "sine", "cosine"):
         function = getattr(loaded, name)
         function.restype = ctypes.c_double

@@ -5,6 +5,7 @@
 #define STARVING_H
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "fmi3Functions.h"
 
@@ -33,8 +34,68 @@ void test_free(void *memory) {
     free(memory);
 }
 
+static int is_starved;         /* whether allocations are refused, so that errors are no surprise */
 static int failures, messages; /* calls that failed; messages of errors */
 static void note(fmi3Status status) { failures += status > fmi3Warning; }
+
+static inline void on_message(fmi3InstanceEnvironment environment, fmi3Status status,
+                              fmi3String category, fmi3String message) {
+    (void)environment, (void)category;
+    if (status >= fmi3Error && messages++ == 0 && !is_starved) printf("%s\n", message);
+}
+
+/* ---- the life of an instance ---- */
+
+static inline fmi3Instance instantiate(const char *name) {
+    fmi3Instance c = fmi3InstantiateCoSimulation(name, INSTANTIATION_TOKEN, NULL, false, true, false,
+                                                 false, NULL, 0, NULL, on_message, NULL);
+    failures += c == NULL;
+    return c;
+}
+
+static inline void initialise(fmi3Instance c) {
+    note(fmi3EnterInitializationMode(c, false, 0, 0, false, 0));
+    note(fmi3ExitInitializationMode(c));
+}
+
+static inline void step(fmi3Instance c, double t, double h) {
+    bool event, terminate, early;
+    double last;
+    note(fmi3DoStep(c, t, h, true, &event, &terminate, &early, &last));
+}
+
+static inline void set_floats(fmi3Instance c, fmi3ValueReference vr, const double *x, size_t n) {
+    note(fmi3SetFloat64(c, &vr, 1, x, n));
+}
+
+static inline void set_float(fmi3Instance c, fmi3ValueReference vr, double x) {
+    set_floats(c, vr, &x, 1);
+}
+
+/* In Configuration Mode. */
+static inline void set_length(fmi3Instance c, fmi3ValueReference vr, uint64_t length) {
+    note(fmi3SetUInt64(c, &vr, 1, &length, 1));
+}
+
+static inline void set_binary(fmi3Instance c, fmi3ValueReference vr, const void *data, size_t size) {
+    const fmi3Binary bytes = data;
+    note(fmi3SetBinary(c, &vr, 1, &size, &bytes, 1));
+}
+
+static inline size_t get_binary(fmi3Instance c, fmi3ValueReference vr, fmi3Binary *bytes) {
+    size_t size = 0;
+    *bytes = NULL;
+    note(fmi3GetBinary(c, &vr, 1, &size, bytes, 1));
+    return size;
+}
+
+/* Whether an output of two instances differs; `size` grows by its bytes. */
+static inline int differ(fmi3Instance one, fmi3Instance two, fmi3ValueReference vr, size_t *size) {
+    fmi3Binary a, b;
+    size_t n = get_binary(one, vr, &a), m = get_binary(two, vr, &b);
+    *size += n;
+    return n != m || (n > 0 && memcmp(a, b, n) != 0);
+}
 
 /* The state of one instance, by way of bytes, to the other. */
 static inline void move_state(fmi3Instance from, fmi3Instance to) {
@@ -55,6 +116,7 @@ static inline void move_state(fmi3Instance from, fmi3Instance to) {
 /* Returns 0 if nothing crashes or leaks, every refusal is noticed and told of, and with enough
  * memory everything succeeds. */
 static inline int starve(void (*live_once)(void)) {
+    is_starved = 1;
     for (long n = 0;; n++) {
         countdown = n;
         failures = messages = 0;

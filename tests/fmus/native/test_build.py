@@ -14,10 +14,11 @@ import fmpy.build
 import pytest
 from fmpy.validation import validate_fmu
 
-from fmus.native.build import UNITS, Unit, build_fmu, instantiation_token, load_unit, main
+from fmus.native.build import build_fmu, main
 from fmus.native.check import InterfaceError, check_interface
 from fmus.native.interface import Interface, Variable, choice
 from fmus.native.targets import TARGETS, CompilerError, host_platform, select_targets
+from fmus.native.unit import UNITS, Unit, load_unit
 
 TEST_UNITS = Path(__file__).parent.parent / "units"
 HOST = select_targets(["host"])
@@ -52,13 +53,11 @@ def test_line_ends_do_not_matter_and_contents_do(tmp_path: Path) -> None:
     copy = Unit(interface=unit.interface, folder=tmp_path)
     source = (unit.folder / "lag.c").read_bytes()
     (tmp_path / "lag.c").write_bytes(source.replace(b"\n", b"\r\n"))
-    assert instantiation_token(copy) == instantiation_token(unit)
+    assert copy.token() == unit.token()
     (tmp_path / "lag.c").write_bytes(source + b"\n")
-    assert instantiation_token(copy) != instantiation_token(unit)
+    assert copy.token() != unit.token()
     renamed = dataclasses.replace(unit.interface, description="Something else")
-    assert instantiation_token(Unit(interface=renamed, folder=unit.folder)) != (
-        instantiation_token(unit)
-    )
+    assert Unit(interface=renamed, folder=unit.folder).token() != (unit.token())
 
 
 def test_an_fmu_that_is_up_to_date_is_kept(tmp_path: Path) -> None:

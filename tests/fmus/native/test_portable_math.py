@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fmus.native.build import COMMON
-from fmus.native.targets import compile_library, select_targets
+from fmus.native.unit import compile_parts, load_unit
 
 WRAPPER = """
 #include "portable_math.h"
@@ -32,16 +31,9 @@ EXPORT double atan2_(double y, double x) { return direction_angle(y, x); }
 def functions(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., float]:
     folder: Path = tmp_path_factory.mktemp("math")
     (folder / "wrapper.c").write_text(WRAPPER)
-    (target,) = select_targets(["host"])
-    library = folder / f"math{target.suffix}"
-    compile_library(
-        target,
-        sources=[folder / "wrapper.c", COMMON / "portable_math.c"],
-        include=[COMMON],
-        system_include=COMMON,
-        library=library,
+    loaded = compile_parts(
+        load_unit("channel"), ["portable_math.c"], wrapper=folder / "wrapper.c", folder=folder
     )
-    loaded = ctypes.CDLL(str(library))
 
     def call(name: str, *arguments: float) -> float:
         function: Any = getattr(loaded, f"{name}_")

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from fmus.messages.apm import Apm
-from fmus.native.build import COMMON, fmi_headers, load_unit
-from fmus.native.targets import compile_library, select_targets
+from fmus.native.unit import compile_parts, load_unit
 from tests.fmus.driver import Refused
 
 _SOURCES: Final = (
@@ -16,6 +15,7 @@ _SOURCES: Final = (
     "range_coder.c",
     "seen_compression.c",
     "kernel.c",
+    "portable_math.c",
 )
 
 
@@ -23,21 +23,10 @@ class NativeCodec:
     """The compiled library."""
 
     def __init__(self, folder: Path) -> None:
-        unit = load_unit("perception")
-        (target,) = select_targets(["host"])
-        library = folder / f"messages{target.suffix}"
-        compile_library(
-            target,
-            sources=[
-                *(unit.folder / file for file in _SOURCES),
-                COMMON / "portable_math.c",
-                Path(__file__).with_suffix(".c"),
-            ],
-            include=[unit.folder, COMMON],
-            system_include=fmi_headers(),
-            library=library,
+        wrapper = Path(__file__).with_suffix(".c")
+        self._library = compile_parts(
+            load_unit("perception"), _SOURCES, wrapper=wrapper, folder=folder
         )
-        self._library = ctypes.CDLL(str(library))
         self._library.compressed.restype = c_size_t
         self.taken = 0
         """Bytes of memory that the last call of `decode` took."""

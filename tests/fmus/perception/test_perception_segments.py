@@ -189,6 +189,15 @@ def test_a_queue_of_cars_in_another_lane_is_not_one_body(
     assert found_once(library, lidar, queue)
 
 
+@pytest.mark.parametrize("distance", [12.0, 16.0])
+@pytest.mark.parametrize("gap", [1.6, 2.0])
+def test_a_car_is_not_the_bonnet_of_the_truck_before_it(
+    library: Library, lidar: Library, distance: float, gap: float
+) -> None:
+    behind, before = car(2, 3.5, distance + 2.25), truck(3, 3.5, distance + 4.5 + gap + 4.0)
+    assert found_once(library, lidar, [behind, before])
+
+
 @pytest.mark.parametrize("heading", np.linspace(0, np.pi, 9))
 @pytest.mark.parametrize("distance", [8.0, 15.0, 25.0, 40.0])
 @pytest.mark.parametrize("kind", [car, truck])

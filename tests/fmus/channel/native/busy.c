@@ -14,14 +14,8 @@
 #include "starving.h"
 #include "variables.h"
 
-static bool is_starved;
 static int differences;
-static size_t receptions, transmissions;
-static void on_message(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
-                       fmi3String message) {
-    (void)environment, (void)category;
-    if (status >= fmi3Error && messages++ == 0 && !is_starved) printf("%s\n", message);
-}
+static size_t receptions, transmissions; /* [byte] */
 
 /* ---- inputs ---- */
 
@@ -34,14 +28,10 @@ static uint32_t any(uint32_t below) { /* a linear congruential generator */
     return (state >> 16) % below;
 }
 
-static void set_floats(fmi3Instance c, fmi3ValueReference vr, const double *x, size_t n) {
-    note(fmi3SetFloat64(c, &vr, 1, x, n));
-}
-
 static void set_vehicles(fmi3Instance c, uint64_t first, uint64_t count) {
-    const fmi3ValueReference n = VR_n_vehicle, id = VR_vehicle_id, equipped = VR_vehicle_equipped;
+    const fmi3ValueReference id = VR_vehicle_id, equipped = VR_vehicle_equipped;
     note(fmi3EnterConfigurationMode(c));
-    note(fmi3SetUInt64(c, &n, 1, &count, 1));
+    set_length(c, VR_n_vehicle, count);
     note(fmi3ExitConfigurationMode(c));
     int64_t ids[VEHICLES];
     bool radios[VEHICLES];
@@ -93,80 +83,43 @@ static void set_packets(fmi3Instance c, int64_t number, int64_t time) {
             .kind = is_noise ? NOISE : BSM,
         };
     }
-    const fmi3ValueReference packets = VR_packets;
-    const fmi3Binary bytes = (const uint8_t *)&signal;
-    const size_t size = sizeof signal;
-    note(fmi3SetBinary(c, &packets, 1, &size, &bytes, 1));
+    set_binary(c, VR_packets, &signal, sizeof signal);
 }
 
 /* ---- life ---- */
 
-static fmi3Instance instantiate(void) {
-    fmi3Instance c = fmi3InstantiateCoSimulation("channel", INSTANTIATION_TOKEN, NULL, false, true,
-                                                 false, false, NULL, 0, NULL, on_message, NULL);
-    failures += c == NULL;
-    return c;
-}
-
-static void initialise(fmi3Instance c, uint64_t vehicles) {
-    const fmi3ValueReference fading = VR_fading, limit = VR_queue_limit, lifetime = VR_packet_lifetime;
-    const fmi3ValueReference houses = VR_n_building, corners = VR_n_building_vertex;
+static void begin(fmi3Instance c, uint64_t vehicles) {
+    const fmi3ValueReference fading = VR_fading, limit = VR_queue_limit;
     const int64_t nakagami = 2;
     const uint32_t two = 2;
-    const double age = 2e-3;
-    const uint64_t one = 1, four = 4;
     note(fmi3SetInt64(c, &fading, 1, &nakagami, 1));
     note(fmi3SetUInt32(c, &limit, 1, &two, 1));
-    note(fmi3SetFloat64(c, &lifetime, 1, &age, 1));
+    set_float(c, VR_packet_lifetime, 2e-3);
     note(fmi3EnterConfigurationMode(c));
-    note(fmi3SetUInt64(c, &houses, 1, &one, 1));
-    note(fmi3SetUInt64(c, &corners, 1, &four, 1));
+    set_length(c, VR_n_building, 1);
+    set_length(c, VR_n_building_vertex, 4);
     note(fmi3ExitConfigurationMode(c));
     set_vehicles(c, 0, vehicles);
     set_house(c);
-    note(fmi3EnterInitializationMode(c, false, 0, 0, false, 0));
-    note(fmi3ExitInitializationMode(c));
-}
-
-static void step(fmi3Instance c, double t) {
-    bool event, terminate, early;
-    double last;
-    note(fmi3DoStep(c, t, 1e-3, true, &event, &terminate, &early, &last));
-}
-
-static size_t output(fmi3Instance c, fmi3ValueReference vr, fmi3Binary *bytes) {
-    size_t size = 0;
-    *bytes = NULL;
-    note(fmi3GetBinary(c, &vr, 1, &size, bytes, 1));
-    return size;
-}
-
-static void compare(fmi3Instance one, fmi3Instance two) {
-    const fmi3ValueReference outputs[] = {VR_receptions, VR_transmissions};
-    size_t *counts[] = {&receptions, &transmissions};
-    for (int k = 0; k < 2; k++) {
-        fmi3Binary a, b;
-        size_t n = output(one, outputs[k], &a), m = output(two, outputs[k], &b);
-        differences += n != m || (n > 0 && memcmp(a, b, n) != 0);
-        *counts[k] += n;
-    }
+    initialise(c);
 }
 
 static void live_once(void) {
     any(0);
-    fmi3Instance one = instantiate(), two = instantiate();
+    fmi3Instance one = instantiate("channel"), two = instantiate("channel");
     if (one && two) {
-        initialise(one, VEHICLES);
-        initialise(two, 2);
+        begin(one, VEHICLES);
+        begin(two, 2);
         for (int k = 0; k < 6; k++) {
             double t = 1e-3 * k;
             if (k == 2) set_vehicles(one, 2, VEHICLES - 2);
             if (k == 4) set_vehicles(one, 0, VEHICLES - 3);
             set_packets(one, 1 + k * PACKETS, k * 1000000);
             move_state(one, two);
-            step(one, t);
-            step(two, t);
-            compare(one, two);
+            step(one, t, 1e-3);
+            step(two, t, 1e-3);
+            differences += differ(one, two, VR_receptions, &receptions);
+            differences += differ(one, two, VR_transmissions, &transmissions);
         }
         note(fmi3Reset(two));
         note(fmi3Terminate(one));
@@ -177,8 +130,7 @@ static void live_once(void) {
 
 int main(int count, char **arguments) {
     countdown = -1;
-    is_starved = count > 1 && strcmp(arguments[1], "starved") == 0;
-    if (is_starved) return starve(live_once);
+    if (count > 1 && strcmp(arguments[1], "starved") == 0) return starve(live_once);
     live_once();
     printf("%zu bytes of receptions, %zu of transmissions, %d failures, %d differences\n", receptions,
            transmissions, failures, differences);

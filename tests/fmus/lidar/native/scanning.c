@@ -14,29 +14,13 @@
 
 enum { VEHICLES = 6, CORNERS = 7 };
 
-static bool is_starved;
 static size_t bytes;
-
-static void on_message(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
-                       fmi3String message) {
-    (void)environment, (void)category;
-    if (status >= fmi3Error && messages++ == 0 && !is_starved)
-        printf("%s\n", message);
-}
-
-static void set_floats(fmi3Instance c, fmi3ValueReference vr, const double *x, size_t n) {
-    note(fmi3SetFloat64(c, &vr, 1, x, n));
-}
-
-static void set_number(fmi3Instance c, fmi3ValueReference vr, uint64_t value) {
-    note(fmi3SetUInt64(c, &vr, 1, &value, 1));
-}
 
 static void set_lengths(fmi3Instance c, uint64_t vehicles, uint64_t houses, uint64_t corners) {
     note(fmi3EnterConfigurationMode(c));
-    set_number(c, VR_n_vehicle, vehicles);
-    set_number(c, VR_n_building, houses);
-    set_number(c, VR_n_building_vertex, corners);
+    set_length(c, VR_n_vehicle, vehicles);
+    set_length(c, VR_n_building, houses);
+    set_length(c, VR_n_building_vertex, corners);
     note(fmi3ExitConfigurationMode(c));
 }
 
@@ -74,45 +58,37 @@ static void set_houses(fmi3Instance c) { /* a triangle, and a square with a corn
     note(fmi3SetInt32(c, &index, 1, owner, CORNERS));
 }
 
-static void initialise(fmi3Instance c) {
+static void begin(fmi3Instance c) {
     const fmi3ValueReference azimuths = VR_azimuths;
     const int32_t few = 16;
-    const double tilt = 0.2, low = -1.4;
     note(fmi3SetInt32(c, &azimuths, 1, &few, 1));
-    set_floats(c, VR_pitch, &tilt, 1);
-    set_floats(c, VR_elevation_bottom, &low, 1);
+    set_float(c, VR_pitch, 0.2);
+    set_float(c, VR_elevation_bottom, -1.4);
     set_lengths(c, 1, 0, 0);
     set_vehicles(c, 1);
-    note(fmi3EnterInitializationMode(c, false, 0, 0, false, 0));
-    note(fmi3ExitInitializationMode(c));
+    initialise(c);
 }
 
-static void step(fmi3Instance c, double t) {
-    const fmi3ValueReference points = VR_points;
-    bool event, terminate, early;
-    double last;
-    fmi3Binary data = NULL;
-    size_t size = 0;
-    note(fmi3DoStep(c, t, 0.1, true, &event, &terminate, &early, &last));
-    note(fmi3GetBinary(c, &points, 1, &size, &data, 1));
+static void scan(fmi3Instance c, double t) {
+    fmi3Binary data;
+    step(c, t, 0.1);
+    size_t size = get_binary(c, VR_points, &data);
     for (size_t i = 0; i < size; i++)
         bytes += data[i] != 0; /* reads all of it */
 }
 
 static void live_once(void) {
-    fmi3Instance c = fmi3InstantiateCoSimulation("lidar", INSTANTIATION_TOKEN, NULL, false, true, false,
-                                                 false, NULL, 0, NULL, on_message, NULL);
-    failures += c == NULL;
+    fmi3Instance c = instantiate("lidar");
     if (c) {
-        initialise(c);
-        step(c, 0.0);
+        begin(c);
+        scan(c, 0.0);
         set_lengths(c, VEHICLES, 2, CORNERS);
         set_vehicles(c, VEHICLES);
         set_houses(c);
-        step(c, 0.1);
+        scan(c, 0.1);
         set_lengths(c, 2, 2, CORNERS);
         set_vehicles(c, 2);
-        step(c, 0.2);
+        scan(c, 0.2);
         note(fmi3Terminate(c));
     }
     fmi3FreeInstance(c);
@@ -120,8 +96,7 @@ static void live_once(void) {
 
 int main(int count, char **arguments) {
     countdown = -1;
-    is_starved = count > 1 && strcmp(arguments[1], "starved") == 0;
-    if (is_starved)
+    if (count > 1 && strcmp(arguments[1], "starved") == 0)
         return starve(live_once);
     live_once();
     printf("%zu bytes of points, %d failures\n", bytes, failures);

@@ -129,17 +129,6 @@ static int decode_many(long n) {
 
 /* ---- an instance ---------------------------------------------------------------------------- */
 
-static void on_message(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
-                       fmi3String message) {
-    (void)environment, (void)category, (void)message;
-    messages += status >= fmi3Error;
-}
-
-static void set_binary(fmi3Instance c, fmi3ValueReference vr, const void *bytes, size_t size) {
-    const fmi3Binary value = bytes;
-    note(fmi3SetBinary(c, &vr, 1, &size, &value, 1));
-}
-
 /* Ground all around two sensors, and an object. */
 static void set_points(fmi3Instance c, int64_t time) {
     enum { SENSORS = 2, POINTS = 400 };
@@ -163,29 +152,19 @@ static bool counts_area;
 
 static void live_once(void) {
     static const int64_t compressed = 2, seen_area = 2, first = 0;
-    fmi3Instance c = fmi3InstantiateCoSimulation("perception", INSTANTIATION_TOKEN, NULL, false,
-                                                 true, false, false, NULL, 0, NULL, on_message,
-                                                 NULL);
-    if (!c) {
-        failures++, messages++; /* there is nobody who could say so */
-        return;
-    }
-    const fmi3ValueReference form = VR_message, ego = VR_ego_id, apms = VR_apms;
-    const fmi3ValueReference index = VR_index;
+    fmi3Instance c = instantiate("perception");
+    if (!c) return;
+    const fmi3ValueReference form = VR_message, ego = VR_ego_id, index = VR_index;
     note(fmi3SetInt64(c, &form, 1, &compressed, 1));
     if (counts_area) note(fmi3SetInt64(c, &index, 1, &seen_area, 1));
-    note(fmi3EnterInitializationMode(c, false, 0, 0, false, 0));
     note(fmi3SetInt64(c, &ego, 1, &first, 1));
-    note(fmi3ExitInitializationMode(c));
+    initialise(c);
     for (int k = 0; k < 3; k++) {
-        bool event, terminate, early;
-        double last;
-        fmi3Binary sent = NULL;
-        size_t size = 0;
-        note(fmi3GetBinary(c, &apms, 1, &size, &sent, 1));
+        fmi3Binary sent;
+        size_t size = get_binary(c, VR_apms, &sent);
         if (size) set_binary(c, VR_received, sent, size);
         set_points(c, k * 100000000LL);
-        note(fmi3DoStep(c, 0.1 * k, 0.1, true, &event, &terminate, &early, &last));
+        step(c, 0.1 * k, 0.1);
     }
     fmi3FreeInstance(c);
 }

@@ -15,25 +15,13 @@
 #include "starving.h"
 #include "variables.h"
 
-static bool is_starved;
 static int differences;
 static size_t zones, sharers;
 static int64_t kind_of_index; /* 1: points; 2: seen_area */
 
-static void on_message(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
-                       fmi3String message) {
-    (void)environment, (void)category;
-    if (status >= fmi3Error && messages++ == 0 && !is_starved) printf("%s\n", message);
-}
-
 /* ---- inputs ---- */
 
 enum { SENSORS = 3, POINTS = 400, ROAD = 12, ROUTE = 3, BUILDINGS = 7 };
-
-static void set_binary(fmi3Instance c, fmi3ValueReference vr, const void *data, size_t size) {
-    const fmi3Binary bytes = data;
-    note(fmi3SetBinary(c, &vr, 1, &size, &bytes, 1));
-}
 
 /* Sensors `first` to before SENSORS, side by side; each sees a ring of ground and a few bodies. */
 static void set_points(fmi3Instance c, uint32_t first, int64_t time) {
@@ -66,67 +54,38 @@ static void set_map(fmi3Instance c, uint64_t corners, uint64_t route) {
         {20, 60},  {0, 60},  {0, 0},   {50, 50},  {50, 0},  {0, 50}};
     static const int32_t ROAD_INDEX[ROAD] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2};
     static const double ROUTE_VERTEX[ROUTE][2] = {{0, 5}, {30, 5}, {30, 60}};
-    const fmi3ValueReference n_road = VR_n_road_vertex, n_route = VR_n_route_vertex;
-    const fmi3ValueReference road = VR_road_vertex, index = VR_road_index, way = VR_route_vertex;
+    const fmi3ValueReference index = VR_road_index, building = VR_building_index;
     static const double BUILDING_VERTEX[BUILDINGS][2] = {
         {10, 9}, {14, 9}, {14, 13}, {-9, 0}, {-9, 4}, {-12, 2}, {-12, 0}};
     static const int32_t BUILDING_INDEX[BUILDINGS] = {0, 0, 0, 1, 1, 1, 1};
-    const fmi3ValueReference n_building = VR_n_building_vertex;
-    const fmi3ValueReference corner = VR_building_vertex, building = VR_building_index;
     const uint64_t buildings = corners > 4 ? BUILDINGS : 3;
     note(fmi3EnterConfigurationMode(c));
-    note(fmi3SetUInt64(c, &n_road, 1, &corners, 1));
-    note(fmi3SetUInt64(c, &n_route, 1, &route, 1));
-    note(fmi3SetUInt64(c, &n_building, 1, &buildings, 1));
+    set_length(c, VR_n_road_vertex, corners);
+    set_length(c, VR_n_route_vertex, route);
+    set_length(c, VR_n_building_vertex, buildings);
     note(fmi3ExitConfigurationMode(c));
-    note(fmi3SetFloat64(c, &road, 1, &ROAD_VERTEX[0][0], 2 * corners));
+    set_floats(c, VR_road_vertex, &ROAD_VERTEX[0][0], 2 * corners);
     note(fmi3SetInt32(c, &index, 1, ROAD_INDEX, corners));
-    note(fmi3SetFloat64(c, &way, 1, &ROUTE_VERTEX[0][0], 2 * route));
-    note(fmi3SetFloat64(c, &corner, 1, &BUILDING_VERTEX[0][0], 2 * buildings));
+    set_floats(c, VR_route_vertex, &ROUTE_VERTEX[0][0], 2 * route);
+    set_floats(c, VR_building_vertex, &BUILDING_VERTEX[0][0], 2 * buildings);
     note(fmi3SetInt32(c, &building, 1, BUILDING_INDEX, buildings));
 }
 
 /* ---- life ---- */
 
-static fmi3Instance instantiate(void) {
-    fmi3Instance c = fmi3InstantiateCoSimulation("perception", INSTANTIATION_TOKEN, NULL, false,
-                                                 true, false, false, NULL, 0, NULL, on_message,
-                                                 NULL);
-    failures += c == NULL;
-    return c;
-}
-
-static void set_parameter(fmi3Instance c, fmi3ValueReference vr, double value) {
-    note(fmi3SetFloat64(c, &vr, 1, &value, 1));
-}
-
-static void initialise(fmi3Instance c, uint64_t corners) {
+static void begin(fmi3Instance c, uint64_t corners) {
     const fmi3ValueReference ego = VR_ego_id, fewest = VR_minimum_points, kind = VR_index;
     const int64_t first = 0;
     const int32_t one = 1;
     note(fmi3SetInt32(c, &fewest, 1, &one, 1)); /* many objects */
-    set_parameter(c, VR_position_error, 0.5);
-    set_parameter(c, VR_pose_error_time, 2.0);
-    set_parameter(c, VR_benefit_threshold, 0.0);
-    set_parameter(c, VR_seen_benefit_threshold, 0.0);
+    set_float(c, VR_position_error, 0.5);
+    set_float(c, VR_pose_error_time, 2.0);
+    set_float(c, VR_benefit_threshold, 0.0);
+    set_float(c, VR_seen_benefit_threshold, 0.0);
     note(fmi3SetInt64(c, &kind, 1, &kind_of_index, 1));
     set_map(c, corners, corners > 4 ? ROUTE : 0);
     note(fmi3SetInt64(c, &ego, 1, &first, 1));
-    note(fmi3EnterInitializationMode(c, false, 0, 0, false, 0));
-    note(fmi3ExitInitializationMode(c));
-}
-
-static void step(fmi3Instance c, double t) {
-    bool event, terminate, early;
-    double last;
-    note(fmi3DoStep(c, t, 0.1, true, &event, &terminate, &early, &last));
-}
-
-static size_t output(fmi3Instance c, fmi3ValueReference vr, fmi3Binary *bytes) {
-    size_t size = 0;
-    *bytes = NULL;
-    note(fmi3GetBinary(c, &vr, 1, &size, bytes, 1));
-    return size;
+    initialise(c);
 }
 
 /* What one instance sends, the other receives; then both must publish the same. */
@@ -137,9 +96,8 @@ static void compare(fmi3Instance one, fmi3Instance two) {
     double ranges[2][MOST] = {{0}};
     int64_t ids[2][8] = {{0}};
     for (int k = 0; k < 2; k++) {
-        fmi3Binary a, b;
-        size_t n = output(one, outputs[k], &a), m = output(two, outputs[k], &b);
-        differences += n != m || (n > 0 && memcmp(a, b, n) != 0);
+        size_t size = 0;
+        differences += differ(one, two, outputs[k], &size);
         note(fmi3GetFloat64(k ? two : one, &range, 1, ranges[k], MOST));
         note(fmi3GetInt64(k ? two : one, &sharer, 1, ids[k], 8));
     }
@@ -151,7 +109,7 @@ static void compare(fmi3Instance one, fmi3Instance two) {
 
 static void receive(fmi3Instance from, fmi3Instance to) {
     fmi3Binary bytes;
-    size_t size = output(from, VR_apms, &bytes);
+    size_t size = get_binary(from, VR_apms, &bytes);
     uint8_t *copy = malloc(size ? size : 1);
     if (size) memcpy(copy, bytes, size);
     set_binary(to, VR_received, copy, size);
@@ -159,16 +117,16 @@ static void receive(fmi3Instance from, fmi3Instance to) {
 }
 
 static void live_once(void) {
-    fmi3Instance one = instantiate(), two = instantiate();
+    fmi3Instance one = instantiate("perception"), two = instantiate("perception");
     if (one && two) {
-        initialise(one, 8);
-        initialise(two, 4);
+        begin(one, 8);
+        begin(two, 4);
         for (int k = 0; k < 4; k++) {
             set_points(one, k == 2 ? 1 : 0, k * 100000000LL);
             if (k == 3) set_map(one, ROAD, ROUTE);
             move_state(one, two);
-            step(one, 0.1 * k);
-            step(two, 0.1 * k);
+            step(one, 0.1 * k, 0.1);
+            step(two, 0.1 * k, 0.1);
             compare(one, two);
             receive(two, one);
         }
@@ -181,12 +139,12 @@ static void live_once(void) {
 
 int main(int count, char **arguments) {
     countdown = -1;
-    is_starved = count > 1 && strcmp(arguments[1], "starved") == 0;
+    const int starves = count > 1 && strcmp(arguments[1], "starved") == 0;
     for (kind_of_index = 1; kind_of_index <= 2; kind_of_index++) {
-        if (!is_starved) live_once();
+        if (!starves) live_once();
         else if (starve(live_once)) return 1;
     }
-    if (is_starved) return 0;
+    if (starves) return 0;
     printf("%zu zones, %zu sharers, %d failures, %d differences\n", zones, sharers, failures,
            differences);
     return failures != 0 || differences != 0;

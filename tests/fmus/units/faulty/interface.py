@@ -1,35 +1,16 @@
 """Fails on demand."""
 
-from fmus.native.interface import Interface, Variable
+from dataclasses import replace
+
+from fmus.native.interface import Interface, discrete_output, switch, whole
 
 INTERFACE = Interface(
     name="faulty",
     description="After t = 0.3 s each step returns the status `kind`, or outputs NaN",
     variables=(
-        Variable(
-            name="kind",
-            type="Int32",
-            causality="parameter",
-            variability="fixed",
-            description="a ModelStatus; 5: the output is NaN",
-            minimum=0,
-            maximum=5,
-        ),
-        Variable(
-            name="refuse",
-            type="Boolean",
-            causality="parameter",
-            variability="fixed",
-            description="fail in initialisation",
-        ),
-        Variable(
-            name="y",
-            type="Float64",
-            causality="output",
-            variability="continuous",
-            description="the time",
-            unit="s",
-        ),
+        whole("kind", 0, 0, 5, "a ModelStatus; 5: the output is NaN"),
+        switch("refuse", "fail in initialisation", start=False),
+        replace(discrete_output("y", "Float64", "the time", unit="s"), variability="continuous"),
     ),
     sources=("faulty.c",),
 )

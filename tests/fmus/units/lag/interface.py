@@ -1,69 +1,30 @@
 """First-order lags with private state."""
 
-from fmus.native.interface import Interface, Variable
+from dataclasses import replace
+
+from fmus.native.interface import (
+    Interface,
+    discrete_input,
+    discrete_output,
+    length,
+    parameter,
+    whole,
+)
+
+_U = discrete_input("u", "Float64", "input of each lag", dimensions=("n_channel",))
+_X = discrete_output("x", "Float64", "state of each lag", dimensions=("n_channel",))
 
 INTERFACE = Interface(
     name="lag",
     description="T dx/dt = u - x for each channel; the outputs are x",
     variables=(
-        Variable(
-            name="n_channel",
-            type="UInt64",
-            causality="structuralParameter",
-            variability="fixed",
-            description="number of lags",
-            start=1,
-            minimum=1,
-            maximum=1000,
-        ),
-        Variable(
-            name="time_constant",
-            type="Float64",
-            causality="parameter",
-            variability="fixed",
-            description="T",
-            unit="s",
-            start=2,
-            minimum=0.001,
-        ),
-        Variable(
-            name="initial",
-            type="Float64",
-            causality="parameter",
-            variability="fixed",
-            description="x at the start",
-            start=1,
-        ),
-        Variable(
-            name="seed",
-            type="Int64",
-            causality="parameter",
-            variability="fixed",
-            description="shown by the output `seed_used`",
-        ),
-        Variable(
-            name="u",
-            type="Float64",
-            causality="input",
-            variability="continuous",
-            description="input of each lag",
-            dimensions=("n_channel",),
-        ),
-        Variable(
-            name="x",
-            type="Float64",
-            causality="output",
-            variability="continuous",
-            description="state of each lag",
-            dimensions=("n_channel",),
-        ),
-        Variable(
-            name="seed_used",
-            type="Int64",
-            causality="output",
-            variability="discrete",
-            description="the parameter `seed`",
-        ),
+        length("n_channel", 1, 1, 1000, "number of lags", tunable=False),
+        parameter("time_constant", 2, 0.001, None, "T", unit="s"),
+        parameter("initial", 1, None, None, "x at the start"),
+        whole("seed", 0, None, None, "shown by the output `seed_used`", kind="Int64"),
+        replace(_U, variability="continuous"),
+        replace(_X, variability="continuous"),
+        discrete_output("seed_used", "Int64", "the parameter `seed`"),
     ),
     sources=("lag.c",),
 )

@@ -1,93 +1,37 @@
 """Rows of a matrix: sizes by structural parameters, no private state."""
 
-from fmus.native.interface import Interface, Variable
+from dataclasses import replace
+
+from fmus.native.interface import Interface, discrete_input, discrete_output, length, parameter
+
+_GAIN = parameter("gain", 1, -10, 10, "factor of every row", unit="m")
 
 INTERFACE = Interface(
     name="matrix",
     description="Scaled rows and their scalar products",
     variables=(
-        Variable(
-            name="n_row",
-            type="UInt64",
-            causality="structuralParameter",
-            variability="tunable",
-            description="rows",
-            start=2,
-            minimum=0,
-            maximum=100000,
-        ),
-        Variable(
-            name="n_spare",
-            type="UInt64",
-            causality="structuralParameter",
-            variability="fixed",
-            description="length of `spare`",
-            start=3,
-            minimum=1,
-            maximum=10,
-        ),
-        Variable(
-            name="gain",
-            type="Float64",
-            causality="parameter",
-            variability="tunable",
-            description="factor of every row",
-            unit="m",
-            start=1,
-            minimum=-10,
-            maximum=10,
-        ),
-        Variable(
-            name="offset",
-            type="Float64",
-            causality="parameter",
-            variability="fixed",
-            description="added to every element; `begin` stores it",
-            unit="m",
-        ),
-        Variable(
-            name="row.value",
-            type="Float64",
-            causality="input",
-            variability="discrete",
-            description="the rows",
-            dimensions=("n_row", 4),
-            start=0.5,
-        ),
-        Variable(
-            name="row.scaled",
-            type="Float64",
-            causality="output",
-            variability="discrete",
-            description="gain * row + offset",
+        length("n_row", 2, 0, 100000, "rows"),
+        length("n_spare", 3, 1, 10, "length of `spare`", tunable=False),
+        replace(_GAIN, variability="tunable"),
+        parameter("offset", 0, None, None, "added to every element; `begin` stores it", unit="m"),
+        discrete_input("row.value", "Float64", "the rows", dimensions=("n_row", 4), start=0.5),
+        discrete_output(
+            "row.scaled",
+            "Float64",
+            "gain * row + offset",
             unit="m",
             dimensions=("n_row", 4),
             dependencies=("row.value",),
         ),
-        Variable(
-            name="product",
-            type="Float64",
-            causality="output",
-            variability="discrete",
-            description="scalar products of all pairs",
+        discrete_output(
+            "product",
+            "Float64",
+            "scalar products of all pairs",
             dimensions=("n_row", "n_row"),
             dependencies=("row.value",),
         ),
-        Variable(
-            name="spare",
-            type="Int32",
-            causality="output",
-            variability="discrete",
-            description="0, 1, 2, ...",
-            dimensions=("n_spare",),
-        ),
-        Variable(
-            name="begins",
-            type="Int32",
-            causality="output",
-            variability="discrete",
-            description="how often `begin` has run on the private state",
-        ),
+        discrete_output("spare", "Int32", "0, 1, 2, ...", dimensions=("n_spare",)),
+        discrete_output("begins", "Int32", "how often `begin` has run on the private state"),
     ),
     sources=("matrix.c",),
 )

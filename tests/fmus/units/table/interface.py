@@ -1,14 +1,17 @@
 """Parameters that are arrays or names: sizes chosen before the start, Enumerations."""
 
+from dataclasses import replace
+
 from fmus.native.interface import (
     Interface,
-    Variable,
     choice,
     discrete_input,
     discrete_output,
     length,
     parameter,
 )
+
+_COLOUR = choice("sample.colour", ("red", "green", "blue"), "shown as it is")
 
 INTERFACE = Interface(
     name="table",
@@ -20,16 +23,7 @@ INTERFACE = Interface(
             "sample.gain", 1, -100, 100, "at 0, 1, 2, ...", unit="dB", dimensions=("n_sample",)
         ),
         parameter("sample.corner", 0, -1e3, 1e3, "shown as it is", dimensions=(2, "n_sample")),
-        Variable(
-            name="sample.colour",
-            type="Enumeration",
-            causality="parameter",
-            variability="fixed",
-            description="shown as it is",
-            dimensions=("n_sample",),
-            start=2,
-            items=("red", "green", "blue"),
-        ),
+        replace(_COLOUR, dimensions=("n_sample",), start=2),
         discrete_input("position", "Float64", "where to look"),
         discrete_output("gain", "Float64", "there", unit="dB", dependencies=("position",)),
         discrete_output("corner", "Float64", "`sample.corner`", dimensions=(2, "n_sample")),

@@ -1,6 +1,6 @@
 /* The private state of the unit and its serialization. */
-#ifndef PERCEPTION_H
-#define PERCEPTION_H
+#ifndef STATE_H
+#define STATE_H
 #include "match.h"
 #include "seen.h"
 #include "pose_error.h"

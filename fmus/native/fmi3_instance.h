@@ -1,7 +1,7 @@
-/* Inside the shell: what its C files and the generated variables.c share. Units include only
- * fmi3_model.h. */
-#ifndef FMI3_SHELL_H
-#define FMI3_SHELL_H
+/* Inside the shell: an instance, and the table of its variables, which the generated variables.c
+ * fills. Units include only fmi3_model.h. */
+#ifndef FMI3_INSTANCE_H
+#define FMI3_INSTANCE_H
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -67,32 +67,5 @@ struct Instance {
     fmi3InstanceEnvironment environment;
     fmi3LogMessageCallback log;
 };
-
-/* fmi3_shell.c */
-const char *mode_name(Mode);
-fmi3Status refuse(Instance *, const char *function, const char *format, ...)
-#if defined(__GNUC__)
-    __attribute__((format(printf, 3, 4)))
-#endif
-    ;
-fmi3Status refuse_mode(Instance *, const char *function);
-/* Run a callback's status through the state machine: an error makes the instance FAILED. */
-fmi3Status settle(Instance *, ModelStatus);
-ModelStatus recreate_model(Instance *);
-ModelStatus begin_model(Instance *);
-fmi3Status refresh_outputs(Instance *);
-
-/* fmi3_variables.c */
-size_t element_size(ValueType);
-bool allocate_values(Instance *);
-void free_values(Instance *);
-/* All variables get their start values and the sizes that belong to them. */
-bool reset_values(Instance *);
-/* The arrays take the sizes that the structural parameters say; false and no change if memory is
- * short. Arrays along a changed axis are filled with their start value. */
-bool apply_sizes(Instance *);
-/* Elements that `reference` has for the current structural parameters; false if that overflows. */
-bool wanted_count(const Instance *, fmi3ValueReference reference, size_t *count);
-bool reserve_elements(Value *, ValueType, size_t count);
 
 #endif

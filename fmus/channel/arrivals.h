@@ -1,0 +1,18 @@
+/* At which radios a frame arrives, and how. */
+#ifndef ARRIVALS_H
+#define ARRIVALS_H
+#include "state.h"
+
+/* Add the arrivals of a new frame at the radios that notice it, or are told of it at least. Nonzero if
+ * memory is short. */
+int add_arrivals(Channel *, AirFrame *);
+
+/* The arrival of a frame at a radio, also where it is too weak to be noticed; NULL if there is none.
+ * Sets `failed` if memory is short. */
+Arrival *arrival_at(Channel *, AirFrame *, uint32_t radio, int *failed);
+
+/* Complete the arrivals of all frames on air, so that the scene may change. Nonzero if memory is
+ * short. */
+int complete_arrivals(Channel *, int64_t now);
+
+#endif

@@ -1,0 +1,19 @@
+/* The values of the variables and their sizes; what fmi3_model.h shows of them to the unit stands in
+ * fmi3_values.c, too. */
+#ifndef FMI3_VALUES_H
+#define FMI3_VALUES_H
+#include "fmi3_instance.h"
+
+size_t element_size(ValueType);
+bool allocate_values(Instance *);
+void free_values(Instance *);
+/* All variables get their start values and the sizes that belong to them. */
+bool reset_values(Instance *);
+/* The arrays take the sizes that the structural parameters say; false and no change if memory is
+ * short. Arrays along a changed axis are filled with their start value. */
+bool apply_sizes(Instance *);
+/* Elements that `reference` has for the current structural parameters; false if that overflows. */
+bool wanted_count(const Instance *, fmi3ValueReference reference, size_t *count);
+bool reserve_elements(Value *, ValueType, size_t count);
+
+#endif
