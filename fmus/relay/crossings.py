@@ -6,8 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
+from fmus.physics.boxes import in_boxes
 from fmus.relay.nodes import Node
-from fmus.relay.obstacles import Obstacles, to_boxes
+from fmus.relay.obstacles import Obstacles
 from orchestrator.signal import Array
 
 
@@ -85,7 +86,7 @@ def crossings(hops: Hops, obstacles: Obstacles, center: Array | None = None) -> 
     first = start[(*instant, hop)]
     step = along[(*instant, hop)]
     box = (places[(*instant, body)], obstacles.heading[body])
-    enter, leave = _span(to_boxes(first, *box), to_boxes(first + step, *box), obstacles.half[body])
+    enter, leave = _span(in_boxes(first, *box), in_boxes(first + step, *box), obstacles.half[body])
     crosses = enter < leave
     flat = np.ravel_multi_index((*instant, hop), start.shape[:-1])
     middle = (enter[crosses] + leave[crosses]) / 2.0

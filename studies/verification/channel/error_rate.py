@@ -13,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 from typing_extensions import override
 
+from fmus.physics.propagation import SPEED_OF_LIGHT
 from orchestrator.signal import Array
 from studies.verification.channel import scene
 from studies.verification.channel.check import Check
@@ -26,11 +27,10 @@ NAME: Final = "nist_error_rate.csv"
 BITRATES: Final = (3e6, 4.5e6, 6e6, 9e6, 12e6, 18e6, 24e6, 27e6)
 _COLUMNS: Final = ("chunk_success", "header_success", "payload_success", "packet_success")
 _SERVICE_AND_TAIL: Final = 22  # bits, IEEE 802.11-2020, 17.3.2
-_LIGHT_SPEED: Final = 299_792_458.0
 _CARRIER: Final = 5.9e9
 _POWER: Final = 26.0
 _NOISE: Final = -98.0
-_LOSS_AT_1_M: Final = 20 * np.log10(4 * np.pi * _CARRIER / _LIGHT_SPEED)
+_LOSS_AT_1_M: Final = 20 * np.log10(4 * np.pi * _CARRIER / SPEED_OF_LIGHT)
 
 
 def success(
