@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final, TypeAlias
+from typing import Final, Self, TypeAlias
 
 import numpy as np
 from typing_extensions import override
@@ -31,6 +31,26 @@ CONNECTORS: Final[Mapping[str, Connector]] = {
         description="of the last scan of every lidar but the ego's, by vehicle",
     ),
 }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inputs:
+    """What an encoder reads.
+
+    Attributes:
+        ego: number of the ego vehicle, -1 if there is none.
+        points: scans of all lidars, an "LPTS" Binary signal.
+    """
+
+    ego: int
+    points: bytes
+
+    @classmethod
+    def read(cls, signals: Signals) -> Self:
+        """The view of the inputs of an encoder."""
+        return cls(
+            ego=int(np.asarray(signals["ego.id"], np.int64)), points=bytes(signals["points"])
+        )
 
 
 class FeatureEncoder(Component):
@@ -63,18 +83,18 @@ class FeatureEncoder(Component):
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         self._senders: dict[int, Sender] = {}
-        self._read = (-1, b"")
+        self._read = Inputs(ego=-1, points=b"")
         self._outputs: Signals = {"features": b""}
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
         if self._checkpoint is None:
             return
-        ego, points = read = int(np.asarray(inputs["ego.id"])), bytes(inputs["points"])
+        read = Inputs.read(inputs)
         if read == self._read:
             return
         self._read = read
-        found = [cloud for cloud in clouds(points) if cloud.vehicle != ego]
+        found = [cloud for cloud in clouds(read.points) if cloud.vehicle != read.ego]
         self._senders = {
             cloud.vehicle: self._senders.get(cloud.vehicle) or Sender(self._checkpoint)
             for cloud in found

@@ -4,6 +4,7 @@ All policies have the same inputs, so that one can take another's place in any s
 policy reads of them is the feedthrough of its outputs.
 """
 
+import functools
 from collections.abc import Mapping
 from typing import Final
 
@@ -46,6 +47,7 @@ VEHICLES: Final = frozenset(name for name in INPUTS if name.startswith("vehicle.
 """The inputs with the truth about all vehicles."""
 
 
+@functools.cache
 def connectors(reads: frozenset[str]) -> Mapping[str, Connector]:
     """The connectors of a policy whose outputs depend on the inputs `reads`."""
     outputs = {
