@@ -1,7 +1,7 @@
 """The computer of those who share their perception: each scan becomes a message of features."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Self, TypeAlias
 
 import numpy as np
@@ -10,25 +10,21 @@ from typing_extensions import override
 from fmus.driving.network.checkpoint import read_network
 from fmus.driving.network.cloud import clouds
 from fmus.driving.network.sensors import Sender
+from fmus.messages.connectors import SIGNALS, inputs
 from fmus.messages.features import write_features
-from fmus.messages.records import FEATURES_MIME, POINTS_MIME
 from orchestrator.component import Component
 from orchestrator.parameters import parameter
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.timebase import Duration, Time
 
-_READS: Final = frozenset({"points", "ego.id"})
+INPUTS: Final[Mapping[str, Connector]] = inputs("points", "ego.id")
 CONNECTORS: Final[Mapping[str, Connector]] = {
-    "points": Connector(
-        causality=Causality.INPUT, dtype=None, mime_type=POINTS_MIME, description="of all lidars"
-    ),
-    "ego.id": Connector(causality=Causality.INPUT, dtype=np.int64, start=np.int64(-1)),
-    "features": Connector(
+    **INPUTS,
+    "features": replace(
+        SIGNALS["features"],
         causality=Causality.OUTPUT,
-        dtype=None,
-        mime_type=FEATURES_MIME,
-        feedthrough=_READS,
-        description="of the last scan of every lidar but the ego's, by vehicle",
+        feedthrough=frozenset(INPUTS),
+        description="Keypoints of the last scan of every lidar but the ego's, by vehicle",
     ),
 }
 

@@ -9,6 +9,7 @@ import numpy as np
 from fmus.driving.policy.connectors import INPUTS
 from fmus.driving.policy.ego import Ego
 from fmus.driving.policy.occupancy import Vehicles
+from fmus.messages.features import FeaturesMessage, read_features
 from fmus.messages.records import OBJECT, unframe
 from orchestrator.signal import Array, Signal, Signals
 
@@ -28,8 +29,7 @@ class Inputs:
         points: scans of all lidars, an "LPTS" Binary signal; `fmus.driving.network.cloud` reads it.
         seen: what the ego's own lidar sees, `OBJECT` records, shape (object,).
         received: what others see and the radio delivered, `OBJECT` records, shape (object,).
-        features: keypoints of others that the radio delivered, a "FEAT" Binary signal;
-            `fmus.messages.features` reads it.
+        features: keypoints of others that the radio delivered, a "FEAT" Binary signal.
         vehicles: the truth about all vehicles, the ego among them.
     """
 
@@ -39,6 +39,10 @@ class Inputs:
     received: Array
     features: bytes
     vehicles: Vehicles
+
+    def messages(self) -> list[FeaturesMessage]:
+        """The messages in `features`, none without any."""
+        return read_features(self.features)
 
     @classmethod
     def read(cls, signals: Signals, reads: frozenset[str]) -> Self:

@@ -37,7 +37,10 @@ class SteeringParameters:
     )
 
 
-def follow(ego: Ego, parameters: SteeringParameters) -> float:
+_USUAL: Final = SteeringParameters()
+
+
+def follow(ego: Ego, parameters: SteeringParameters = _USUAL) -> float:
     """The steering command, -1 (right) to 1 (left), that leads to the route and along it.
 
     It depends on the ego's present pose, speed and route only. The route is continued straight
@@ -46,7 +49,8 @@ def follow(ego: Ego, parameters: SteeringParameters) -> float:
     Args:
         ego: where it is, how fast, and its route; its axles are assumed to lie symmetrically to
             the body's centre.
-        parameters: of the vehicle, and how far to look.
+        parameters: of the vehicle, and how far to look; by default those of the ego vehicle in
+            `sumo-traffic`.
 
     Returns:
         The command; exactly 0 on a straight route without offset, and without a route.
