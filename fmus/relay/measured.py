@@ -1,6 +1,7 @@
 """Powers of links as radios measured them and the ego was told."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -8,27 +9,35 @@ import numpy as np
 from orchestrator.signal import Array, Signals
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class MeasuredLinks:
     """The signals `received.link.*`, looked up by pairs of vehicles.
 
     Attributes:
-        pair: both numbers of each link, ascending by transmitter and then receiver, int64, shape
-            (link,).
+        transmitter: numbers of the vehicles that sent, int64, shape (link,).
+        receiver: numbers of those that measured, int64, shape (link,).
         measured: received powers [dBm], shape (link,).
     """
 
-    pair: Array
+    transmitter: Array
+    receiver: Array
     measured: Array
 
     @classmethod
     def read(cls, signals: Signals) -> Self:
         """The links in the inputs of a relay policy."""
-        transmitter = np.asarray(signals["received.link.transmitter"], np.int64)
-        receiver = np.asarray(signals["received.link.receiver"], np.int64)
-        pair = transmitter << 32 | receiver
+        return cls(
+            transmitter=np.asarray(signals["received.link.transmitter"], np.int64),
+            receiver=np.asarray(signals["received.link.receiver"], np.int64),
+            measured=np.asarray(signals["received.link.power"], np.float64),
+        )
+
+    @cached_property
+    def _table(self) -> tuple[Array, Array]:
+        """Both numbers of each link in one, ascending, and the powers in that order."""
+        pair = self.transmitter << 32 | self.receiver
         order = np.argsort(pair, kind="stable")
-        return cls(pair[order], np.asarray(signals["received.link.power"], np.float64)[order])
+        return pair[order], self.measured[order]
 
     def power(self, transmitter: Array, receiver: Array) -> Array:
         """The power at which each link was received lately.
@@ -41,10 +50,11 @@ class MeasuredLinks:
             Power [dBm], shape (link,); NaN where it is not known.
         """
         wanted = transmitter << 32 | receiver
-        if len(self.pair) == 0:
+        pair, measured = self._table
+        if len(pair) == 0:
             return np.full(wanted.shape, np.nan)
-        row = np.minimum(np.searchsorted(self.pair, wanted), len(self.pair) - 1)
-        return np.where(self.pair[row] == wanted, self.measured[row], np.nan)
+        row = np.minimum(np.searchsorted(pair, wanted), len(pair) - 1)
+        return np.where(pair[row] == wanted, measured[row], np.nan)
 
     def is_reported(self, transmitter: Array) -> Array:
         """Whether anybody reports a power of each transmitter.
@@ -55,4 +65,4 @@ class MeasuredLinks:
         Returns:
             Truth values, shape (link,).
         """
-        return np.isin(transmitter, self.pair >> 32)
+        return np.isin(transmitter, self.transmitter)
