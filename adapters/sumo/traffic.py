@@ -172,7 +172,7 @@ class Traffic:
         return [vehicle for vehicle in newcomers if vehicle.name in departed]
 
     def _read_poses(self, roster: Roster) -> Poses:
-        """From SUMO; the ego's own state where it is."""
+        """The poses of a roster from SUMO, and the ego's own state where it is."""
         poses = Poses.from_sumo(self._sumo.poses(roster.names), roster.size[:, 0])
         row = roster.row(EGO)
         if row is not None:

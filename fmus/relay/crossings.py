@@ -43,12 +43,12 @@ class Hops:
 
 
 def vehicles(nodes: Sequence[Node]) -> Array:
-    """Their numbers, int64 (node,)."""
+    """The numbers of the nodes, int64, shape (node,)."""
     return np.array([node.vehicle for node in nodes], np.int64)
 
 
 def antennas(nodes: Sequence[Node]) -> Array:
-    """Where the antennas are now: x, y and height [m], (node, 3)."""
+    """Where the antennas of the nodes are now: x, y and height [m], shape (node, 3)."""
     places = [(*node.position, node.antenna_height) for node in nodes]
     return np.array(places, np.float64).reshape(-1, 3)
 

@@ -80,7 +80,7 @@ class _Profile:
         return cls(distances, heights)
 
     def loss(self, scale: float) -> Array:
-        """Of each hop [dB]; `scale` is sqrt(2 / wavelength)."""
+        """The loss of each hop [dB], shape (hop,); `scale` is sqrt(2 / wavelength)."""
         rope = self._rope()
         majors = self._edge(rope[:, :-2], rope[:, 1:-1], rope[:, 2:], scale)
         return np.asarray(majors.sum(axis=1) + self._gaps(rope, scale) + self._spacing(rope))

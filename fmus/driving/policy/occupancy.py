@@ -44,7 +44,7 @@ class Vehicles:
         )
 
     def corners(self) -> Array:
-        """Of the bodies [m], (vehicle, 4, 2), in the order of a walk around each."""
+        """The corners of the bodies [m], shape (vehicle, 4, 2), in a walk around each."""
         return corners(self.center, self.heading, self.size)
 
 

@@ -53,7 +53,7 @@ class Parameters(DrivingParameters):
 
 
 class _Driver:
-    """From objects to a command; it remembers for how long there has been a conflict."""
+    """Makes commands of objects; it remembers for how long there has been a conflict."""
 
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
