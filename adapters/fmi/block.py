@@ -51,7 +51,7 @@ class Block:
         self.dtype = np.dtype(dtype)
         self._references = np.array([v.reference for v in variables], dtype=np.uint32)
         self.references: int = self._references.ctypes.data
-        self.places: dict[str, tuple[int, int, int]] = {}
+        self._places: dict[str, tuple[int, int, int]] = {}
         self.views: dict[str, Array] = {}
         self._slices: list[tuple[str, int, int, tuple[int, ...]]] = []
         self._elements: Array = np.empty(0, self.dtype)
@@ -73,14 +73,20 @@ class Block:
         self._elements = np.zeros(self.size, self.dtype)
         self.address = self._elements.ctypes.data
         self.views = self._split(self._elements)
-        self.places = {
+        self._places = {
             name: (self.references + 4 * k, self.address + start * self.dtype.itemsize, end - start)
             for k, (name, start, end, _) in enumerate(self._slices)
         }
 
-    def place(self, name: str) -> tuple[int, int, int]:
-        """Addresses of the reference and of the elements of one variable, and their number."""
-        return self.places[name]
+    def calls(self, names: Sequence[str]) -> list[tuple[int, int, int, int]]:
+        """The fewest calls that set these variables: the block at once, or one by one.
+
+        Each has the addresses of the references and of the elements, and how many there are of
+        either: references, their number, elements, their number.
+        """
+        if len(names) == len(self.variables):
+            return [(self.references, len(names), self.address, self.size)]
+        return [(at, 1, where, size) for at, where, size in map(self._places.__getitem__, names)]
 
     def fresh(self) -> Array:
         """New memory for all elements."""

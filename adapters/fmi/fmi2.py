@@ -1,12 +1,13 @@
 """One instance of an FMI 2.0 co-simulation FMU."""
 
 import ctypes
+import functools
 import itertools
 import weakref
 from collections import defaultdict
 from collections.abc import Mapping
 from ctypes import c_double, c_int, c_size_t, c_void_p
-from typing import Any, Final, cast
+from typing import Any, Final
 
 import fmpy
 import fmpy.fmi2
@@ -17,12 +18,20 @@ from typing_extensions import override
 from adapters.fmi.block import Block, address_of, blocks
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError
-from adapters.fmi.instance import DISCARD, OK, FmuInstance, Guard
+from adapters.fmi.handle import Handle, LifeFunctions
+from adapters.fmi.instance import DISCARD, OK, FmuInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.unpacked import LoadedFmu
 from orchestrator.signal import Signal
 
 _VALUES: Final = (c_void_p, c_void_p, c_size_t, c_void_p)
+_LIFE: Final = LifeFunctions(
+    get_state="fmi2GetFMUstate",
+    set_state="fmi2SetFMUstate",
+    free_state="fmi2FreeFMUstate",
+    terminate="fmi2Terminate",
+    free_instance="fmi2FreeInstance",
+)
 _STEP: Final = (c_void_p, c_double, c_double, c_int)
 _DTYPES: Final[Mapping[str, npt.DTypeLike]] = {
     "Real": np.float64,
@@ -54,18 +63,12 @@ class Fmi2Instance(FmuInstance):
     ) -> None:
         self._description = description
         self._log = log
-        self._guard = Guard(log)
         self._may_restore = may_restore
-        self._fmu = LoadedFmu(description, name)
-        self._is_freed = False
-        self._states: set[int] = set()
-        try:
-            self._instance = self._instantiate(name)
-        except BaseException:
-            self._fmu.unload()
-            self._fmu.discard()
-            raise
-        self._is_initialised = False
+        self._handle = Handle(
+            LoadedFmu(description, name), log, _LIFE, functools.partial(self._instantiate, name)
+        )
+        self._fmu, self._guard = self._handle.fmu, self._handle.guard
+        self._instance = self._handle.address
         self._blocks = [
             *blocks(description.of("parameter"), _DTYPES),
             *blocks(description.of("input"), _DTYPES),
@@ -77,7 +80,7 @@ class Fmi2Instance(FmuInstance):
         for block in self._blocks:
             block.allocate()
 
-    def _instantiate(self, name: str) -> int:
+    def _instantiate(self, name: str, fmu: LoadedFmu) -> int:
         number = next(_NUMBERS)
         _LOGS[number] = self._log
         callbacks = fmpy.fmi2.fmi2CallbackFunctions()
@@ -87,8 +90,8 @@ class Fmi2Instance(FmuInstance):
         callbacks.componentEnvironment = number
         _format_messages(callbacks)
         self._callbacks = callbacks  # the FMU keeps the address
-        resources = self._fmu.resources
-        instance: int | None = self._fmu.call(
+        resources = fmu.resources
+        instance: int | None = fmu.call(
             "fmi2Instantiate",
             name.encode(),
             fmpy.fmi2.fmi2CoSimulation,
@@ -102,9 +105,6 @@ class Fmi2Instance(FmuInstance):
             text = "; ".join(self._log.recent) or "the FMU logged no reason"
             raise FmuError(f"fmi2Instantiate returned nothing: {text}")
         return instance
-
-    def _call(self, name: str, *arguments: Any) -> None:
-        self._guard.check(name, self._fmu.call(name, self._instance, *arguments))
 
     @override
     def configure(self, lengths: Mapping[str, int]) -> None:
@@ -123,11 +123,7 @@ class Fmi2Instance(FmuInstance):
 
     def _write_block(self, block: Block, names: list[str]) -> None:
         function = self._fmu.function(f"fmi2Set{block.kind}", _VALUES)
-        if len(names) == len(block.variables):
-            calls = [(block.references, len(names), block.address)]
-        else:
-            calls = [(at, 1, where) for at, where, _ in map(block.place, names)]
-        for references, count, address in calls:
+        for references, count, address, _ in block.calls(names):
             status = function(self._instance, references, count, address)
             if status != OK:
                 listed = ", ".join(f"`{name}`" for name in names)
@@ -138,17 +134,17 @@ class Fmi2Instance(FmuInstance):
         for name, text in values.items():
             reference = ctypes.c_uint32(self._description.variables[name].reference)
             pointer = (ctypes.c_char_p * 1)(text.encode())
-            self._call("fmi2SetString", ctypes.byref(reference), 1, pointer)
+            self._handle.call("fmi2SetString", ctypes.byref(reference), 1, pointer)
 
     @override
     def enter_initialisation(self, t: float) -> None:
-        self._call("fmi2SetupExperiment", 0, 0.0, t, 0, 0.0)
-        self._call("fmi2EnterInitializationMode")
+        self._handle.call("fmi2SetupExperiment", 0, 0.0, t, 0, 0.0)
+        self._handle.call("fmi2EnterInitializationMode")
 
     @override
     def exit_initialisation(self) -> None:
-        self._call("fmi2ExitInitializationMode")
-        self._is_initialised = True
+        self._handle.call("fmi2ExitInitializationMode")
+        self._handle.is_initialised = True
 
     @override
     def step(self, t: float, h: float) -> None:
@@ -185,36 +181,19 @@ class Fmi2Instance(FmuInstance):
 
     @override
     def save(self) -> int:
-        state = c_void_p()
-        self._call("fmi2GetFMUstate", ctypes.byref(state))
-        address = cast("int", state.value)
-        self._states.add(address)
-        return address
+        return self._handle.save()
 
     @override
     def restore(self, state: int, lengths: Mapping[str, int]) -> None:
-        self._call("fmi2SetFMUstate", c_void_p(state))
-        self._guard.has_failed = False
+        self._handle.restore(state)
 
     @override
     def forget(self, state: int) -> None:
-        if state in self._states and not self._guard.is_dead:
-            self._states.discard(state)
-            self._fmu.call("fmi2FreeFMUstate", self._instance, ctypes.byref(c_void_p(state)))
+        self._handle.forget(state)
 
     @override
     def free(self) -> None:
-        if self._is_freed:
-            return
-        self._is_freed = True
-        if not self._guard.is_dead:
-            for state in tuple(self._states):
-                self.forget(state)
-            if self._is_initialised and not self._guard.has_failed:
-                self._fmu.call("fmi2Terminate", self._instance)
-            self._fmu.call("fmi2FreeInstance", self._instance)
-            self._fmu.unload()
-        self._fmu.discard()
+        self._handle.free()
 
 
 def _format_messages(callbacks: Any) -> None:

@@ -1,10 +1,11 @@
 """One instance of an FMI 3.0 co-simulation FMU."""
 
 import ctypes
+import functools
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from ctypes import c_bool, c_double, c_size_t, c_void_p
-from typing import Any, Final, cast
+from typing import Any, Final
 
 import fmpy
 import fmpy.fmi3
@@ -14,13 +15,21 @@ from typing_extensions import override
 from adapters.fmi.block import Block, address_of, blocks
 from adapters.fmi.description import DTYPES, FmuDescription, FmuVariable
 from adapters.fmi.errors import FmuError
-from adapters.fmi.instance import DISCARD, OK, FmuInstance, Guard
+from adapters.fmi.handle import Handle, LifeFunctions
+from adapters.fmi.instance import DISCARD, OK, FmuInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.unpacked import LoadedFmu
 from orchestrator.signal import Signal
 
 _ARRAYS: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)
 _BINARIES: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_size_t)
+_LIFE: Final = LifeFunctions(
+    get_state="fmi3GetFMUState",
+    set_state="fmi3SetFMUState",
+    free_state="fmi3FreeFMUState",
+    terminate="fmi3Terminate",
+    free_instance="fmi3FreeInstance",
+)
 _STEP: Final = (c_void_p, c_double, c_double, c_bool, c_void_p, c_void_p, c_void_p, c_void_p)
 
 
@@ -32,24 +41,18 @@ class Fmi3Instance(FmuInstance):
     ) -> None:
         self._description = description
         self._log = log
-        self._guard = Guard(log)
         self._may_restore = may_restore
-        self._fmu = LoadedFmu(description, name)
-        self._is_freed = False
-        self._states: set[int] = set()
         self._lengths = {
             v.name: int(v.start[0]) for v in description.of("structuralParameter") if v.start
         }
-        try:
-            self._instance = self._instantiate(name)
-        except BaseException:
-            self._fmu.unload()
-            self._fmu.discard()
-            raise
+        self._handle = Handle(
+            LoadedFmu(description, name), log, _LIFE, functools.partial(self._instantiate, name)
+        )
+        self._fmu, self._guard = self._handle.fmu, self._handle.guard
+        self._instance = self._handle.address
         self._flags = [c_bool(), c_bool(), c_bool()]
         self._last_time = c_double()
         self._step_results = [*map(ctypes.byref, self._flags), ctypes.byref(self._last_time)]
-        self._is_initialised = False
         self._blocks = [
             *_blocks(description.of("structuralParameter", "parameter")),
             *_blocks(description.of("input")),
@@ -61,7 +64,7 @@ class Fmi3Instance(FmuInstance):
         ]
         self._resize_blocks()
 
-    def _instantiate(self, name: str) -> int:
+    def _instantiate(self, name: str, fmu: LoadedFmu) -> int:
         receive = self._log.receive
 
         def on_message(_: Any, status: int, category: bytes, message: bytes) -> None:
@@ -69,8 +72,8 @@ class Fmi3Instance(FmuInstance):
 
         self._callback = fmpy.fmi3.fmi3LogMessageCallback(on_message)
         is_verbose = self._log.is_verbose
-        resources = self._fmu.resources
-        instance: int | None = self._fmu.call(
+        resources = fmu.resources
+        instance: int | None = fmu.call(
             "fmi3InstantiateCoSimulation",
             name.encode(),
             self._description.token.encode(),
@@ -91,11 +94,8 @@ class Fmi3Instance(FmuInstance):
         categories = [c for c in self._description.log_categories if c.startswith("logStatus")]
         if categories and not is_verbose:
             names = (ctypes.c_char_p * len(categories))(*(c.encode() for c in categories))
-            self._fmu.call("fmi3SetDebugLogging", instance, True, len(categories), names)  # noqa: FBT003
+            fmu.call("fmi3SetDebugLogging", instance, True, len(categories), names)  # noqa: FBT003
         return instance
-
-    def _call(self, name: str, *arguments: Any) -> None:
-        self._guard.check(name, self._fmu.call(name, self._instance, *arguments))
 
     def _resize_blocks(self) -> None:
         for block in (*self._blocks, *self._output_blocks):
@@ -105,9 +105,9 @@ class Fmi3Instance(FmuInstance):
 
     @override
     def configure(self, lengths: Mapping[str, int]) -> None:
-        self._call("fmi3EnterConfigurationMode")
+        self._handle.call("fmi3EnterConfigurationMode")
         self.write({name: np.array(n, np.uint64) for name, n in lengths.items()})
-        self._call("fmi3ExitConfigurationMode")
+        self._handle.call("fmi3ExitConfigurationMode")
         self._lengths.update(lengths)
         self._resize_blocks()
 
@@ -129,11 +129,7 @@ class Fmi3Instance(FmuInstance):
 
     def _write_block(self, block: Block, names: list[str]) -> None:
         function = self._fmu.function(f"fmi3Set{block.kind}", _ARRAYS)
-        if len(names) == len(block.variables):
-            calls = [(block.references, len(names), block.address, block.size)]
-        else:
-            calls = [(at, 1, where, n) for at, where, n in map(block.place, names)]
-        for references, count, address, size in calls:
+        for references, count, address, size in block.calls(names):
             status = function(self._instance, references, count, address, size)
             if status != OK:
                 self._guard.check(f"fmi3Set{block.kind} of {_listed(names)}", status)
@@ -154,16 +150,16 @@ class Fmi3Instance(FmuInstance):
         for name, text in values.items():
             reference = ctypes.c_uint32(self._description.variables[name].reference)
             pointer = (ctypes.c_char_p * 1)(text.encode())
-            self._call("fmi3SetString", ctypes.byref(reference), 1, pointer, 1)
+            self._handle.call("fmi3SetString", ctypes.byref(reference), 1, pointer, 1)
 
     @override
     def enter_initialisation(self, t: float) -> None:
-        self._call("fmi3EnterInitializationMode", False, 0.0, t, False, 0.0)  # noqa: FBT003
+        self._handle.call("fmi3EnterInitializationMode", False, 0.0, t, False, 0.0)  # noqa: FBT003
 
     @override
     def exit_initialisation(self) -> None:
-        self._call("fmi3ExitInitializationMode")
-        self._is_initialised = True
+        self._handle.call("fmi3ExitInitializationMode")
+        self._handle.is_initialised = True
 
     @override
     def step(self, t: float, h: float) -> None:
@@ -219,39 +215,22 @@ class Fmi3Instance(FmuInstance):
 
     @override
     def save(self) -> int:
-        state = c_void_p()
-        self._call("fmi3GetFMUState", ctypes.byref(state))
-        address = cast("int", state.value)
-        self._states.add(address)
-        return address
+        return self._handle.save()
 
     @override
     def restore(self, state: int, lengths: Mapping[str, int]) -> None:
-        self._call("fmi3SetFMUState", c_void_p(state))
-        self._guard.has_failed = False
+        self._handle.restore(state)
         if lengths != self._lengths:
             self._lengths = dict(lengths)
             self._resize_blocks()
 
     @override
     def forget(self, state: int) -> None:
-        if state in self._states and not self._guard.is_dead:
-            self._states.discard(state)
-            self._fmu.call("fmi3FreeFMUState", self._instance, ctypes.byref(c_void_p(state)))
+        self._handle.forget(state)
 
     @override
     def free(self) -> None:
-        if self._is_freed:
-            return
-        self._is_freed = True
-        if not self._guard.is_dead:
-            for state in tuple(self._states):
-                self.forget(state)
-            if self._is_initialised and not self._guard.has_failed:
-                self._fmu.call("fmi3Terminate", self._instance)
-            self._fmu.call("fmi3FreeInstance", self._instance)
-            self._fmu.unload()
-        self._fmu.discard()
+        self._handle.free()
 
 
 def _blocks(variables: Iterable[FmuVariable]) -> list[Block]:

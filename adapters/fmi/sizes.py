@@ -114,7 +114,7 @@ def _structural_axes(variable: FmuVariable) -> set[str]:
 
 
 def _users(arrays: Iterable[FmuVariable]) -> dict[str, list[tuple[str, int]]]:
-    """For each structural parameter: the inputs and axes whose length it is."""
+    """The inputs and axes whose length each structural parameter is."""
     found: defaultdict[str, list[tuple[str, int]]] = defaultdict(list)
     for variable in arrays:
         for k, axis in enumerate(variable.axes):

@@ -119,7 +119,7 @@ class _Casting:
         self._parameters = parameters
 
     def ego(self) -> Role:
-        """On its lane, `ego_start` before the stop line."""
+        """The ego vehicle on its lane, `ego_start` before the stop line."""
         wanted = self._parameters
         lane = self._lane(wanted.ego_lane, "ego_lane")
         kind = self._type(wanted.ego_type, "ego_type")
@@ -134,7 +134,10 @@ class _Casting:
         return self._role(vehicle, lane, front, wanted.ego_speed)
 
     def collider(self, ego: Role, speed: float) -> tuple[Role, Float]:
-        """As far from the conflict point, in time, as the ego vehicle; and that point."""
+        """The collision vehicle, and the conflict point [m], shape (2,).
+
+        It starts as far from that point, in time, as the ego vehicle.
+        """
         wanted = self._parameters
         lane = self._lane(wanted.collider_lane, "collider_lane")
         kind = self._type(wanted.collider_type, "collider_type")
@@ -154,7 +157,7 @@ class _Casting:
         return self._role(vehicle, lane, max(front, kind.length), speed), conflict
 
     def sharer(self) -> Role:
-        """The first vehicle at its stop line."""
+        """The sharing node, the first vehicle at its stop line."""
         wanted = self._parameters
         lane = self._lane(wanted.sharer_lane, "sharer_lane")
         kind = self._type(wanted.sharer_type, "sharer_type")
@@ -162,7 +165,7 @@ class _Casting:
         return self._role(vehicle, lane, self._sumo.lane_length(lane) - kind.stop_gap, 0.0)
 
     def blocking(self) -> list[Role]:
-        """From the stop line back."""
+        """The blocking vehicles, from the stop line back."""
         wanted = self._parameters
         lane = self._lane(wanted.blocking_lane, "blocking_lane")
         kind = self._type(wanted.blocking_type, "blocking_type")

@@ -1,12 +1,14 @@
 """The component: SUMO traffic around an ego vehicle that the driving policy drives."""
 
 from collections.abc import Mapping, Sequence
-from typing import TypeAlias
+from dataclasses import dataclass
+from typing import Self, TypeAlias
 
 import numpy as np
 from typing_extensions import override
 
 from adapters.sumo.connectors import CONNECTORS
+from adapters.sumo.ego import Command
 from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.traffic import Traffic
@@ -18,6 +20,26 @@ from orchestrator.timebase import Duration, Time, nanoseconds
 _MILLISECOND = nanoseconds("0.001")
 _FARTHEST = 1e5
 """From the origin [m]: farther is a mistake in writing."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inputs:
+    """What traffic reads.
+
+    Attributes:
+        command: what the driving policy asks of the ego vehicle.
+    """
+
+    command: Command
+
+    @classmethod
+    def read(cls, signals: Signals) -> Self:
+        """The view of the inputs of traffic.
+
+        Raises:
+            ValueError: the command is not finite.
+        """
+        return cls(command=Command.of(np.asarray(signals["command"], np.float64)))
 
 
 class SumoTraffic(Component):
@@ -60,7 +82,7 @@ class SumoTraffic(Component):
                 "change one of them"
             )
         assert self._traffic is not None  # noqa: S101  (the contract: `setup` comes first)
-        self._traffic.advance(np.asarray(inputs["command"]), count)
+        self._traffic.advance(Inputs.read(inputs).command, count)
 
     @override
     def outputs(self) -> Signals:

@@ -79,7 +79,7 @@ class Command:
 
     @classmethod
     def of(cls, signal: Float) -> "Command":
-        """From accelerate 0..1, brake 0..1, steer -1..1, shape (3,).
+        """The command in a signal: accelerate 0..1, brake 0..1, steer -1..1, shape (3,).
 
         Values beyond these bounds act like the bounds: a pedal has a stop.
 
@@ -123,7 +123,7 @@ def stopping_distance(speed: float, dynamics: EgoDynamics) -> float:
 
 
 def velocity(state: EgoState) -> Float:
-    """Of the body's centre [m/s], shape (2,): the rear axle's, and the turn about it."""
+    """The velocity of the body's centre [m/s], shape (2,): rear axle's plus the turn about it."""
     cos, sin = math.cos(state.heading), math.sin(state.heading)
     sideways = 0.5 * state.speed * math.tan(state.steering)
     return np.array([state.speed * cos - sideways * sin, state.speed * sin + sideways * cos])

@@ -32,7 +32,7 @@ class EgoDriver:
 
     @property
     def center(self) -> Float:
-        """Of the body [m], shape (2,)."""
+        """The centre of the body [m], shape (2,)."""
         return np.array([self.state.x, self.state.y])
 
     @property
@@ -42,7 +42,7 @@ class EgoDriver:
 
     @property
     def velocity(self) -> Float:
-        """Of the body's centre [m/s], shape (2,)."""
+        """The velocity of the body's centre [m/s], shape (2,)."""
         return velocity(self.state)
 
     @property
@@ -52,7 +52,7 @@ class EgoDriver:
 
     @property
     def station(self) -> float:
-        """Of the body's centre along the route [m]."""
+        """The distance of the body's centre along the route [m]."""
         return self._path.station(self.state.x, self.state.y)
 
     @property

@@ -13,7 +13,10 @@ from adapters.sumo.scene import VehicleType
 
 
 class Part(IntEnum):
-    """The part a vehicle plays in the case study; the numbers are those of `vehicle.role`."""
+    """The part a vehicle plays in the case study; the numbers are those of `vehicle.role`.
+
+    `studies.red_light.traces`, which reads recordings without SUMO, has them too; a test compares.
+    """
 
     BACKGROUND = 0
     EGO = 1

@@ -1,4 +1,7 @@
-"""Oriented boxes in the plane: the footprints of vehicles' bodies."""
+"""Oriented boxes in the plane: the footprints of vehicles' bodies.
+
+`fmus.physics.boxes` has the corners too; adapters and units do not know each other.
+"""
 
 from dataclasses import dataclass
 from typing import TypeAlias

@@ -135,7 +135,7 @@ class TrafficParameters:
 
     @property
     def dynamics(self) -> EgoDynamics:
-        """Of the ego vehicle."""
+        """The dynamics of the ego vehicle."""
         return EgoDynamics(
             wheelbase=self.wheelbase,
             max_acceleration=self.max_acceleration,
@@ -147,7 +147,7 @@ class TrafficParameters:
 
     @property
     def actuation(self) -> Actuation:
-        """Of the ego vehicle, before the first command; dead times to the nanosecond."""
+        """The ego's actuation before the first command; dead times to the nanosecond."""
         return Actuation(
             round(self.pedal_delay * NANOSECONDS_PER_SECOND),
             round(self.steering_delay * NANOSECONDS_PER_SECOND),
@@ -155,7 +155,7 @@ class TrafficParameters:
 
     @property
     def demand(self) -> Demand:
-        """Of the background traffic."""
+        """The demand of the background traffic."""
         return Demand(
             spacing=self.spacing,
             turning_share=self.turning_share,
@@ -166,7 +166,7 @@ class TrafficParameters:
 
     @property
     def speed_control(self) -> SpeedControl:
-        """Of the collision vehicle."""
+        """The speed control of the collision vehicle."""
         return SpeedControl(
             hold_distance=self.hold_distance,
             min_speed=self.collider_min_speed,

@@ -66,6 +66,6 @@ def strip(line: Float, width: float) -> Float:
 
 
 def _area(ring: Float) -> float:
-    """Of a simple polygon [m^2]; 0 if it has fewer than three corners (Gauss's formula)."""
+    """The area of a simple polygon [m^2]; 0 with fewer than three corners (Gauss's formula)."""
     x, y = (ring - ring[:1]).T
     return abs(0.5 * float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()))

@@ -129,7 +129,7 @@ class Sumo:
         return str(libsumo.lane.getEdgeID(lane))
 
     def index_of(self, lane: str) -> int:
-        """Of `lane` on its edge; 0 is the rightmost."""
+        """The index of `lane` on its edge; 0 is the rightmost."""
         return int(lane.rsplit("_", 1)[1])
 
     def lane_length(self, lane: str) -> float:

@@ -71,12 +71,11 @@ class Traffic:
         self._outcome = Outcome().after(at_start, closest.contact, None)
         self.outputs = self._signals(closest)
 
-    def advance(self, command: Float, count: int) -> None:
-        """Take `count` steps of SUMO under `command`, shape (3,)."""
-        pedals = Command.of(command)
+    def advance(self, command: Command, count: int) -> None:
+        """Take `count` steps of SUMO while `command` is asked for."""
         closest = NOBODY
         for _ in range(count):
-            closest = closest.or_closer(self._step(pedals))
+            closest = closest.or_closer(self._step(command))
         self.outputs = self._signals(closest)
 
     def _finish_line(self, cast: Cast, parameters: TrafficParameters) -> FinishLine:
@@ -120,14 +119,14 @@ class Traffic:
             self._sumo.ignore_everything(COLLIDER)
         return entered
 
-    def _step(self, pedals: Command) -> Closest:
+    def _step(self, command: Command) -> Closest:
         """One step of SUMO; the smallest distance to the ego vehicle during it."""
         before, poses = self._roster, self._poses
         now: Time = self._start + self._steps * self._step_length
         ego_present = before.row(EGO) is not None
         track, left = self._ego.pose[None], frozenset[str]()
         if ego_present:
-            track = self._ego.drive(pedals, now, self._step_length, self._instants)
+            track = self._ego.drive(command, now, self._step_length, self._instants)
             left = self._show_ego()
         self._collider.drive(before, poses, self._ego, self._h)
         newcomers = self._background.enter(self._steps * self._h, self._sumo.occupancy)
@@ -173,7 +172,7 @@ class Traffic:
         return [vehicle for vehicle in newcomers if vehicle.name in departed]
 
     def _read_poses(self, roster: Roster) -> Poses:
-        """From SUMO; the ego's own state where it is."""
+        """The poses of a roster from SUMO, and the ego's own state where it is."""
         poses = Poses.from_sumo(self._sumo.poses(roster.names), roster.size[:, 0])
         row = roster.row(EGO)
         if row is not None:

@@ -11,7 +11,8 @@ from benchmarks.benchmark import Case, Measurement
 from benchmarks.policy.scans import EARLIER, PERIOD, Moment
 from fmus.driving.network.checkpoint import Checkpoint
 from fmus.driving.network.sensors import Sender
-from fmus.driving.policy.network import NetworkDriver
+from fmus.driving.policy.inputs import Inputs
+from fmus.driving.policy.network import NetworkDriver, network_reads
 from fmus.messages.features import FeaturesMessage, write_features
 from orchestrator.signal import Signals
 from orchestrator.timebase import nanoseconds
@@ -80,6 +81,7 @@ class _Drive:
     def __init__(self, checkpoint: Checkpoint) -> None:
         self._sender = Sender(checkpoint)
         self._driver = NetworkDriver(checkpoint, _WANTED_SPEED, _MAXIMUM_AGE)
+        self._reads = network_reads(checkpoint.architecture)
         self._messages: list[FeaturesMessage] = []
 
     def lap(self, moment: Moment) -> _Lap:
@@ -96,5 +98,5 @@ class _Drive:
     def _command(self, inputs: Signals, now: int) -> int:
         """How long it takes to find the command [ns]."""
         begin = process_time_ns()
-        self._driver.command(inputs, now)
+        self._driver.command(Inputs.read(inputs, self._reads), now)
         return process_time_ns() - begin

@@ -1,8 +1,8 @@
 """The computer of those who share their perception: each scan becomes a message of features."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Final, TypeAlias
+from dataclasses import dataclass, replace
+from typing import Final, Self, TypeAlias
 
 import numpy as np
 from typing_extensions import override
@@ -10,27 +10,43 @@ from typing_extensions import override
 from fmus.driving.network.checkpoint import read_network
 from fmus.driving.network.cloud import clouds
 from fmus.driving.network.sensors import Sender
+from fmus.messages.connectors import SIGNALS, inputs
 from fmus.messages.features import write_features
-from fmus.messages.records import FEATURES_MIME, POINTS_MIME
 from orchestrator.component import Component
 from orchestrator.parameters import parameter
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.timebase import Duration, Time
 
-_READS: Final = frozenset({"points", "ego.id"})
+INPUTS: Final[Mapping[str, Connector]] = inputs("points", "ego.id")
 CONNECTORS: Final[Mapping[str, Connector]] = {
-    "points": Connector(
-        causality=Causality.INPUT, dtype=None, mime_type=POINTS_MIME, description="of all lidars"
-    ),
-    "ego.id": Connector(causality=Causality.INPUT, dtype=np.int64, start=np.int64(-1)),
-    "features": Connector(
+    **INPUTS,
+    "features": replace(
+        SIGNALS["features"],
         causality=Causality.OUTPUT,
-        dtype=None,
-        mime_type=FEATURES_MIME,
-        feedthrough=_READS,
-        description="of the last scan of every lidar but the ego's, by vehicle",
+        feedthrough=frozenset(INPUTS),
+        description="Keypoints of the last scan of every lidar but the ego's, by vehicle",
     ),
 }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inputs:
+    """What an encoder reads.
+
+    Attributes:
+        ego: number of the ego vehicle, -1 if there is none.
+        points: scans of all lidars, an "LPTS" Binary signal.
+    """
+
+    ego: int
+    points: bytes
+
+    @classmethod
+    def read(cls, signals: Signals) -> Self:
+        """The view of the inputs of an encoder."""
+        return cls(
+            ego=int(np.asarray(signals["ego.id"], np.int64)), points=bytes(signals["points"])
+        )
 
 
 class FeatureEncoder(Component):
@@ -63,18 +79,18 @@ class FeatureEncoder(Component):
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         self._senders: dict[int, Sender] = {}
-        self._read = (-1, b"")
+        self._read = Inputs(ego=-1, points=b"")
         self._outputs: Signals = {"features": b""}
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
         if self._checkpoint is None:
             return
-        ego, points = read = int(np.asarray(inputs["ego.id"])), bytes(inputs["points"])
+        read = Inputs.read(inputs)
         if read == self._read:
             return
         self._read = read
-        found = [cloud for cloud in clouds(points) if cloud.vehicle != ego]
+        found = [cloud for cloud in clouds(read.points) if cloud.vehicle != read.ego]
         self._senders = {
             cloud.vehicle: self._senders.get(cloud.vehicle) or Sender(self._checkpoint)
             for cloud in found

@@ -3,11 +3,9 @@
 import numpy as np
 
 from fmus.relay.crossings import Hops, antennas, vehicles
-from fmus.relay.measured import MeasuredLinks
-from fmus.relay.nodes import neighbours
-from fmus.relay.policy import Situation
 from fmus.relay.radio import Radio
-from orchestrator.signal import Array, Signals
+from fmus.relay.situation import Situation
+from orchestrator.signal import Array
 
 _NOTHING = -300.0
 """Stands for the power of who is not heard [dBm]."""
@@ -24,17 +22,14 @@ class Bystanders:
 
     Args:
         radio: of all nodes.
-        situation: the candidates.
-        inputs: of the relay component.
-        links: the measured powers.
+        situation: the candidates, the other neighbours and the measured powers.
     """
 
-    def __init__(
-        self, radio: Radio, situation: Situation, inputs: Signals, links: MeasuredLinks
-    ) -> None:
+    def __init__(self, radio: Radio, situation: Situation) -> None:
         self._radio = radio
+        links = situation.known.links
         sharer, ego = situation.sharer.vehicle, situation.ego.vehicle
-        known = neighbours(inputs, np.inf)
+        known = situation.known.bsms.heard_within(np.inf)
         others = [node for vehicle, node in known.items() if vehicle not in {sharer, ego}]
         relays = list(situation.candidates.values())
         self._others, self._other_antennas = vehicles(others), antennas(others)

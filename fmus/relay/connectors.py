@@ -5,58 +5,55 @@ from typing import Final
 
 import numpy as np
 
-from fmus.messages.records import APMS_MIME, NO_VEHICLE, OBJECTS_MIME
+from fmus.messages.connectors import inputs, outputs
 from orchestrator.signal import Causality, Connector
 
-_IN: Final = Causality.INPUT
-_OUT: Final = Causality.OUTPUT
-
-INPUTS: Final[Mapping[str, Connector]] = {
-    "ego.id": Connector(causality=_IN, dtype=np.int64, start=np.int64(NO_VEHICLE)),
-    "ego.position": Connector(causality=_IN, shape=(2,), unit="m"),
-    "ego.heading": Connector(causality=_IN, unit="rad"),
-    "ego.speed": Connector(causality=_IN, unit="m/s"),
-    "ego.size": Connector(causality=_IN, shape=(3,), unit="m"),
-    "ego.route": Connector(
-        causality=_IN,
-        shape=("route_vertex", 2),
-        unit="m",
-        description="centre line of its route, from the vehicle on; empty: straight on",
-    ),
-    "building.vertex": Connector(causality=_IN, shape=("building_vertex", 2), unit="m"),
-    "building.index": Connector(causality=_IN, dtype=np.int32, shape=("building_vertex",)),
-    "objects": Connector(causality=_IN, dtype=None, mime_type=OBJECTS_MIME),
-    "received.apms": Connector(causality=_IN, dtype=None, mime_type=APMS_MIME),
-    "received.bsm.id": Connector(causality=_IN, dtype=np.int64, shape=("neighbour",)),
-    "received.bsm.position": Connector(causality=_IN, shape=("neighbour", 2), unit="m"),
-    "received.bsm.heading": Connector(causality=_IN, shape=("neighbour",), unit="rad"),
-    "received.bsm.velocity": Connector(causality=_IN, shape=("neighbour", 2), unit="m/s"),
-    "received.bsm.size": Connector(causality=_IN, shape=("neighbour", 3), unit="m"),
-    "received.bsm.antenna_height": Connector(causality=_IN, shape=("neighbour",), unit="m"),
-    "received.bsm.age": Connector(causality=_IN, shape=("neighbour",), unit="s"),
-    "received.link.transmitter": Connector(causality=_IN, dtype=np.int64, shape=("measured_link",)),
-    "received.link.receiver": Connector(causality=_IN, dtype=np.int64, shape=("measured_link",)),
-    "received.link.power": Connector(causality=_IN, shape=("measured_link",), unit="dBm"),
-    "received.sensor_data.count": Connector(causality=_IN, dtype=np.int64),
-    "match.sharer": Connector(causality=_IN, dtype=np.int64, shape=("sharer",)),
-    "match.trigger": Connector(causality=_IN, dtype=np.bool_),
-}
+INPUTS: Final[Mapping[str, Connector]] = inputs(
+    "ego.id",
+    "ego.position",
+    "ego.heading",
+    "ego.speed",
+    "ego.size",
+    "ego.route",
+    "building.vertex",
+    "building.index",
+    "objects",
+    "received.apms",
+    "received.bsm.id",
+    "received.bsm.position",
+    "received.bsm.heading",
+    "received.bsm.velocity",
+    "received.bsm.size",
+    "received.bsm.antenna_height",
+    "received.bsm.age",
+    "received.link.transmitter",
+    "received.link.receiver",
+    "received.link.power",
+    "received.sensor_data.count",
+    "match.sharer",
+    "match.trigger",
+)
 _FEEDTHROUGH: Final = frozenset(INPUTS)
+
+
+def _risk(description: str) -> Connector:
+    return Connector(
+        causality=Causality.OUTPUT,
+        unit="dB.s/m",
+        feedthrough=_FEEDTHROUGH,
+        description=description,
+    )
+
+
 OUTPUTS: Final[Mapping[str, Connector]] = {
-    "relay": Connector(
-        causality=_OUT,
-        dtype=np.int64,
-        start=np.int64(NO_VEHICLE),
-        feedthrough=_FEEDTHROUGH,
-        description="the vehicle that relays the sharer's data, -1 for the direct link",
-    ),
+    **outputs("relay", feedthrough=_FEEDTHROUGH),
     "switches": Connector(
-        causality=_OUT,
+        causality=Causality.OUTPUT,
         dtype=np.int64,
         feedthrough=_FEEDTHROUGH,
-        description="how often the choice changed while fusion was triggered",
+        description="How often the choice changed while fusion was triggered",
     ),
-    "risk.direct": Connector(causality=_OUT, unit="dB.s/m", feedthrough=_FEEDTHROUGH),
-    "risk.chosen": Connector(causality=_OUT, unit="dB.s/m", feedthrough=_FEEDTHROUGH),
+    "risk.direct": _risk("NLOS risk of the direct link, 0 where the policy assesses none"),
+    "risk.chosen": _risk("NLOS risk of the link chosen, over both hops of a relay"),
 }
 CONNECTORS: Final = {**INPUTS, **OUTPUTS}

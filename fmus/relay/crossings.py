@@ -6,8 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
+from fmus.physics.boxes import in_boxes
 from fmus.relay.nodes import Node
-from fmus.relay.obstacles import Obstacles, to_boxes
+from fmus.relay.obstacles import Obstacles
 from orchestrator.signal import Array
 
 
@@ -42,12 +43,12 @@ class Hops:
 
 
 def vehicles(nodes: Sequence[Node]) -> Array:
-    """Their numbers, int64 (node,)."""
+    """The numbers of the nodes, int64, shape (node,)."""
     return np.array([node.vehicle for node in nodes], np.int64)
 
 
 def antennas(nodes: Sequence[Node]) -> Array:
-    """Where the antennas are now: x, y and height [m], (node, 3)."""
+    """Where the antennas of the nodes are now: x, y and height [m], shape (node, 3)."""
     places = [(*node.position, node.antenna_height) for node in nodes]
     return np.array(places, np.float64).reshape(-1, 3)
 
@@ -85,7 +86,7 @@ def crossings(hops: Hops, obstacles: Obstacles, center: Array | None = None) -> 
     first = start[(*instant, hop)]
     step = along[(*instant, hop)]
     box = (places[(*instant, body)], obstacles.heading[body])
-    enter, leave = _span(to_boxes(first, *box), to_boxes(first + step, *box), obstacles.half[body])
+    enter, leave = _span(in_boxes(first, *box), in_boxes(first + step, *box), obstacles.half[body])
     crosses = enter < leave
     flat = np.ravel_multi_index((*instant, hop), start.shape[:-1])
     middle = (enter[crosses] + leave[crosses]) / 2.0

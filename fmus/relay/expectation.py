@@ -11,10 +11,10 @@ from fmus.relay.knife_edges import shadowing
 from fmus.relay.measured import MeasuredLinks
 from fmus.relay.nodes import Node
 from fmus.relay.obstacles import Obstacles
-from fmus.relay.policy import Situation
 from fmus.relay.prediction import Horizon
 from fmus.relay.radio import Radio
-from orchestrator.signal import Array, Signals
+from fmus.relay.situation import Situation
+from orchestrator.signal import Array
 
 _OBSTRUCTED = 6.0
 """Loss by bodies from which on a hop counts as obstructed [dB]: a roof at the straight line."""
@@ -74,14 +74,12 @@ class Expectation:
         self._at_once = at_once
         self._fade = np.exp(-horizon.time / correction_time)[:, None]
 
-    def of_routes(
-        self, situation: Situation, inputs: Signals, obstacles: Obstacles, walls: Walls
-    ) -> Array:
+    def of_routes(self, situation: Situation, obstacles: Obstacles, walls: Walls) -> Array:
         """The expected PRR of the direct link, then of each candidate, (1 + candidate,)."""
         ego, sharer = situation.ego, situation.sharer
         nodes = list(situation.candidates.values())
-        links = MeasuredLinks.of(inputs)
-        hops = self._hops(ego, sharer, nodes, np.asarray(inputs["ego.route"]))
+        links = situation.known.links
+        hops = self._hops(ego, sharer, nodes, situation.known.route)
         center = self._horizon.straight(obstacles.center, obstacles.velocity)
         power, free = self._powers(hops, obstacles, walls, center)
         power = self._corrected(power, hops, links)[1:]
@@ -98,7 +96,7 @@ class Expectation:
         relayed *= 1.0 - apm * self._radio.unheard(second)
         relayed *= 1.0 - self._losses.contention
         routes = np.concatenate([success[:, :1], relayed], axis=1).mean(axis=0)
-        bystanders = Bystanders(self._radio, situation, inputs, links)
+        bystanders = Bystanders(self._radio, situation)
         order = np.argsort(-routes[1:], kind="stable")
         is_current = np.array([v == situation.current for v in situation.candidates], bool)[order]
         order = np.concatenate([order[is_current], order[~is_current]])

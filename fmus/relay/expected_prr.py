@@ -6,14 +6,15 @@ import numpy as np
 from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE
+from fmus.physics.propagation import wavelength
 from fmus.relay.expectation import Expectation, Losses
-from fmus.relay.policy import Choice, Policy, Situation
+from fmus.relay.inputs import Inputs
 from fmus.relay.prediction import Horizon
-from fmus.relay.radio import SPEED_OF_LIGHT, Radio
+from fmus.relay.radio import Radio
 from fmus.relay.selection import RelaySelection, SelectionParameters
+from fmus.relay.situation import Choice, Situation
 from fmus.relay.surroundings import Surroundings
 from orchestrator.parameters import parameter
-from orchestrator.signal import Signals
 from orchestrator.timebase import Time, nanoseconds
 
 
@@ -106,69 +107,52 @@ class ExpectedPrr(RelaySelection):
 
     def __init__(self, parameters: Parameters) -> None:
         super().__init__(parameters)
-        self._parameters = parameters
-
-    @override
-    def _policy(self, rng: np.random.Generator) -> Policy:
-        given = self._parameters
+        self._given = parameters
         radio = Radio(
-            transmit_power=given.transmit_power,
-            noise_floor=given.noise_floor,
-            sensitivity=given.sensitivity,
-            cca_threshold=given.cca_threshold,
-            missed=given.missed,
-            capture_margin=given.capture_margin,
-            wavelength=SPEED_OF_LIGHT / given.carrier_frequency,
-            frame_size=given.packet_size,
-            fading_m=given.fading_m,
-            uncertainty=given.uncertainty,
+            transmit_power=parameters.transmit_power,
+            noise_floor=parameters.noise_floor,
+            sensitivity=parameters.sensitivity,
+            cca_threshold=parameters.cca_threshold,
+            missed=parameters.missed,
+            capture_margin=parameters.capture_margin,
+            wavelength=wavelength(parameters.carrier_frequency),
+            frame_size=parameters.packet_size,
+            fading_m=parameters.fading_m,
+            uncertainty=parameters.uncertainty,
         )
         losses = Losses(
-            wall=given.wall_loss,
-            indoor=given.indoor_loss,
-            bsm_overlap=given.bsm_overlap,
-            apm_overlap=given.apm_overlap,
-            hidden=given.hidden,
-            hidden_body=given.hidden_body,
-            contention=given.contention,
+            wall=parameters.wall_loss,
+            indoor=parameters.indoor_loss,
+            bsm_overlap=parameters.bsm_overlap,
+            apm_overlap=parameters.apm_overlap,
+            hidden=parameters.hidden,
+            hidden_body=parameters.hidden_body,
+            contention=parameters.contention,
         )
-        horizon = Horizon.over(given.window, given.sample)
-        return LargestExpectation(
-            Expectation(radio, losses, horizon, given.correction_time),
-            Surroundings(given.same_body, nanoseconds(given.lost_after)),
-            given.gain,
-        )
-
-
-class LargestExpectation(Policy):
-    """The candidate, or the direct link, of largest expected PRR.
-
-    Args:
-        expectation: the expected PRR of each.
-        surroundings: what stands between the nodes.
-        gain: by how much another choice must exceed the current one.
-    """
-
-    def __init__(self, expectation: Expectation, surroundings: Surroundings, gain: float) -> None:
-        self._expectation = expectation
-        self._surroundings = surroundings
-        self._gain = gain
+        horizon = Horizon.over(parameters.window, parameters.sample)
+        self._expectation = Expectation(radio, losses, horizon, parameters.correction_time)
 
     @override
-    def remember(self, inputs: Signals, now: Time) -> None:
-        self._surroundings.remember(inputs, now)
+    def begin(self, rng: np.random.Generator) -> None:
+        self._surroundings = Surroundings(
+            self._given.same_body, nanoseconds(self._given.lost_after)
+        )
 
     @override
-    def choose(self, situation: Situation, inputs: Signals) -> Choice:
-        expected = self.expected(situation, inputs)
-        current = situation.current
-        best = min(expected, key=lambda relay: (-expected[relay], *situation.tie_break(relay)))
-        stays = current in expected and expected[best] <= expected[current] + self._gain
-        return Choice(relay=current if stays and current is not None else best)
+    def remember(self, known: Inputs, now: Time) -> None:
+        self._surroundings.remember(known, now)
 
-    def expected(self, situation: Situation, inputs: Signals) -> dict[int, float]:
-        """The expected PRR over each candidate, and of the direct link."""
-        obstacles = self._surroundings.obstacles(situation, inputs)
-        walls = self._surroundings.walls(inputs)
-        values = self._expectation.of_routes(situation, inputs, obstacles, walls)
+    @override
+    def choose(self, situation: Situation) -> Choice:
+        expected, current = self.expected(situation), situation.current
+        best = situation.best(expected)
+        if current in expected and expected[best] <= expected[current] + self._given.gain:
+            return Choice(relay=current)
+        return Choice(relay=best)
+
+    def expected(self, situation: Situation) -> dict[int, float]:
+        """The expected PRR over each candidate, and of the direct link, by number."""
+        obstacles = self._surroundings.obstacles(situation)
+        walls = self._surroundings.walls(situation.known)
+        values = self._expectation.of_routes(situation, obstacles, walls)
         return dict(zip([NO_VEHICLE, *situation.candidates], values.tolist(), strict=True))

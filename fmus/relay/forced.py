@@ -9,8 +9,9 @@ from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE
 from fmus.relay.connectors import CONNECTORS
-from fmus.relay.policy import Choice
-from fmus.relay.selection import Course, wanted_sharer
+from fmus.relay.course import Course
+from fmus.relay.inputs import Inputs
+from fmus.relay.situation import Choice
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
@@ -59,7 +60,7 @@ class Forced(Component):
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
         relay = self._relays[bisect_right(self._times, t + h)]
-        sharer = wanted_sharer(inputs)
+        sharer = Inputs.read(inputs).wanted_sharer
         if self._course.is_new(sharer) or relay != self._course.relay:
             self._course.take(Choice(relay=relay), sharer)
 

@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from fmus.physics.propagation import knife_edge_loss
 from fmus.relay.crossings import Crossings
 from orchestrator.signal import Array
 
@@ -49,12 +50,6 @@ def shadowing(found: Crossings, start: Array, end: Array, roof: Array, wavelengt
     return loss
 
 
-def knife_edge(v: Array) -> Array:
-    """J(v) of a single edge [dB], 0 up to v = -0.7 (ITU-R P.526-15, equation (31))."""
-    loss = 6.9 + 20.0 * np.log10(np.sqrt((v - 0.1) ** 2 + 1.0) + v - 0.1)
-    return np.where(v > -0.7, loss, 0.0)
-
-
 @dataclass(frozen=True, slots=True)
 class _Profile:
     """Points along each hop: an antenna, edges by distance, the other antenna.
@@ -85,7 +80,7 @@ class _Profile:
         return cls(distances, heights)
 
     def loss(self, scale: float) -> Array:
-        """Of each hop [dB]; `scale` is sqrt(2 / wavelength)."""
+        """The loss of each hop [dB], shape (hop,); `scale` is sqrt(2 / wavelength)."""
         rope = self._rope()
         majors = self._edge(rope[:, :-2], rope[:, 1:-1], rope[:, 2:], scale)
         return np.asarray(majors.sum(axis=1) + self._gaps(rope, scale) + self._spacing(rope))
@@ -120,7 +115,7 @@ class _Profile:
             above = ho - (ha + (hb - ha) * one / (one + other))
             v = above * np.sqrt((one + other) / (one * other)) * scale
         real = (at > before) & (after > at) & np.isfinite(ho)
-        return np.where(real, knife_edge(np.where(real, v, -1.0)), 0.0)
+        return np.where(real, knife_edge_loss(np.where(real, v, -1.0)), 0.0)
 
     def _gaps(self, rope: Array, scale: float) -> Array:
         """J of the highest edges between neighbours of the rope, summed over each hop."""

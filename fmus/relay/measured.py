@@ -1,41 +1,68 @@
 """Powers of links as radios measured them and the ego was told."""
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
 
 import numpy as np
 
 from orchestrator.signal import Array, Signals
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class MeasuredLinks:
-    """The connectors `received.link.*`, looked up by pairs of vehicles.
+    """The signals `received.link.*`, looked up by pairs of vehicles.
 
     Attributes:
-        pair: both numbers of each link, ascending by transmitter and then receiver.
-        measured: [dBm].
+        transmitter: numbers of the vehicles that sent, int64, shape (link,).
+        receiver: numbers of those that measured, int64, shape (link,).
+        measured: received powers [dBm], shape (link,).
     """
 
-    pair: Array
+    transmitter: Array
+    receiver: Array
     measured: Array
 
     @classmethod
-    def of(cls, inputs: Signals) -> "MeasuredLinks":
-        """The links that the ego knows."""
-        transmitter = np.asarray(inputs["received.link.transmitter"])
-        receiver = np.asarray(inputs["received.link.receiver"])
-        pair = transmitter.astype(np.int64) << 32 | receiver
+    def read(cls, signals: Signals) -> Self:
+        """The links in the inputs of a relay policy."""
+        return cls(
+            transmitter=np.asarray(signals["received.link.transmitter"], np.int64),
+            receiver=np.asarray(signals["received.link.receiver"], np.int64),
+            measured=np.asarray(signals["received.link.power"], np.float64),
+        )
+
+    @cached_property
+    def _table(self) -> tuple[Array, Array]:
+        """Both numbers of each link in one, ascending, and the powers in that order."""
+        pair = self.transmitter << 32 | self.receiver
         order = np.argsort(pair, kind="stable")
-        return cls(pair[order], np.asarray(inputs["received.link.power"])[order])
+        return pair[order], self.measured[order]
 
     def power(self, transmitter: Array, receiver: Array) -> Array:
-        """Power of each link [dBm], NaN where it is not known; all arrays (link,)."""
+        """The power at which each link was received lately.
+
+        Args:
+            transmitter: numbers of the vehicles that sent, int64, shape (link,).
+            receiver: numbers of those that measured, int64, of a shape that broadcasts.
+
+        Returns:
+            Power [dBm], shape (link,); NaN where it is not known.
+        """
         wanted = transmitter << 32 | receiver
-        if len(self.pair) == 0:
+        pair, measured = self._table
+        if len(pair) == 0:
             return np.full(wanted.shape, np.nan)
-        row = np.minimum(np.searchsorted(self.pair, wanted), len(self.pair) - 1)
-        return np.where(self.pair[row] == wanted, self.measured[row], np.nan)
+        row = np.minimum(np.searchsorted(pair, wanted), len(pair) - 1)
+        return np.where(pair[row] == wanted, measured[row], np.nan)
 
     def is_reported(self, transmitter: Array) -> Array:
-        """Whether anybody reports a power of each transmitter, bool (link,)."""
-        return np.isin(transmitter, self.pair >> 32)
+        """Whether anybody reports a power of each transmitter.
+
+        Args:
+            transmitter: numbers of vehicles, int64, shape (link,).
+
+        Returns:
+            Truth values, shape (link,).
+        """
+        return np.isin(transmitter, self.transmitter)

@@ -7,13 +7,14 @@ import numpy as np
 from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE
+from fmus.physics.propagation import wavelength
+from fmus.relay.inputs import Inputs
 from fmus.relay.nodes import Node
-from fmus.relay.policy import Choice, Policy, Situation
-from fmus.relay.risk import SPEED_OF_LIGHT, RiskModel
+from fmus.relay.risk import RiskModel
 from fmus.relay.selection import RelaySelection, SelectionParameters
+from fmus.relay.situation import Choice, Situation
 from fmus.relay.surroundings import Surroundings
 from orchestrator.parameters import parameter
-from orchestrator.signal import Signals
 from orchestrator.timebase import Time, nanoseconds
 
 
@@ -54,80 +55,44 @@ class Mohed(RelaySelection):
 
     def __init__(self, parameters: Parameters) -> None:
         super().__init__(parameters)
-        self._parameters = parameters
-
-    @override
-    def _policy(self, rng: np.random.Generator) -> Policy:
-        given = self._parameters
-        model = RiskModel(
-            wavelength=SPEED_OF_LIGHT / given.carrier_frequency,
-            minimum_speed_difference=given.minimum_speed_difference,
-            wall_loss=given.wall_loss,
-            itu=given.knife_edge_itu,
-        )
-        return LeastRisk(
-            model,
-            Surroundings(given.same_body, nanoseconds(given.lost_after)),
-            ego_on_first_hop=given.first_hop == "ego",
-            direct_link=given.direct_link,
-            keep_ties=given.keep_ties,
+        self._given = parameters
+        self._model = RiskModel(
+            wavelength=wavelength(parameters.carrier_frequency),
+            minimum_speed_difference=parameters.minimum_speed_difference,
+            wall_loss=parameters.wall_loss,
+            itu=parameters.knife_edge_itu,
         )
 
-
-class LeastRisk(Policy):
-    """The candidate, or the direct link, of least risk.
-
-    Args:
-        model: the risk of a hop.
-        surroundings: what stands between the nodes.
-        ego_on_first_hop: whether the ego's velocity stands beside the candidate's on the hop
-            from the sharer, not the sharer's.
-        direct_link: whether the direct link can be chosen while there are candidates.
-        keep_ties: whether the current choice wins among equal risks.
-    """
-
-    def __init__(
-        self,
-        model: RiskModel,
-        surroundings: Surroundings,
-        *,
-        ego_on_first_hop: bool,
-        direct_link: bool,
-        keep_ties: bool,
-    ) -> None:
-        self._model = model
-        self._surroundings = surroundings
-        self._ego_on_first_hop = ego_on_first_hop
-        self._direct_link = direct_link
-        self._keep_ties = keep_ties
+    @override
+    def begin(self, rng: np.random.Generator) -> None:
+        self._surroundings = Surroundings(
+            self._given.same_body, nanoseconds(self._given.lost_after)
+        )
 
     @override
-    def remember(self, inputs: Signals, now: Time) -> None:
-        self._surroundings.remember(inputs, now)
+    def remember(self, known: Inputs, now: Time) -> None:
+        self._surroundings.remember(known, now)
 
     @override
-    def choose(self, situation: Situation, inputs: Signals) -> Choice:
-        risks = self._risks(situation, inputs)
-        if not self._keep_ties:
+    def choose(self, situation: Situation) -> Choice:
+        risks = self._risks(situation)
+        if not self._given.keep_ties:
             situation = replace(situation, current=None)
-        offered = risks.keys() - ({NO_VEHICLE} if not self._direct_link else set())
-        best = min(
-            offered or {NO_VEHICLE},
-            key=lambda relay: (risks[relay], *situation.tie_break(relay)),
-        )
+        offered = risks if self._given.direct_link else situation.candidates
+        best = situation.best({relay: -risks[relay] for relay in offered})
         return Choice(relay=best, risk_direct=risks[NO_VEHICLE], risk_chosen=risks[best])
 
-    def _risks(self, situation: Situation, inputs: Signals) -> dict[int, float]:
+    def _risks(self, situation: Situation) -> dict[int, float]:
         """The risk of the direct link, and of every candidate over both hops (step 4)."""
         ego, sharer = situation.ego, situation.sharer
         nodes = list(situation.candidates.values())
         pairs = [(sharer, ego), *((node, sharer) for node in nodes), *((n, ego) for n in nodes)]
-        beside: list[Node] = [ego if self._ego_on_first_hop else sharer] * len(nodes)
+        beside: list[Node] = [ego if self._given.first_hop == "ego" else sharer] * len(nodes)
         risk = self._model.of_hops(
             pairs,
             [ego, *beside, *([ego] * len(nodes))],
-            self._surroundings.obstacles(situation, inputs),
-            self._surroundings.walls(inputs),
+            self._surroundings.obstacles(situation),
+            self._surroundings.walls(situation.known),
         ).tolist()
         first, second = risk[1 : len(nodes) + 1], risk[len(nodes) + 1 :]
         both = (one + other for one, other in zip(first, second, strict=True))

@@ -13,8 +13,9 @@ import numpy as np
 
 from fmus.messages.apm import Apm, layer_height, layer_velocity
 from fmus.messages.records import NO_VEHICLE
-from fmus.relay.nodes import Node
-from orchestrator.signal import Array, Signals
+from fmus.physics.boxes import in_boxes
+from fmus.relay.nodes import Bsms, Node
+from orchestrator.signal import Array
 
 HEIGHT_TOLERANCE: Final = 0.3
 """By how much an observed height may exceed the true one: noise, and the layer's steps [m]."""
@@ -48,7 +49,7 @@ class Obstacles:
         Returns:
             bool, shape (other,).
         """
-        local = np.abs(to_boxes(others.center[:, None, :], self.center, self.heading))
+        local = np.abs(in_boxes(others.center[:, None, :], self.center, self.heading))
         inside: Array = np.all(local <= self.half + margin, axis=-1)
         high_enough = self.height + HEIGHT_TOLERANCE >= others.height[:, None]
         return np.asarray((inside & high_enough).any(axis=1))
@@ -76,22 +77,15 @@ class Obstacles:
         )
 
 
-def from_bsms(received: Signals) -> Obstacles:
-    """The senders of received BSMs, moved on by the age of the message.
-
-    Args:
-        received: the connectors `received.bsm.*`.
-    """
-    age = np.asarray(received["received.bsm.age"])[:, None]
-    velocity = np.asarray(received["received.bsm.velocity"])
-    size = np.asarray(received["received.bsm.size"])
+def from_bsms(bsms: Bsms) -> Obstacles:
+    """The senders of received BSMs, moved on by the age of the message."""
     return Obstacles(
-        owner=np.asarray(received["received.bsm.id"]),
-        center=np.asarray(received["received.bsm.position"]) + age * velocity,
-        heading=np.asarray(received["received.bsm.heading"]),
-        half=size[:, :2] / 2.0,
-        height=size[:, 2],
-        velocity=velocity,
+        owner=bsms.vehicle,
+        center=bsms.position + bsms.age[:, None] * bsms.velocity,
+        heading=bsms.heading,
+        half=bsms.size[:, :2] / 2.0,
+        height=bsms.size[:, 2],
+        velocity=bsms.velocity,
     )
 
 
@@ -158,18 +152,3 @@ def merge(sources: Iterable[tuple[Obstacles, float]]) -> Obstacles:
     for source, margin in sources:
         merged = merged.joined(source.without(~merged.explain(source, margin)))
     return merged
-
-
-def to_boxes(points: Array, center: Array, heading: Array) -> Array:
-    """`points` in the frame of each box; shape (..., obstacle, 2).
-
-    Args:
-        points: [m], (..., 2), of a shape that broadcasts against the boxes.
-        center: of the boxes [m], (..., obstacle, 2).
-        heading: of the boxes [rad], (..., obstacle).
-    """
-    offset = points - center
-    cos, sin = np.cos(heading), np.sin(heading)
-    along = cos * offset[..., 0] + sin * offset[..., 1]
-    across = -sin * offset[..., 0] + cos * offset[..., 1]
-    return np.stack([along, across], axis=-1)

@@ -11,9 +11,11 @@ from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE
 from fmus.relay.connectors import CONNECTORS
-from fmus.relay.nodes import Whereabouts
-from fmus.relay.policy import Choice
-from fmus.relay.selection import Course, SelectionParameters, situation, wanted_sharer
+from fmus.relay.course import Course
+from fmus.relay.inputs import Inputs
+from fmus.relay.selection import SelectionParameters, situation
+from fmus.relay.situation import Choice
+from fmus.relay.whereabouts import Whereabouts
 from orchestrator.component import DecidingComponent, Decision
 from orchestrator.errors import CosimError
 from orchestrator.parameters import parameter
@@ -80,14 +82,14 @@ class Oracle(DecidingComponent):
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
         if self._open is not None:
             raise CosimError("its decision was never taken; only `simulate` can run an oracle")
-        now = t + h
-        self._whereabouts.update(inputs, now)
-        self._supply.update(int(np.asarray(inputs["received.sensor_data.count"])), now, h)
-        sharer = wanted_sharer(inputs)
+        now, known = t + h, Inputs.read(inputs)
+        self._whereabouts.update(known, now)
+        self._supply.update(known.sensor_data_count, now, h)
+        sharer = known.wanted_sharer
         if sharer == NO_VEHICLE:
             self._course.pause()
         elif self._course.is_new(sharer) or now >= self._next_choice:
-            self._open = _Choices(self._alternatives(inputs, sharer, now), sharer, now)
+            self._open = _Choices(self._alternatives(known, sharer, now), sharer, now)
             self._next_choice = now + self._window
             self._supply = self._supply.afresh()
 
@@ -117,10 +119,10 @@ class Oracle(DecidingComponent):
     def score_bound(self, horizon: Time) -> float:
         return self._supply.bound(horizon)
 
-    def _alternatives(self, inputs: Signals, sharer: int, now: Time) -> tuple[int, ...]:
+    def _alternatives(self, known: Inputs, sharer: int, now: Time) -> tuple[int, ...]:
         current = None if self._course.is_new(sharer) else self._course.relay
         where = self._whereabouts.of(sharer, now)
-        found = situation(inputs, where, current, self._parameters)
+        found = situation(known, where, current, self._parameters)
         if found is None:
             return (NO_VEHICLE,)
         return tuple(sorted((NO_VEHICLE, *found.candidates), key=found.tie_break))

@@ -28,21 +28,32 @@ class Horizon:
         return cls(time=np.concatenate([[0.0], middles]))
 
     def straight(self, position: Array, velocity: Array) -> Array:
-        """Positions [m], (instant, n, 2 or 3), of what moves on at its velocity."""
+        """Positions of what moves on at its velocity.
+
+        Args:
+            position: now [m], shape (n, 2) or (n, 3).
+            velocity: of each [m/s], of the same shape.
+
+        Returns:
+            Positions [m], shape (instant, n, 2) or (instant, n, 3).
+        """
         return np.asarray(position + self.time[:, None, None] * velocity)
 
     def antennas(self, nodes: Sequence[Node]) -> Array:
-        """Antennas at each instant [m], (instant, node, 3)."""
+        """Places of the antennas at each instant: x, y and height [m], shape (instant, node, 3)."""
         velocity = np.array([(*node.velocity, 0.0) for node in nodes]).reshape(-1, 3)
         return self.straight(antennas(nodes), velocity)
 
     def along(self, node: Node, route: Array) -> Array:
-        """Positions [m], (instant, 2), of who keeps its speed along `route`.
+        """Positions of who keeps its speed along a route.
 
         Args:
             node: where it is.
-            route: centre line from there on [m], (corner, 2); fewer than two corners: straight
-                on. Beyond the last corner it goes straight on.
+            route: centre line from there on [m], shape (corner, 2); fewer than two corners:
+                straight on. Beyond the last corner it goes straight on.
+
+        Returns:
+            Positions [m], shape (instant, 2).
         """
         step = np.diff(route, axis=0)
         length = np.hypot(step[:, 0], step[:, 1])

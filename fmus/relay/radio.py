@@ -3,20 +3,16 @@
 Formulas and defaults are those of docs/physics-channel.md; they are tables here, computed once.
 """
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
 import numpy as np
 
+from fmus.physics.error_rate import frame_success
+from fmus.physics.propagation import free_space_loss
 from orchestrator.signal import Array
 
-SPEED_OF_LIGHT: Final = 299_792_458.0
-_RATE_1_2: Final = (36, 211, 1404, 11633, 77433, 502690, 3322763, 21292910, 134365911)
-"""Weight spectrum of the convolutional code (133, 171), from D^10 on in steps of D^2."""
-_SIGNAL_BITS: Final = 24
-_SERVICE_AND_TAIL: Final = 22
 _GRID: Final = np.arange(-40.0, 80.0, 0.1)
 """SNR of the table of success [dB]."""
 _KERNEL: Final = np.arange(-40.0, 40.05, 0.1)
@@ -54,31 +50,65 @@ class Radio:
     uncertainty: float
 
     def free_space(self, distance: Array) -> Array:
-        """Received power without obstacles [dBm] (ITU-R P.525-4, equation (3))."""
-        turns = 4.0 * np.pi / self.wavelength * np.maximum(distance, 1e-3)
-        return np.asarray(self.transmit_power - np.maximum(20.0 * np.log10(turns), 0.0))
+        """Received power without obstacles (ITU-R P.525-4, equation (3)).
+
+        Args:
+            distance: between the antennas [m], any shape.
+
+        Returns:
+            Power [dBm], of the shape of `distance`.
+        """
+        phase = 4.0 * np.pi / self.wavelength
+        return np.asarray(self.transmit_power - free_space_loss(distance, phase))
 
     def success(self, snr_db: Array) -> Array:
-        """Probability that noise spares a frame of mean SNR `snr_db` [dB]."""
+        """Probability that noise spares a frame.
+
+        Args:
+            snr_db: mean signal to noise ratio [dB], any shape.
+
+        Returns:
+            Probability, of the same shape.
+        """
         return np.interp(snr_db, _GRID, self._success)
 
     def notices(self, power: Array) -> Array:
-        """Probability that a frame of mean `power` [dBm] is not below the sensitivity."""
+        """Probability that a frame is not below the sensitivity.
+
+        Args:
+            power: mean received power [dBm], any shape.
+
+        Returns:
+            Probability, of the same shape.
+        """
         return np.interp(power - self.sensitivity, _KERNEL, self._above)
 
     def unheard(self, power: Array) -> Array:
-        """Probability that a radio sends in spite of another's frame of mean `power` [dBm].
+        """Probability that a radio sends in spite of another's frame.
 
         A frame that is not below the sensitivity keeps it from sending, unless it missed the
         start; then only a power of `cca_threshold` does (docs/physics-packets.md, "Carrier
         sense").
+
+        Args:
+            power: mean power of the frame at that radio [dBm], any shape.
+
+        Returns:
+            Probability, of the same shape.
         """
         strong = np.interp(power - self.cca_threshold, _KERNEL, self._above)
         noticed = self.notices(power)
         return np.asarray(1.0 - noticed + noticed * self.missed * (1.0 - strong))
 
     def with_noise(self, power: Array) -> Array:
-        """Power [dBm] of interference of `power` [dBm] and the noise together."""
+        """Interference and noise together.
+
+        Args:
+            power: of the interference [dBm], any shape.
+
+        Returns:
+            Power [dBm], of the same shape.
+        """
         return np.asarray(
             10.0 * np.log10(10.0 ** (power / 10.0) + 10.0 ** (self.noise_floor / 10.0))
         )
@@ -90,9 +120,12 @@ class Radio:
         one is stronger by `capture_margin`; else it interferes.
 
         Args:
-            signal: power of the frame [dBm].
-            other: power of the other, of a shape that broadcasts [dBm].
+            signal: power of the frame [dBm], any shape.
+            other: power of the other [dBm], of a shape that broadcasts.
             other_first: probability that the other comes first.
+
+        Returns:
+            Probability, of the broadcast shape.
         """
         ratio = signal - self.with_noise(other)
         captured = np.interp(ratio - self.capture_margin, _KERNEL, self._above)
@@ -103,7 +136,7 @@ class Radio:
 
     @cached_property
     def _success(self) -> Array:
-        """Of each SNR of the grid, averaged over fading and uncertainty."""
+        """Success at each SNR of `_GRID`, averaged over fading and uncertainty."""
         wide = np.arange(_GRID[0] + _KERNEL[0], _GRID[-1] - _KERNEL[0] + 0.15, 0.1)
         plain = np.array([frame_success(float(snr), self.frame_size) for snr in wide])
         return np.convolve(plain, self._deviation[::-1], mode="valid")[: len(_GRID)]
@@ -121,26 +154,6 @@ class Radio:
         if self.fading_m > 0.0:
             weights = np.convolve(weights, _gamma(self.fading_m), mode="same")
         return np.asarray(weights / weights.sum())
-
-
-def frame_success(snr_db: float, frame_size: int) -> float:
-    """Probability that white noise spares a frame at 6 Mbit/s (the NIST model, as in the channel).
-
-    Args:
-        snr_db: [dB].
-        frame_size: [byte].
-    """
-    snr = 10.0 ** (snr_db / 10.0)
-    header = _bits_success(0.5 * math.erfc(math.sqrt(snr)), _SIGNAL_BITS)
-    bits = _SERVICE_AND_TAIL + 8 * frame_size
-    return header * _bits_success(0.5 * math.erfc(math.sqrt(snr / 2.0)), bits)
-
-
-def _bits_success(error: float, bits: int) -> float:
-    """Of bits that were coded with rate 1/2 and have this error rate before decoding."""
-    square = 4.0 * error * (1.0 - error)
-    union = 0.5 * sum(a * square ** (5 + k) for k, a in enumerate(_RATE_1_2))
-    return math.exp(bits * math.log1p(-union)) if union < 1.0 else 0.0
 
 
 def _normal(deviation: float) -> Array:

@@ -4,12 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fmus.physics.propagation import knife_edge_loss
 from fmus.relay.crossings import Hops, Walls, crossings
 from fmus.relay.nodes import Node
 from fmus.relay.obstacles import Obstacles
 from orchestrator.signal import Array
-
-SPEED_OF_LIGHT = 299_792_458.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,8 +77,7 @@ class RiskModel:
         factor = 2.0 if self.itu else 1.0
         spread = 1.0 / (inner * distance) + 1.0 / ((1.0 - inner) * distance)
         nu = above * np.sqrt(factor / self.wavelength * spread)
-        loss = 6.9 + 20.0 * np.log10(np.sqrt((nu - 0.1) ** 2 + 1.0) + nu - 0.1)
-        return np.where(above > 0.0, loss, 0.0)
+        return np.where(above > 0.0, knife_edge_loss(nu), 0.0)
 
     def _similarity(self, ends: Array, obstacle: Array) -> Array:
         """S of the paper's Eq. (3) [s/m].

@@ -1,16 +1,20 @@
-"""When relays are chosen, whatever the policy: at the trigger, per window, and on loss."""
+"""The base of relay policies: when a relay is chosen, and among whom, whatever the policy."""
 
 import abc
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE
-from fmus.relay.connectors import CONNECTORS, OUTPUTS
-from fmus.relay.nodes import Node, Whereabouts, ego_node, neighbours
-from fmus.relay.policy import Choice, Policy, Situation
+from fmus.relay.connectors import CONNECTORS
+from fmus.relay.course import Course
+from fmus.relay.inputs import Inputs
+from fmus.relay.nodes import Node
+from fmus.relay.situation import Choice, Situation
+from fmus.relay.whereabouts import Whereabouts
 from orchestrator.component import Component
 from orchestrator.parameters import parameter
 from orchestrator.signal import Connector, Signals
@@ -30,55 +34,62 @@ class SelectionParameters:
     )
 
 
-class Course:
-    """The choice in force, whom it is for, and how often it changed while fusion was triggered.
-
-    Attributes:
-        relay: `NO_VEHICLE` for the direct link.
-        sharer: `NO_VEHICLE` while fusion is not triggered.
-        outputs: of a relay component.
-    """
-
-    def __init__(self) -> None:
-        self.relay = NO_VEHICLE
-        self.sharer = NO_VEHICLE
-        self.outputs: Signals = {name: output.start_value() for name, output in OUTPUTS.items()}
-        self._switches = 0
-
-    def is_new(self, sharer: int) -> bool:
-        """Whether a choice for `sharer` is the first after a trigger."""
-        return sharer != self.sharer
-
-    def pause(self) -> None:
-        """Fusion is not triggered; the choice stays, but counts no more as one to keep."""
-        self.sharer = NO_VEHICLE
-
-    def take(self, choice: Choice, sharer: int) -> None:
-        """Make `choice`; one that differs from the last for the same sharer is a switch."""
-        if sharer == self.sharer != NO_VEHICLE and choice.relay != self.relay:
-            self._switches += 1
-        self.relay, self.sharer = choice.relay, sharer
-        self.outputs = {
-            "relay": np.array(choice.relay, np.int64),
-            "switches": np.array(self._switches, np.int64),
-            "risk.direct": np.array(choice.risk_direct),
-            "risk.chosen": np.array(choice.risk_chosen),
-        }
-
-
 class RelaySelection(Component):
-    """Chooses when fusion is triggered, after each window, and at once when the relay is lost.
+    """A relay policy: which neighbour, if any, forwards the sharer's data to the ego.
 
-    A relay is lost when it has not been heard for `lost_after`. It knows what the ego knows:
-    its own detections, the messages it received, and its map of the buildings.
+    Derive from it, say in `choose` which candidate is to be taken, and offer the class by an entry
+    point in the group `orchestrator.components`; then a scenario can name it as the `type` of its
+    component `relay`. `fmus.relay` has all names that this takes: this class, `Situation` and
+    `Choice`. Everything else is the same for every policy, so that policies can be compared:
+
+    * **Connectors.** All policies have the same; nothing is to be declared.
+    * **Knowledge.** A policy knows what the ego can know: the ego's own state and detections, its
+      map of the buildings, and the messages that it received. `Situation.known` has all of that
+      and `Situation` what every policy needs of it. The simulator's truth is not offered.
+    * **When.** `choose` is called when fusion is triggered for a sharer, again after each `window`,
+      and at once when the relay has not been heard for `lost_after`; not while fusion is not
+      triggered, and not for a sharer that was never heard: then the direct link is taken.
+    * **Among whom.** `Situation.candidates` are the neighbours heard within `lost_after` whose two
+      hops are at most `maximum_range` long. There may be none.
+    * **What is chosen** holds until the next choice. A choice that differs from the last for the
+      same sharer counts as a switch.
+    * **Parameters.** Those of `RelaySelection.Parameters`. A policy with more nests a frozen
+      dataclass `Parameters` that derives from that one, and hands it to this constructor.
+    * **State.** What a policy remembers from step to step it makes in `begin` and takes in by
+      `remember`; both do nothing by default. A run may be repeated: `begin` forgets everything.
+    * **Chance.** The only source of randomness is the generator given to `begin`.
     """
+
+    Parameters: TypeAlias = SelectionParameters
 
     def __init__(self, parameters: SelectionParameters) -> None:
-        self._common = parameters
+        self._selection = parameters
 
     @abc.abstractmethod
-    def _policy(self, rng: np.random.Generator) -> Policy:
-        """The policy, at the start of a run."""
+    def choose(self, situation: Situation) -> Choice:
+        """The choice from now on.
+
+        Args:
+            situation: who is to be connected, and who could relay.
+
+        Returns:
+            One of the candidates, or `Choice()` for the direct link.
+        """
+
+    def begin(self, rng: np.random.Generator) -> None:
+        """Enter the state at the start of a run, whatever was before.
+
+        Args:
+            rng: the policy's own random stream.
+        """
+
+    def remember(self, known: Inputs, now: Time) -> None:
+        """Take in what the ego knows, at every communication point, before any choice there.
+
+        Args:
+            known: what the ego knows at `now`.
+            now: the communication point [ns].
+        """
 
     @property
     @override
@@ -88,54 +99,47 @@ class RelaySelection(Component):
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         self._course = Course()
-        self._rule = self._policy(rng)
         self._whereabouts = Whereabouts()
         self._next_choice = start
+        self.begin(rng)
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        now = t + h
-        self._whereabouts.update(inputs, now)
-        self._rule.remember(inputs, now)
-        sharer = wanted_sharer(inputs)
+        now, known = t + h, Inputs.read(inputs)
+        self._whereabouts.update(known, now)
+        self.remember(known, now)
+        sharer = known.wanted_sharer
         if sharer == NO_VEHICLE:
             self._course.pause()
             return
         is_due = self._course.is_new(sharer) or now >= self._next_choice
-        if is_due or self._relay_is_lost(inputs):
-            self._course.take(self._choose(inputs, sharer, now), sharer)
-            self._next_choice = now + nanoseconds(self._common.window)
+        if is_due or self._relay_is_lost(known):
+            self._course.take(self._chosen(known, sharer, now), sharer)
+            self._next_choice = now + nanoseconds(self._selection.window)
 
     @override
     def outputs(self) -> Signals:
         return self._course.outputs
 
-    def _choose(self, inputs: Signals, sharer: int, now: Time) -> Choice:
+    def _chosen(self, known: Inputs, sharer: int, now: Time) -> Choice:
         current = None if self._course.is_new(sharer) else self._course.relay
-        found = situation(inputs, self._whereabouts.of(sharer, now), current, self._common)
-        return Choice() if found is None else self._rule.choose(found, inputs)
+        found = situation(known, self._whereabouts.of(sharer, now), current, self._selection)
+        return Choice() if found is None else self.choose(found)
 
-    def _relay_is_lost(self, inputs: Signals) -> bool:
+    def _relay_is_lost(self, known: Inputs) -> bool:
         if self._course.relay == NO_VEHICLE:
             return False
-        heard = np.asarray(inputs["received.bsm.id"]) == self._course.relay
-        ages = np.asarray(inputs["received.bsm.age"])[heard]
-        return len(ages) == 0 or bool(ages[0] > self._common.lost_after)
-
-
-def wanted_sharer(inputs: Signals) -> int:
-    """The best sharer while fusion is triggered, else `NO_VEHICLE`."""
-    sharers = np.asarray(inputs["match.sharer"])
-    return int(sharers[0]) if inputs["match.trigger"] and len(sharers) else NO_VEHICLE
+        ages = known.bsms.age[known.bsms.vehicle == self._course.relay]
+        return len(ages) == 0 or bool(ages[0] > self._selection.lost_after)
 
 
 def situation(
-    inputs: Signals, sharer: Node | None, current: int | None, given: SelectionParameters
+    known: Inputs, sharer: Node | None, current: int | None, given: SelectionParameters
 ) -> Situation | None:
     """Who is to be connected, and the candidates for it; the same for every policy.
 
     Args:
-        inputs: of the relay component.
+        known: what the ego knows.
         sharer: where it was last known.
         current: as in `Situation`.
         given: which limits candidates have to keep.
@@ -145,11 +149,11 @@ def situation(
     """
     if sharer is None:
         return None
-    ego, far = ego_node(inputs), given.maximum_range
+    ego, far = known.ego, given.maximum_range
     candidates = {
         vehicle: node
-        for vehicle, node in neighbours(inputs, given.lost_after).items()
+        for vehicle, node in known.bsms.heard_within(given.lost_after).items()
         if vehicle not in {sharer.vehicle, ego.vehicle}
         and max(sharer.distance(node), node.distance(ego)) <= far
     }
-    return Situation(ego=ego, sharer=sharer, candidates=candidates, current=current)
+    return Situation(ego=ego, sharer=sharer, candidates=candidates, current=current, known=known)

@@ -3,8 +3,8 @@
 import numpy as np
 
 from fmus.messages.apm import decode, read_header, split
-from fmus.messages.records import OBJECT, unframe
 from fmus.relay.crossings import Walls
+from fmus.relay.inputs import Inputs
 from fmus.relay.obstacles import (
     Obstacles,
     from_bsms,
@@ -13,8 +13,7 @@ from fmus.relay.obstacles import (
     from_objects,
     merge,
 )
-from fmus.relay.policy import Situation
-from orchestrator.signal import Signals
+from fmus.relay.situation import Situation
 from orchestrator.timebase import Duration, Time
 
 
@@ -35,38 +34,35 @@ class Surroundings:
         self._walls = Walls(np.empty((0, 2)), np.empty(0, np.int32))
         self._map: object = None
 
-    def remember(self, inputs: Signals, now: Time) -> None:
+    def remember(self, known: Inputs, now: Time) -> None:
         """Keep the APMs that the ego holds at `now` [ns]; they are read when they are needed."""
         self._now = now
-        apms = inputs["received.apms"]
-        if apms is self._apms:
+        if known.apms is self._apms:
             return
-        self._apms = apms
-        for message in split(bytes(apms)):
+        self._apms = known.apms
+        for message in split(known.apms):
             header = read_header(message)
             self._messages[int(header["vehicle"])] = (int(header["time"]), message)
 
-    def obstacles(self, situation: Situation, inputs: Signals) -> Obstacles:
+    def obstacles(self, situation: Situation) -> Obstacles:
         """All that is known, each body once, in order of trust.
 
         The ego's own body, the senders of BSMs, the sharer where it was last heard, the
         ego's lidar objects, and the layers of APMs.
         """
         ego, sharer = situation.ego, situation.sharer
-        objects = unframe("OBJS", bytes(inputs["objects"]), OBJECT)
-        own = from_objects(objects[objects["sensor"] == ego.vehicle])
-        heard = from_bsms(inputs)
+        own = from_objects(situation.known.objects)
+        heard = from_bsms(situation.known.bsms)
         silent = from_node(sharer).without(~np.isin([sharer.vehicle], heard.owner))
         margin = self._same_body
         bodies = [(source, margin) for source in (from_node(ego), heard, silent, own)]
         return merge([*bodies, *self._layers(ego.vehicle)])
 
-    def walls(self, inputs: Signals) -> Walls:
+    def walls(self, known: Inputs) -> Walls:
         """The walls on the ego's map, read once per map."""
-        if self._map is not inputs["building.vertex"]:
-            self._map = inputs["building.vertex"]
-            index = np.asarray(inputs["building.index"])
-            self._walls = Walls(np.asarray(self._map), index)
+        if self._map is not known.building_vertex:
+            self._map = known.building_vertex
+            self._walls = Walls(known.building_vertex, known.building_index)
         return self._walls
 
     def _layers(self, ego: int) -> list[tuple[Obstacles, float]]:

@@ -6,10 +6,9 @@ import numpy as np
 from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE
-from fmus.relay.policy import Choice, Policy, Situation
 from fmus.relay.selection import RelaySelection, SelectionParameters
+from fmus.relay.situation import Choice, Situation
 from orchestrator.parameters import parameter
-from orchestrator.signal import Signals
 
 
 class Random(RelaySelection):
@@ -28,26 +27,13 @@ class Random(RelaySelection):
 
     def __init__(self, parameters: Parameters) -> None:
         super().__init__(parameters)
-        self._parameters = parameters
+        self._always = [NO_VEHICLE] if parameters.direct_link else []
 
     @override
-    def _policy(self, rng: np.random.Generator) -> Policy:
-        return UniformDraw(rng, direct_link=self._parameters.direct_link)
-
-
-class UniformDraw(Policy):
-    """Draws a candidate, where there is one.
-
-    Args:
-        rng: the component's own stream.
-        direct_link: whether the direct link takes part.
-    """
-
-    def __init__(self, rng: np.random.Generator, *, direct_link: bool) -> None:
+    def begin(self, rng: np.random.Generator) -> None:
         self._rng = rng
-        self._always = [NO_VEHICLE] if direct_link else []
 
     @override
-    def choose(self, situation: Situation, inputs: Signals) -> Choice:
+    def choose(self, situation: Situation) -> Choice:
         drawn_from = [*self._always, *situation.candidates] or [NO_VEHICLE]
         return Choice(relay=drawn_from[int(self._rng.integers(len(drawn_from)))])

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fmus.messages.records import OBJECT, PACKET, RECEPTION, SENSOR_DATA, unframe
+from fmus.physics.boxes import corners
 from studies.red_light.polygons import polygon_distance
 
 Array = npt.NDArray[Any]
@@ -75,14 +76,7 @@ class Scene:
 
     def corners(self, rows: Sequence[int] | slice = slice(None)) -> Array:
         """Footprints of the vehicles in `rows`, counter-clockwise [m], shape (vehicle, 4, 2)."""
-        half = self.size[rows, None, :2] / 2.0 * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
-        heading = self.heading[rows]
-        cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
-        turned = np.stack(
-            [cos * half[..., 0] - sin * half[..., 1], sin * half[..., 0] + cos * half[..., 1]],
-            axis=-1,
-        )
-        return np.asarray(self.position[rows, None, :2] + turned)
+        return corners(self.position[rows, :2], self.heading[rows], self.size[rows, :2])
 
 
 _SCENE: Final = {

@@ -13,11 +13,12 @@ from fmus.driving.network.cloud import Cloud, clouds
 from fmus.driving.network.driver import ego_numbers
 from fmus.driving.network.plane import Frame
 from fmus.driving.network.scan import scan_of
-from fmus.driving.policy.command import NOTHING
-from fmus.driving.policy.connectors import EGO, VEHICLES, connectors
-from fmus.driving.policy.expert import ExpertDriver, ExpertParameters
+from fmus.driving.policy.command import Command
+from fmus.driving.policy.connectors import connectors
+from fmus.driving.policy.expert import EXPERT_READS, ExpertDriver, ExpertParameters
+from fmus.driving.policy.inputs import Inputs
 from fmus.driving.policy.network import NetworkDriver
-from fmus.driving.policy.steering import has_route
+from fmus.driving.policy.occupancy import Vehicles
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
@@ -25,7 +26,8 @@ from orchestrator.signal import Array, Causality, Connector, Signals
 from orchestrator.timebase import Duration, Time, nanoseconds
 from studies.training.learning.sample import BODY, SAMPLE_MIME, Sample, write_sample
 
-_READS: Final = EGO | VEHICLES | {"points"}
+_READS: Final = EXPERT_READS | {"points"}
+_LISTENS: Final = _READS | {"received.features"}
 
 
 def _connectors(reads: frozenset[str]) -> Mapping[str, Connector]:
@@ -37,10 +39,6 @@ def _connectors(reads: frozenset[str]) -> Mapping[str, Connector]:
         description="scans, truth and the expert's command, after each scan; else empty",
     )
     return {**connectors(reads), "sample": sample}
-
-
-_EXPERT: Final = _connectors(_READS)
-_BOTH: Final = _connectors(_READS | {"received.features"})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,12 +91,13 @@ class Dagger(Component):
                 "`pip install 'nlosim[torch]'`, or write `points: 0`"
             )
         self._checkpoint = read_network(parameters.network) if parameters.network else None
+        listens = self._checkpoint is not None and self._checkpoint.architecture.cooperative
+        self._reads = _LISTENS if listens else _READS
 
     @property
     @override
     def connectors(self) -> Mapping[str, Connector]:
-        listens = self._checkpoint is not None and self._checkpoint.architecture.cooperative
-        return _BOTH if listens else _EXPERT
+        return _connectors(self._reads)
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -114,20 +113,20 @@ class Dagger(Component):
         self._next_turn = start
         self._expert_drives = True
         self._pull = 0.0
-        self._outputs: Signals = {**NOTHING, "sample": b""}
+        self._outputs: Signals = {**Command().signals(), "sample": b""}
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        now = t + h
+        now, known = t + h, Inputs.read(inputs, self._reads)
         if now >= self._next_turn:
             self._take_turns(now)
-        taught = self._expert.drive(inputs, now)
+        taught = self._expert.drive(known).signals()
         command = np.array(taught["command"])
         if self._network is not None:
-            wanted = self._network.command(inputs, now)
+            wanted = self._network.command(known, now)
             command = command if self._expert_drives else wanted
         command[2] = min(max(command[2] + self._pull, -1.0), 1.0)
-        self._outputs = {**taught, "command": command, "sample": self._sample(inputs, taught, now)}
+        self._outputs = {**taught, "command": command, "sample": self._sample(known, taught, now)}
 
     @override
     def outputs(self) -> Signals:
@@ -142,31 +141,26 @@ class Dagger(Component):
         if draws[1] < given.disturbance:
             self._pull = given.disturbance_angle * float(2.0 * draws[2] - 1.0)
 
-    def _sample(self, inputs: Signals, taught: Signals, now: Time) -> bytes:
-        points = bytes(inputs["points"])
-        if points == self._points or not has_route(inputs):
+    def _sample(self, known: Inputs, taught: Signals, now: Time) -> bytes:
+        ego = known.ego
+        if known.points == self._points or not ego.has_route:
             return b""
-        self._points = points
-        fresh = [cloud for cloud in clouds(points) if cloud.time == now]
+        self._points = known.points
+        fresh = [cloud for cloud in clouds(known.points) if cloud.time == now]
         if not fresh:
             return b""
         most = self._parameters.points
-        frame = Frame.at(np.asarray(inputs["ego.position"]), float(inputs["ego.heading"]))
+        frame = Frame.at(ego.position, ego.heading)
         return write_sample(
             Sample(
                 time=now,
-                ego=int(inputs["ego.id"]),
+                ego=ego.vehicle,
                 frame=frame,
-                numbers=ego_numbers(
-                    frame,
-                    float(inputs["ego.speed"]),
-                    self._parameters.cruise_speed,
-                    np.asarray(inputs["ego.route"]),
-                ),
+                numbers=ego_numbers(frame, ego.speed, self._parameters.cruise_speed, ego.route),
                 expert=np.asarray(taught["command"]),
                 threat=int(taught["hazard.instance"]),
                 scans=tuple(map(scan_of, fresh)),
-                bodies=_bodies(inputs),
+                bodies=_bodies(known.vehicles),
                 most_points=most,
                 points=_thinned(fresh, most) if most else (),
             )
@@ -179,12 +173,12 @@ def _thinned(fresh: Sequence[Cloud], most: int) -> tuple[Array, ...]:
     return tuple(recorded_points(cloud, most) for cloud in fresh)
 
 
-def _bodies(inputs: Signals) -> Array:
+def _bodies(vehicles: Vehicles) -> Array:
     """BODY records of all vehicles."""
-    bodies = np.zeros(len(np.asarray(inputs["vehicle.id"])), BODY)
-    bodies["number"] = inputs["vehicle.id"]
-    bodies["place"][:, :2] = np.asarray(inputs["vehicle.position"])[:, :2]
-    bodies["place"][:, 2] = inputs["vehicle.heading"]
-    bodies["size"] = np.asarray(inputs["vehicle.size"])[:, :2]
-    bodies["velocity"] = inputs["vehicle.velocity"]
+    bodies = np.zeros(len(vehicles.number), BODY)
+    bodies["number"] = vehicles.number
+    bodies["place"][:, :2] = vehicles.center
+    bodies["place"][:, 2] = vehicles.heading
+    bodies["size"] = vehicles.size
+    bodies["velocity"] = vehicles.velocity
     return bodies

@@ -8,6 +8,7 @@ import numpy.typing as npt
 import pytest
 
 from adapters.sumo import SumoTraffic
+from adapters.sumo.fleet import Part
 from adapters.sumo.geometry import Boxes, box_distance
 from adapters.sumo.simulation import SumoError
 from orchestrator.errors import ComponentTypeError
@@ -15,6 +16,7 @@ from orchestrator.parameters import PythonComponentType
 from orchestrator.randomness import stream
 from orchestrator.signal import Signals
 from orchestrator.testing import check_component
+from studies.red_light import traces
 
 SCENE = Path(__file__).parents[2] / "scenarios" / "assets" / "red_light" / "red_light.sumocfg"
 PARAMETERS = SumoTraffic.Parameters(scene=SCENE, spacing=60.0)
@@ -222,6 +224,13 @@ def test_lidars_are_capped() -> None:
         assert lidar.sum() <= 2 + 3
     assert lidar[0], "the ego"
     assert lidar[row_of(signals, 2)], "the sharing node"
+
+
+def test_reports_know_the_roles_by_the_same_numbers() -> None:
+    assert {part.name: part.value for part in Part} == {
+        part.name: getattr(traces, part.name) for part in Part
+    }
+    assert len(traces.ROLE_WORDS) == len(Part)
 
 
 def test_roles_follow_the_vehicles_also_when_others_leave() -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from adapters.sumo.ego import Command
 from adapters.sumo.fleet import Poses
 from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.simulation import Sumo
@@ -40,7 +41,7 @@ def test_sumo_has_the_ego_where_it_is_at_every_step(
     try:
         traffic = Traffic(sumo, parameters, stream(1, "traffic"), 0)
         for k in range(320):
-            traffic.advance(np.array(policy(k * 0.05)), 1)
+            traffic.advance(Command.of(np.array(policy(k * 0.05))), 1)
             seen, truth = Poses.from_sumo(sumo.poses(("ego",)), LENGTH), traffic.outputs
             apart = seen.center[0] - np.asarray(truth["ego.position"])
             aside = float(np.asarray(truth["ego.position"])[0]) - 7.0

@@ -9,11 +9,9 @@ from typing_extensions import override
 
 from fmus.channel.stand_ins.component import LinkModelComponent
 from fmus.channel.stand_ins.delivery import (
-    LIGHT_SPEED,
     NOISE_LOSS,
     RECEIVED,
     UNNOTICED,
-    Float,
     Int,
     LinkModel,
     Receivers,
@@ -23,6 +21,7 @@ from fmus.channel.stand_ins.packets import Frame
 from fmus.channel.stand_ins.parameters import RadioParameters
 from fmus.channel.stand_ins.philox import reception_draws
 from fmus.messages.records import LINKS
+from fmus.physics.propagation import SPEED_OF_LIGHT, free_space_loss
 from orchestrator.parameters import parameter
 
 _LOS: Final = LINKS.index("LOS")
@@ -83,7 +82,8 @@ class _ConstantPerLinks(LinkModel):
         # one draw for every PER: what is received at 0.3 is received at 0.2 too
         outcome = np.where(draws < 1.0 - given.per, RECEIVED, NOISE_LOSS)
         outcome[receivers.distance > given.range] = UNNOTICED
-        loss = free_space_loss(receivers.distance, given.carrier_frequency)
+        phase = 4.0 * math.pi * given.carrier_frequency / SPEED_OF_LIGHT
+        loss = free_space_loss(receivers.distance, phase)
         power = given.transmit_power + frame.power_offset - loss
         return Verdicts(
             outcome=outcome.astype(np.uint8),
@@ -92,20 +92,3 @@ class _ConstantPerLinks(LinkModel):
             snir_db=np.where(outcome == UNNOTICED, np.nan, power - given.noise_floor),
             link=np.full(len(power), _LOS, np.uint8),
         )
-
-
-def free_space_loss(distance: Float, carrier_frequency: float) -> Float:
-    r"""Path loss in free space, at least 0 dB.
-
-    $$ PL = 20 \log_{10} (4 \pi d f / c) $$ (ITU-R P.525-4, eq. 4)
-
-    Args:
-        distance: between the antennas [m], any shape.
-        carrier_frequency: [Hz].
-
-    Returns:
-        Path loss [dB], of the shape of `distance`.
-    """
-    turns = 4.0 * math.pi * carrier_frequency / LIGHT_SPEED * distance
-    loss: Float = 20.0 * np.log10(np.maximum(turns, 1.0))
-    return loss

@@ -27,15 +27,13 @@ from fmus.messages.records import (
     TRANSMISSION,
     frame as frame_of,
 )
+from fmus.physics.propagation import SPEED_OF_LIGHT
 from orchestrator.signal import Array, Signals
 from orchestrator.timebase import Duration, Time, nanoseconds
 
 Int: TypeAlias = npt.NDArray[np.int64]
 Float: TypeAlias = npt.NDArray[np.float64]
 Codes: TypeAlias = npt.NDArray[np.uint8]
-
-LIGHT_SPEED: Final = 299_792_458.0
-"""Speed of light [m/s]."""
 
 RECEIVED: Final = OUTCOMES.index("R")
 NOISE_LOSS: Final = OUTCOMES.index("N")
@@ -178,7 +176,7 @@ class Delivery:
         if frame.kind == NOISE:  # disturbs nobody here
             return told, _NO_RECEPTION
         receivers = _receivers(radios, row)
-        flight = np.rint(receivers.distance / LIGHT_SPEED * 1e9).astype(np.int64)
+        flight = np.rint(receivers.distance / SPEED_OF_LIGHT * 1e9).astype(np.int64)
         verdicts = self._model.judge(frame, receivers, duration + flight + self._latency)
         receptions = _receptions(frame, receivers, verdicts)
         self._pass_on(frame, receptions)

@@ -69,7 +69,7 @@ class Architecture:
 
     @property
     def points(self) -> int:
-        """Of a scan that a point transformer reads."""
+        """Points of a scan that a point transformer reads."""
         return cloud_size(self.keypoints, self.blocks)
 
     @property
@@ -79,7 +79,7 @@ class Architecture:
 
     @property
     def shapes(self) -> Mapping[str, tuple[int, ...]]:
-        """Of all weights by name, inputs before outputs but for those of a point transformer."""
+        """Shapes of all weights by name, inputs before outputs but in a point transformer."""
         encoder = self._bev_shapes if self.encoder == BEV else tensors(self.blocks)
         return {**encoder, **self.decision_shapes}
 
@@ -97,7 +97,7 @@ class Architecture:
 
     @property
     def decision_shapes(self) -> Mapping[str, tuple[int, ...]]:
-        """Of the weights of fusion and head, whatever the encoder; inputs before outputs."""
+        """Shapes of the weights of fusion and head, whatever the encoder; inputs before outputs."""
         return {
             "fusion.first.weight": (self.features + GEOMETRY, self.fused),
             "fusion.first.bias": (self.fused,),
@@ -115,7 +115,7 @@ class Architecture:
         return 0 if self.early else self.features
 
     def as_text(self) -> dict[str, str]:
-        """For the metadata of a checkpoint."""
+        """All sizes as texts by name, for the metadata of a checkpoint."""
         return {f.name: str(getattr(self, f.name)) for f in fields(self)}
 
     @classmethod

@@ -54,7 +54,7 @@ def clouds(points: bytes) -> list[Cloud]:
 
 
 def _cloud(sensor: np.void, numbers: Array) -> Cloud:
-    """Of one SENSOR record; `numbers` are those of all POINT records, float32, (point, 5)."""
+    """The cloud of a SENSOR record; `numbers` has all POINT records, float32, (point, 5)."""
     first = int(sensor["first"])
     x, y, z = numbers[first : first + int(sensor["count"]), :3].T
     if sensor["pitch"] or sensor["roll"]:

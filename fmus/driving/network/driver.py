@@ -16,7 +16,7 @@ LOOKAHEAD: Final = (4.0, 8.0, 16.0, 24.0, 32.0)
 
 
 class Head:
-    """From the fused keypoints and the ego vehicle's numbers to the command."""
+    """Makes the command of the fused keypoints and the ego vehicle's numbers."""
 
     def __init__(self, architecture: Architecture, weights: Mapping[str, Array]) -> None:
         del architecture
@@ -24,10 +24,14 @@ class Head:
         self._second = Dense.of(weights["head.second.weight"], weights["head.second.bias"])
 
     def command(self, fused: Array, ego: Array) -> Array:
-        """Accelerate 0..1, brake 0..1, steer -1..1.
+        """The command: accelerate 0..1, brake 0..1, steer -1..1, shape (3,).
 
         One pedal at a time: the one that is pressed less is released, the accelerator if both
         are equal.
+
+        Args:
+            fused: of `Fusion.fuse`, shape (pooled,).
+            ego: of `ego_numbers`, shape (EGO,).
         """
         first = rectified(self._first(np.concatenate([fused, ego])))
         accelerate, brake, steer = self._second(first).tolist()
@@ -72,6 +76,12 @@ def ego_numbers(frame: Frame, speed: float, wanted_speed: float, route: Array) -
     """Speed, wanted speed, and places of the route ahead and to the left; shape (EGO,).
 
     All are divided by `LENGTH_SCALE`; a route that ends before is continued straight on.
+
+    Args:
+        frame: of the ego vehicle.
+        speed: of the ego vehicle [m/s].
+        wanted_speed: where nothing is in the way [m/s].
+        route: centre line from the vehicle on, world frame [m], shape (vertex, 2).
     """
     places = along(route, LOOKAHEAD)
     x, y = turned(places[:, 0] - frame.x, places[:, 1] - frame.y, -frame.heading)
@@ -87,6 +97,9 @@ def along(route: Array, distances: Sequence[float]) -> Array:
     Args:
         route: [m], shape (vertex, 2), at least two different vertices.
         distances: [m], ascending.
+
+    Returns:
+        Places [m], shape (distance, 2).
     """
     edge = route[1:] - route[:-1]
     length = np.sqrt(edge[:, 0] * edge[:, 0] + edge[:, 1] * edge[:, 1])

@@ -26,7 +26,7 @@ _EXACT_SINGLE: Final = 2.0 ** (24 - WEIGHT_BITS)
 
 
 def rounded(values: Array) -> Array:
-    """To the nearest activation, halves to even.
+    """Values rounded to the nearest activation, halves to even; of any shape, which stays.
 
     Zero is positive: of a sum that is zero the sign depends on the order, and of a maximum of both
     zeros on the processor.
@@ -40,7 +40,7 @@ def rounded(values: Array) -> Array:
 
 
 def rounded_weights(values: Array) -> Array:
-    """To the nearest weight, halves to even; float64."""
+    """Values rounded to the nearest weight, halves to even; float64, of any shape, which stays."""
     return np.rint(np.asarray(values, np.float64) * 2.0**WEIGHT_BITS) / 2.0**WEIGHT_BITS
 
 
@@ -68,7 +68,7 @@ class Dense:
 
     @classmethod
     def of(cls, weight: Array, bias: Array) -> "Dense":
-        """With the nearest numbers that the fixed point has.
+        """The layer with the nearest numbers that the fixed point has.
 
         Raises:
             ValueError: a number is not finite, or sums of them could not be exact.
@@ -79,7 +79,7 @@ class Dense:
         return layer
 
     def __call__(self, inputs: Array) -> Array:
-        """Of activations, shape (..., input); shape (..., output)."""
+        """The outputs, shape (..., output), for activations of shape (..., input)."""
         sums = inputs @ self.weight
         sums += self.bias
         return rounded(sums)
@@ -97,7 +97,7 @@ class BinaryDense:
 
     @classmethod
     def of(cls, weight: Array) -> "BinaryDense":
-        """As `Dense.of`.
+        """The layer with the nearest numbers that the fixed point has.
 
         Raises:
             ValueError: a number is not finite, or sums of them could not be exact.
@@ -107,10 +107,17 @@ class BinaryDense:
         return cls(weight=nearest.astype(np.float32))
 
     def __call__(self, inputs: Array) -> Array:
-        """Of zeros and ones, float32, shape (..., input); float64, not yet rounded."""
+        """The sums for zeros and ones, not yet rounded.
+
+        Args:
+            inputs: zeros and ones, float32, shape (..., input).
+
+        Returns:
+            Sums, float64, shape (..., output).
+        """
         return np.asarray(inputs @ self.weight, np.float64)
 
 
 def rectified(values: Array) -> Array:
-    """Negative ones become 0."""
+    """The values with 0 instead of negative ones; of any shape, which stays."""
     return np.maximum(values, 0.0)

@@ -51,7 +51,7 @@ class Fusion:
         self._second = Dense.of(weights["fusion.second.weight"], weights["fusion.second.bias"])
 
     def fuse(self, observed: Sequence[Observed], ego: Frame, speed: float) -> Array:
-        """Of all keypoints, shape (pooled,); zeros if there are none.
+        """What all keypoints mean together, shape (pooled,); zeros if there are none.
 
         Args:
             observed: by sensor and scan, in any order.

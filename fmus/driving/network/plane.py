@@ -16,8 +16,9 @@ _COSINE: Final = tuple((-1) ** k / math.factorial(2 * k) for k in range(11))
 
 
 def cosine_sine(angle: float) -> tuple[float, float]:
-    """Of an angle [rad], to 2e-15 where it is below 10, and to 2e-10 where it is below 1e6.
+    """Cosine and sine of an angle [rad].
 
+    They are exact to 2e-15 where it is below 10, and to 2e-10 where it is below 1e6:
     Taylor series about the next multiple of a quarter turn; at most an eighth of a turn away,
     the terms left out are below 1e-20.
     """
@@ -35,7 +36,16 @@ def cosine_sine(angle: float) -> tuple[float, float]:
 
 
 def turned(x: Array, y: Array, angle: float) -> tuple[Array, Array]:
-    """Vectors turned counter-clockwise by `angle` [rad]."""
+    """Vectors turned counter-clockwise.
+
+    Args:
+        x: first coordinates of the vectors, any shape and unit.
+        y: second coordinates, of the same shape and unit.
+        angle: by which they are turned [rad].
+
+    Returns:
+        The turned x and y, of the same shape and unit.
+    """
     cosine, sine = cosine_sine(angle)
     return x * cosine - y * sine, x * sine + y * cosine
 
@@ -55,18 +65,27 @@ class Frame:
 
     @classmethod
     def at(cls, position: Array, heading: float) -> "Frame":
-        """At the first two coordinates of `position` [m]."""
+        """The frame at the first two coordinates of `position` [m], shape (2,) or (3,)."""
         return cls(x=float(position[0]), y=float(position[1]), heading=heading)
 
     def to(self, other: "Frame", x: Array, y: Array) -> tuple[Array, Array]:
-        """Points of this frame in `other` [m], shapes as given."""
+        """The places of points of this frame in another one.
+
+        Args:
+            other: the other frame.
+            x: of the points in this frame [m], any shape.
+            y: of the same shape [m].
+
+        Returns:
+            The x and y in `other` [m], of the same shape.
+        """
         ahead, left = turned(x, y, self.heading - other.heading)
         offset_x, offset_y = self.x - other.x, self.y - other.y
         shift_x, shift_y = turned_back(offset_x, offset_y, other.heading)
         return ahead + shift_x, left + shift_y
 
     def turn(self, other: "Frame") -> float:
-        """By which vectors of this frame are turned to be in `other` [rad]."""
+        """The angle by which vectors of this frame are turned to be in `other` [rad]."""
         return self.heading - other.heading
 
 

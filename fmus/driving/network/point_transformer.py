@@ -90,5 +90,5 @@ def _points(cloud: Cloud) -> Tensor:
 
 
 def _generator(cloud: Cloud) -> np.random.Generator:
-    """Of this scan alone, so that nothing depends on what was encoded before."""
+    """The generator of this scan alone: nothing depends on what was encoded before."""
     return np.random.default_rng([cloud.vehicle % 2**64, cloud.time])

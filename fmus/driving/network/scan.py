@@ -42,7 +42,7 @@ class Scan:
     cells: Array
 
     def centers(self) -> tuple[Array, Array]:
-        """Of the cells in the sensor's frame: ahead and left [m], shape (cell,) each."""
+        """Middles of the cells in the sensor's frame: ahead and left [m], shape (cell,) each."""
         place = self.cells % _AREA
         return (
             (place // SIDE - SIDE // 2 + 0.5) * CELL,
@@ -50,7 +50,7 @@ class Scan:
         )
 
     def layers(self) -> Array:
-        """Of the cells, 0 the lower one, shape (cell,)."""
+        """Layers of the cells, 0 the lower one, shape (cell,)."""
         return self.cells // _AREA
 
 

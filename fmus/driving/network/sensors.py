@@ -76,7 +76,7 @@ class Sender:
         self._encoder = None if self._architecture.early else sensor_encoder(checkpoint)
 
     def message(self, cloud: Cloud) -> FeaturesMessage:
-        """Of the next scan."""
+        """The message about the next scan."""
         if self._encoder is None:
             return raw_message(cloud)
         return to_message(cloud, self._encoder.encode(cloud), self._architecture)

@@ -1,20 +1,10 @@
-"""What all policies read about the ego vehicle, and what they put out."""
+"""What driving policies put out."""
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
-from fmus.driving.policy.conflict import Ego
-from fmus.driving.policy.connectors import EGO, connectors
-from orchestrator.signal import Causality, Signals
-
-NOTHING: Final[Signals] = {
-    name: connector.start_value()
-    for name, connector in connectors(EGO).items()
-    if connector.causality is Causality.OUTPUT
-}
-"""The outputs before the first step."""
+from orchestrator.signal import Signals
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,22 +22,28 @@ class Hazard:
     age: float
 
 
-def ego_of(inputs: Signals) -> Ego:
-    """The ego vehicle."""
-    size = np.asarray(inputs["ego.size"])
-    return Ego(
-        speed=float(np.asarray(inputs["ego.speed"])),
-        length=float(size[0]),
-        width=float(size[1]),
-        route=np.asarray(inputs["ego.route"]),
-    )
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Command:
+    """Pedals and wheel, and why the brake is used.
 
+    Attributes:
+        accelerate: accelerator pedal, 0 to 1.
+        brake: brake pedal, 0 to 1; it overrides the accelerator.
+        steer: wheel, -1 (right) to 1 (left).
+        hazard: what the brake is used for, None without one.
+    """
 
-def outputs(*, accelerate: float, brake: float, steer: float, hazard: Hazard | None) -> Signals:
-    """The outputs of a policy: the pedals 0..1, the wheel -1..1, and why the brake is used."""
-    return {
-        "command": np.array([accelerate, brake, steer]),
-        "hazard.instance": np.array(hazard.instance if hazard else -1, np.int64),
-        "hazard.sensor": np.array(hazard.sensor if hazard else -1, np.int64),
-        "hazard.age": np.array(hazard.age if hazard else 0.0),
-    }
+    accelerate: float = 0.0
+    brake: float = 0.0
+    steer: float = 0.0
+    hazard: Hazard | None = None
+
+    def signals(self) -> Signals:
+        """The outputs of a driving policy."""
+        hazard = self.hazard
+        return {
+            "command": np.array([self.accelerate, self.brake, self.steer]),
+            "hazard.instance": np.array(hazard.instance if hazard else -1, np.int64),
+            "hazard.sensor": np.array(hazard.sensor if hazard else -1, np.int64),
+            "hazard.age": np.array(hazard.age if hazard else 0.0),
+        }

@@ -4,24 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fmus.driving.policy.ego import Ego
 from fmus.driving.policy.route import ROUNDING, Box, Segments
 from orchestrator.signal import Array
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Ego:
-    """The ego vehicle.
-
-    Attributes:
-        speed: along the route [m/s].
-        length, width: of the body [m].
-        route: centre line from the ego's centre on [m], shape (vertex, 2), at least 2.
-    """
-
-    speed: float
-    length: float
-    width: float
-    route: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,28 +1,30 @@
 """Expert driving: full knowledge of all vehicles, no memory. The teacher of trained policies."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, TypeAlias
 
 import numpy as np
 from typing_extensions import override
 
-from fmus.driving.policy.command import NOTHING, Hazard, ego_of, outputs
-from fmus.driving.policy.conflict import Ego, taking_up_speed
-from fmus.driving.policy.connectors import EGO, VEHICLES, connectors
+from fmus.driving.policy.base import DrivingPolicy
+from fmus.driving.policy.command import Command, Hazard
+from fmus.driving.policy.conflict import taking_up_speed
+from fmus.driving.policy.connectors import EGO, VEHICLES
 from fmus.driving.policy.driving import DrivingParameters
+from fmus.driving.policy.ego import Ego
+from fmus.driving.policy.inputs import Inputs
 from fmus.driving.policy.occupancy import Vehicles, occupancy, others, reaching
 from fmus.driving.policy.route import Segments
-from fmus.driving.policy.steering import follow, has_route
+from fmus.driving.policy.steering import follow
 from fmus.messages.records import NO_VEHICLE
-from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
-from orchestrator.signal import Array, Connector, Signals
-from orchestrator.timebase import Duration, Time
+from orchestrator.signal import Array
+from orchestrator.timebase import Time
 
-_CONNECTORS: Final = connectors(EGO | VEHICLES)
+EXPERT_READS: Final = EGO | VEHICLES
+"""Names of the inputs that the expert reads."""
 _REACTION: Final = 1.0
 """Speeds are taken up within this time [s], if accelerations allow."""
 _CLOSEST: Final = 0.1
@@ -110,28 +112,22 @@ class ExpertDriver:
         steps = max(round(parameters.horizon / parameters.prediction_step), 1)
         self._times = parameters.prediction_step * np.arange(steps + 1)
 
-    def drive(self, inputs: Signals, now: Time) -> Signals:
-        """The outputs of a policy.
-
-        Args:
-            inputs: of a policy; those about the ego and the true vehicles are read.
-            now: not used, since all that is read is of this time.
+    def drive(self, inputs: Inputs) -> Command:
+        """The command; it depends on the ego and the true vehicles.
 
         Raises:
             ValueError: the ego is not among the vehicles.
         """
-        del now
-        ego = ego_of(inputs)
-        limit = self._parameters.comfortable
+        ego, limit = inputs.ego, self._parameters.comfortable
         wanted = (self._parameters.cruise_speed - ego.speed) / _REACTION
         wanted = min(max(wanted, -limit), self._parameters.acceleration)
         hazard = None
-        if has_route(inputs):
-            wanted, hazard = self._yielding(ego, others(inputs), wanted)
-        return outputs(
+        if ego.has_route:
+            wanted, hazard = self._yielding(ego, others(inputs.vehicles, ego.vehicle), wanted)
+        return Command(
             accelerate=min(max(0.0, wanted) / self._parameters.max_acceleration, 1.0),
             brake=min(max(0.0, -wanted) / self._parameters.max_braking, 1.0),
-            steer=follow(inputs, self._parameters),
+            steer=follow(ego, self._parameters),
             hazard=hazard,
         )
 
@@ -195,7 +191,7 @@ class ExpertDriver:
         return taking_up_speed(ego, wanted.cruise_speed, wanted.acceleration, times)
 
 
-class Expert(Component):
+class Expert(DrivingPolicy):
     """Drives with full knowledge of all vehicles: the teacher of trained policies, and a bound.
 
     Outputs depend on the present inputs only, so that the command can be learned from what a
@@ -210,20 +206,12 @@ class Expert(Component):
 
     @property
     @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return _CONNECTORS
+    def reads(self) -> frozenset[str]:
+        return EXPERT_READS
 
     @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._outputs = NOTHING
-
-    @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self._outputs = self._driver.drive(inputs, t + h)
-
-    @override
-    def outputs(self) -> Signals:
-        return self._outputs
+    def drive(self, inputs: Inputs, now: Time) -> Command:
+        return self._driver.drive(inputs)
 
 
 def _check(parameters: ExpertParameters) -> None:

@@ -1,8 +1,8 @@
 """Driving by a trained network: own scans and received features in, the command out."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from typing_extensions import override
@@ -15,18 +15,20 @@ from fmus.driving.network.fusion import Observed
 from fmus.driving.network.messages import seen, to_observed
 from fmus.driving.network.plane import Frame
 from fmus.driving.network.sensors import raw_cloud, sensor_encoder
-from fmus.driving.policy.command import NOTHING, outputs
-from fmus.driving.policy.connectors import EGO, connectors
-from fmus.driving.policy.steering import has_route
+from fmus.driving.policy.base import DrivingPolicy
+from fmus.driving.policy.command import Command
+from fmus.driving.policy.connectors import EGO
+from fmus.driving.policy.inputs import Inputs
 from fmus.messages.features import FeaturesMessage, read_features
-from orchestrator.component import Component
 from orchestrator.parameters import parameter
-from orchestrator.signal import Array, Connector, Signals
+from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time, nanoseconds
 
-_READS: Final = EGO - {"ego.size"} | {"points"}
-_ALONE: Final = connectors(_READS)
-_COOPERATIVE: Final = connectors(_READS | {"received.features"})
+
+def network_reads(architecture: Architecture) -> frozenset[str]:
+    """Names of the inputs that a network reads."""
+    alone = EGO - {"ego.size"} | {"points"}
+    return alone | {"received.features"} if architecture.cooperative else alone
 
 
 class NetworkDriver:
@@ -53,27 +55,28 @@ class NetworkDriver:
         self._features = b""
         self._messages: Sequence[FeaturesMessage] = ()
 
-    def command(self, inputs: Signals, now: Time) -> Array:
-        """Accelerate, brake and steer, shape (3,), at `now` [ns].
+    def command(self, inputs: Inputs, now: Time) -> Array:
+        """Accelerate 0..1, brake 0..1 and steer -1..1, shape (3,).
 
         Args:
-            inputs: of a policy.
-            now: the communication point.
+            inputs: what the policy knows at `now`.
+            now: the communication point [ns].
 
         Raises:
             ValueError: a message is none of this network.
         """
-        if not has_route(inputs):
+        ego = inputs.ego
+        if not ego.has_route:
             return np.zeros(3)
         if self._architecture.cooperative:
-            self._listen(bytes(inputs["received.features"]))
-        self._look(int(inputs["ego.id"]), bytes(inputs["points"]), now)
+            self._listen(inputs.features)
+        self._look(ego.vehicle, inputs.points, now)
         return self._network.drive(
             self._observed(now),
-            frame=Frame.at(np.asarray(inputs["ego.position"]), float(inputs["ego.heading"])),
-            speed=float(inputs["ego.speed"]),
+            frame=Frame.at(ego.position, ego.heading),
+            speed=ego.speed,
             wanted_speed=self._wanted_speed,
-            route=np.asarray(inputs["ego.route"]),
+            route=ego.route,
         )
 
     def _listen(self, features: bytes) -> None:
@@ -126,7 +129,7 @@ def check_message(message: FeaturesMessage, architecture: Architecture) -> None:
         )
 
 
-class Network(Component):
+class Network(DrivingPolicy):
     """Drives by a trained network: its own lidar, and what the channel delivered of others'.
 
     Encoder, fusion and head are one network, trained together: the component `encoder` of the
@@ -151,25 +154,21 @@ class Network(Component):
     def __init__(self, parameters: _Parameters) -> None:
         self._parameters = parameters
         self._checkpoint = read_network(parameters.network)
+        self._reads = network_reads(self._checkpoint.architecture)
 
     @property
     @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return _COOPERATIVE if self._checkpoint.architecture.cooperative else _ALONE
+    def reads(self) -> frozenset[str]:
+        return self._reads
 
     @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
+    def begin(self, start: Time, rng: np.random.Generator) -> None:
         given = self._parameters
         self._driver = NetworkDriver(
             self._checkpoint, given.cruise_speed, nanoseconds(given.maximum_age)
         )
-        self._outputs: Signals = NOTHING
 
     @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        accelerate, brake, steer = self._driver.command(inputs, t + h).tolist()
-        self._outputs = outputs(accelerate=accelerate, brake=brake, steer=steer, hazard=None)
-
-    @override
-    def outputs(self) -> Signals:
-        return self._outputs
+    def drive(self, inputs: Inputs, now: Time) -> Command:
+        accelerate, brake, steer = self._driver.command(inputs, now).tolist()
+        return Command(accelerate=accelerate, brake=brake, steer=steer)

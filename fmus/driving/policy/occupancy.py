@@ -6,7 +6,8 @@ from typing import Final
 import numpy as np
 
 from fmus.driving.policy.route import Box, Segments
-from orchestrator.signal import Array, Signals
+from fmus.physics.boxes import corners
+from orchestrator.signal import Array
 
 _SIGNS: Final = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 """Front left, rear left, rear right, front right."""
@@ -43,35 +44,27 @@ class Vehicles:
         )
 
     def corners(self) -> Array:
-        """Of the bodies [m], (vehicle, 4, 2), in the order of a walk around each."""
-        cos, sin = np.cos(self.heading), np.sin(self.heading)
-        turn = np.stack([np.stack([cos, sin], axis=-1), np.stack([-sin, cos], axis=-1)], axis=-2)
-        local = 0.5 * self.size[:, None] * _SIGNS  # (vehicle, 4, 2)
-        corners: Array = self.center[:, None] + local @ turn
-        return corners
+        """The corners of the bodies [m], shape (vehicle, 4, 2), in a walk around each."""
+        return corners(self.center, self.heading, self.size)
 
 
-def others(inputs: Signals) -> Vehicles:
-    """All vehicles but the ego, from the inputs of a policy.
+def others(vehicles: Vehicles, ego: int) -> Vehicles:
+    """All vehicles but the ego.
+
+    Args:
+        vehicles: all of them.
+        ego: number of the ego, -1 once it has left.
 
     Raises:
         ValueError: the ego is not among them, so that they cannot be all.
     """
-    number, ego = np.asarray(inputs["vehicle.id"]), int(np.asarray(inputs["ego.id"]))
-    if ego >= 0 and ego not in number:
+    if ego >= 0 and ego not in vehicles.number:
         raise ValueError(
-            f"the ego vehicle, `ego.id` {ego}, is not among the {len(number)} vehicles of "
+            f"the ego vehicle, `ego.id` {ego}, is not among the {len(vehicles.number)} vehicles of "
             "`vehicle.id`; connect the truth about all vehicles, for example "
             "`{from: traffic.vehicle, to: policy.vehicle}`"
         )
-    vehicles = Vehicles(
-        number=number,
-        center=np.asarray(inputs["vehicle.position"])[:, :2],
-        heading=np.asarray(inputs["vehicle.heading"]),
-        size=np.asarray(inputs["vehicle.size"])[:, :2],
-        velocity=np.asarray(inputs["vehicle.velocity"]),
-    )
-    return vehicles.only(number != ego)
+    return vehicles.only(vehicles.number != ego)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -1,26 +1,25 @@
 """Rule-based driving: keep the speed, brake for predicted conflicts."""
 
-import abc
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, TypeAlias
 
 import numpy as np
 from typing_extensions import override
 
-from fmus.driving.policy.command import NOTHING, Hazard, ego_of, outputs
-from fmus.driving.policy.conflict import Bodies, Ego, Prediction, overlapping
-from fmus.driving.policy.connectors import EGO, connectors
+from fmus.driving.policy.base import DrivingPolicy
+from fmus.driving.policy.command import Command, Hazard
+from fmus.driving.policy.conflict import Bodies, Prediction, overlapping
+from fmus.driving.policy.connectors import EGO
 from fmus.driving.policy.driving import DrivingParameters
-from fmus.driving.policy.steering import follow, has_route
-from fmus.messages.records import OBJECT, unframe
-from orchestrator.component import Component
+from fmus.driving.policy.ego import Ego
+from fmus.driving.policy.inputs import Inputs
+from fmus.driving.policy.steering import follow
 from orchestrator.parameters import parameter
-from orchestrator.signal import Array, Connector, Signals
-from orchestrator.timebase import Duration, Time
+from orchestrator.signal import Array
+from orchestrator.timebase import Time
 
-_BLIND: Final = connectors(EGO | {"objects"})
-_RULE_BASED: Final = connectors(EGO | {"objects", "received.objects"})
+_BLIND: Final = EGO | {"objects"}
+_RULE_BASED: Final = EGO | {"objects", "received.objects"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,7 +53,7 @@ class Parameters(DrivingParameters):
 
 
 class _Driver:
-    """What both policies share: from objects to a command."""
+    """Makes commands of objects; it remembers for how long there has been a conflict."""
 
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
@@ -68,33 +67,34 @@ class _Driver:
         )
         self._confirmed = 0
 
-    def drive(self, inputs: Signals, seen: Array, received: Array, now: Time) -> Signals:
-        """The outputs at `now`, given the objects that the ego sees and those it received."""
-        ego = ego_of(inputs)
-        steer = follow(inputs, self._parameters)
-        meeting = self._meeting(ego, seen, received, now) if has_route(inputs) else None
+    def drive(self, inputs: Inputs, now: Time) -> Command:
+        """The command at `now` [ns]."""
+        ego = inputs.ego
+        steer = follow(ego, self._parameters)
+        meeting = self._meeting(inputs, now) if ego.has_route else None
         self._confirmed = self._confirmed + 1 if meeting else 0
         if meeting and self._confirmed >= self._parameters.confirmations:
             demand = self._deceleration(ego, meeting.distance)
             if demand >= self._parameters.comfortable or ego.speed < self._parameters.moving:
                 brake = min(demand / self._parameters.braking, 1.0)
-                return outputs(accelerate=0.0, brake=brake, steer=steer, hazard=meeting.hazard)
+                return Command(brake=brake, steer=steer, hazard=meeting.hazard)
         wanted = (self._parameters.cruise_speed - ego.speed) / 1.0  # within one second
         accelerate = min(max(0.0, wanted) / self._parameters.acceleration, 1.0)
         brake = min(max(0.0, -wanted) / self._parameters.braking, 1.0)
-        return outputs(accelerate=accelerate, brake=brake, steer=steer, hazard=None)
+        return Command(accelerate=accelerate, brake=brake, steer=steer)
 
     def _deceleration(self, ego: Ego, distance: float) -> float:
         """What it takes to stop `stop_margin` before a conflict [m/s^2]."""
         room = max(distance - self._parameters.stop_margin, 0.1)
         return max(ego.speed**2 / (2.0 * room), self._parameters.comfortable / 2.0)
 
-    def _meeting(self, ego: Ego, seen: Array, received: Array, now: Time) -> _Meeting | None:
+    def _meeting(self, inputs: Inputs, now: Time) -> _Meeting | None:
         """The object whose conflict comes first; received ones may be the ego itself."""
-        if len(received):
-            others = received.compress(~overlapping(ego, self._moved(received, now)))
-            seen = np.concatenate([seen, others])
-        return self._worst(ego, seen, now)
+        ego, objects = inputs.ego, inputs.seen
+        if len(inputs.received):
+            is_ego = overlapping(ego, self._moved(inputs.received, now))
+            objects = np.concatenate([objects, inputs.received.compress(~is_ego)])
+        return self._worst(ego, objects, now)
 
     def _moved(self, objects: Array, now: Time) -> Bodies:
         """Where the objects are at `now`."""
@@ -123,30 +123,21 @@ class _Driver:
         return _Meeting(distance=float(conflicts.distance[first]), hazard=hazard)
 
 
-class _RulePolicy(Component):
-    """What the rule-based policies share: all but the objects they consider."""
+class _RulePolicy(DrivingPolicy):
+    """What the rule-based policies share: all but the objects that they know."""
 
     Parameters: TypeAlias = Parameters
 
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
 
-    @abc.abstractmethod
-    def _received(self, inputs: Signals) -> Array:
-        """The objects of others that are considered as well, `OBJECT` records."""
-
     @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
+    def begin(self, start: Time, rng: np.random.Generator) -> None:
         self._driver = _Driver(self._parameters)
-        self._outputs = NOTHING
 
     @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self._outputs = self._driver.drive(inputs, _seen(inputs), self._received(inputs), t + h)
-
-    @override
-    def outputs(self) -> Signals:
-        return self._outputs
+    def drive(self, inputs: Inputs, now: Time) -> Command:
+        return self._driver.drive(inputs, now)
 
 
 class RuleBased(_RulePolicy):
@@ -159,12 +150,8 @@ class RuleBased(_RulePolicy):
 
     @property
     @override
-    def connectors(self) -> Mapping[str, Connector]:
+    def reads(self) -> frozenset[str]:
         return _RULE_BASED
-
-    @override
-    def _received(self, inputs: Signals) -> Array:
-        return unframe("OBJS", bytes(inputs["received.objects"]), OBJECT)
 
 
 class Blind(_RulePolicy):
@@ -172,15 +159,5 @@ class Blind(_RulePolicy):
 
     @property
     @override
-    def connectors(self) -> Mapping[str, Connector]:
+    def reads(self) -> frozenset[str]:
         return _BLIND
-
-    @override
-    def _received(self, inputs: Signals) -> Array:
-        return np.empty(0, OBJECT)
-
-
-def _seen(inputs: Signals) -> Array:
-    """The objects of the ego's own sensor."""
-    objects = unframe("OBJS", bytes(inputs["objects"]), OBJECT)
-    return np.asarray(objects.compress(objects["sensor"] == int(np.asarray(inputs["ego.id"]))))

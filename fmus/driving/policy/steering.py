@@ -13,9 +13,9 @@ from typing import Final
 
 import numpy as np
 
+from fmus.driving.policy.ego import Ego
 from fmus.driving.policy.route import Segments
 from orchestrator.parameters import parameter
-from orchestrator.signal import Signals
 
 _DIGITS: Final = 9
 """Of the command: far above rounding errors, which must not steer, and below any effect."""
@@ -37,34 +37,30 @@ class SteeringParameters:
     )
 
 
-def has_route(inputs: Signals) -> bool:
-    """Whether the input `ego.route` leads anywhere: it is empty once the ego has left."""
-    route = np.asarray(inputs["ego.route"])
-    return len(route) > 1 and bool((np.ptp(route, axis=0) > 0).any())
+_USUAL: Final = SteeringParameters()
 
 
-def follow(inputs: Signals, parameters: SteeringParameters) -> float:
+def follow(ego: Ego, parameters: SteeringParameters = _USUAL) -> float:
     """The steering command, -1 (right) to 1 (left), that leads to the route and along it.
 
     It depends on the ego's present pose, speed and route only. The route is continued straight
     beyond its ends. A vehicle that drives away from the point ahead turns as sharply as it can.
 
     Args:
-        inputs: of a policy. `ego.position`, `ego.heading`, `ego.speed` and `ego.route` are read;
-            the axles are assumed to lie symmetrically to the body's centre.
-        parameters: of the vehicle, and how far to look.
+        ego: where it is, how fast, and its route; its axles are assumed to lie symmetrically to
+            the body's centre.
+        parameters: of the vehicle, and how far to look; by default those of the ego vehicle in
+            `sumo-traffic`.
 
     Returns:
         The command; exactly 0 on a straight route without offset, and without a route.
     """
-    if not has_route(inputs):
+    if not ego.has_route:
         return 0.0
-    heading = float(np.asarray(inputs["ego.heading"]))
-    speed = float(np.asarray(inputs["ego.speed"]))
-    ahead = np.array([math.cos(heading), math.sin(heading)])
-    rear = np.asarray(inputs["ego.position"]) - 0.5 * parameters.wheelbase * ahead
-    line = Segments.of(np.asarray(inputs["ego.route"]))
-    distance = max(parameters.lookahead, parameters.lookahead_time * speed)
+    ahead = np.array([math.cos(ego.heading), math.sin(ego.heading)])
+    rear = ego.position - 0.5 * parameters.wheelbase * ahead
+    line = Segments.of(ego.route)
+    distance = max(parameters.lookahead, parameters.lookahead_time * ego.speed)
     target = line.at(float(line.project(rear)[0]) + distance)
     x, y = (target - rear).tolist()
     forward, left = ahead[0] * x + ahead[1] * y, ahead[0] * y - ahead[1] * x

@@ -21,6 +21,7 @@ import numpy as np
 from typing_extensions import override
 
 from fmus.messages.records import BSM, NO_VEHICLE, NOISE, PACKET
+from fmus.physics.propagation import SPEED_OF_LIGHT
 from orchestrator.signal import Array
 from orchestrator.timebase import Duration
 from studies.verification.channel.check import Case, Question, ValueCheck
@@ -47,11 +48,10 @@ BITRATES: Final = (3e6, 4.5e6, 6e6, 9e6, 12e6, 18e6, 24e6, 27e6)
 """Bit rates of a 10 MHz channel [bit/s]; IEEE 802.11-2020, table 17-4."""
 _COLUMNS: Final = ("chunk_success", "header_success", "payload_success", "packet_success")
 _SERVICE_AND_TAIL: Final = 22  # bits, IEEE 802.11-2020, 17.3.2
-_LIGHT_SPEED: Final = 299_792_458.0
 _CARRIER: Final = 5.9e9
 _POWER: Final = 26.0
 _NOISE: Final = -98.0
-_LOSS_AT_1_M: Final = 20 * np.log10(4 * np.pi * _CARRIER / _LIGHT_SPEED)
+_LOSS_AT_1_M: Final = 20 * np.log10(4 * np.pi * _CARRIER / SPEED_OF_LIGHT)
 _PREAMBLE: Final = 32  # not decoded [us]; IEEE 802.11-2020, table 17-4
 _RADIUS: Final = 50.0
 _RECEIVER: Final = 0

@@ -7,17 +7,18 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 from fmus.messages.records import NO_VEHICLE
+from fmus.physics.error_rate import frame_success
+from fmus.physics.propagation import wavelength
 from fmus.relay.crossings import Hops, Walls, crossings
 from fmus.relay.knife_edges import shadowing
 from fmus.relay.obstacles import Obstacles
-from fmus.relay.radio import SPEED_OF_LIGHT, frame_success
 from orchestrator.signal import Array
 from tests.fmus.channel.harness import Channel
 from tests.fmus.driver import Library
 from tests.fmus.relay.world import radio
 from tests.fmus.scene import Building, Scene, Vehicle
 
-WAVELENGTH = SPEED_OF_LIGHT / 5.9e9
+WAVELENGTH = wavelength(5.9e9)
 RADIO = radio()
 OUTPUTS = ("path_loss", "vehicle_loss", "building_loss", "header_success", "payload_success")
 LINKS = 50

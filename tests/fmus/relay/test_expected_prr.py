@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from fmus.messages.records import NO_VEHICLE, OBJECT, frame, unframe
-from fmus.relay import ExpectedPrr
+from fmus.relay import ExpectedPrr, Situation
 from fmus.relay.expectation import Expectation, Losses
-from fmus.relay.nodes import Node, ego_node, neighbours
-from fmus.relay.policy import Situation
+from fmus.relay.inputs import Inputs as Known
+from fmus.relay.nodes import Node
 from fmus.relay.prediction import Horizon
 from fmus.relay.surroundings import Surroundings
 from tests.fmus.relay.world import (
@@ -38,16 +38,20 @@ Prr = dict[int, float]
 
 def expected(values: Inputs, **parameters: Any) -> Prr:
     """Expected PRR of each choice, while the ego stands at the origin."""
-    policy = started(ExpectedPrr(ExpectedPrr.Parameters(**parameters)))._rule  # type: ignore[attr-defined]
-    policy.remember(values, 0)
-    known = neighbours(values, 1.0)
-    situation = Situation(
-        ego=ego_node(values),
-        sharer=known.pop(SHARER),
-        candidates={v: node for v, node in known.items() if v != EGO},
-        current=None,
+    policy = ExpectedPrr(ExpectedPrr.Parameters(**parameters))
+    started(policy)
+    known = Known.read(values)
+    policy.remember(known, 0)
+    return policy.expected(of_sharer(known))
+
+
+def of_sharer(known: Known) -> Situation:
+    """The sharer is to be connected; all others that were heard are candidates."""
+    heard = known.bsms.heard_within(1.0)
+    candidates = {v: node for v, node in heard.items() if v not in {SHARER, EGO}}
+    return Situation(
+        ego=known.ego, sharer=heard[SHARER], candidates=candidates, current=None, known=known
     )
-    return dict(policy.expected(situation, values))
 
 
 def at_rest(table: Any, objects: Any = None) -> Inputs:
@@ -279,10 +283,7 @@ def best(values: Inputs, at_once: int) -> float:
         at_once=at_once,
     )
     surroundings = Surroundings(1.0, 10**9)
-    known = neighbours(values, 1.0)
-    situation = Situation(
-        ego=ego_node(values), sharer=known.pop(SHARER), candidates=known, current=None
-    )
-    obstacles = surroundings.obstacles(situation, values)
-    walls = surroundings.walls(values)
-    return float(expectation.of_routes(situation, values, obstacles, walls).max())
+    situation = of_sharer(Known.read(values))
+    obstacles = surroundings.obstacles(situation)
+    walls = surroundings.walls(situation.known)
+    return float(expectation.of_routes(situation, obstacles, walls).max())

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from fmus.messages.records import OBJECT, frame
+from fmus.physics.propagation import wavelength
 from fmus.relay.connectors import CONNECTORS
-from fmus.relay.radio import SPEED_OF_LIGHT, Radio
+from fmus.relay.radio import Radio
 from orchestrator.component import Component
 from orchestrator.signal import Causality, Signal
 
@@ -89,7 +90,7 @@ def radio(uncertainty: float = 0.0) -> Radio:
         cca_threshold=-65.0,
         missed=0.3,
         capture_margin=10.0,
-        wavelength=SPEED_OF_LIGHT / 5.9e9,
+        wavelength=wavelength(5.9e9),
         frame_size=238,
         fading_m=0.0,
         uncertainty=uncertainty,

@@ -11,7 +11,10 @@ from fmus.driving.network.cloud import clouds
 from fmus.driving.network.driver import ego_numbers
 from fmus.driving.network.plane import Frame
 from fmus.driving.network.scan import scan_of
+from fmus.driving.policy.command import Command
+from fmus.driving.policy.connectors import INPUTS
 from fmus.driving.policy.expert import ExpertDriver, ExpertParameters
+from fmus.driving.policy.inputs import Inputs
 from fmus.driving.policy.network import NetworkDriver
 from orchestrator.signal import Array, Signal, Signals
 from orchestrator.testing import check_component
@@ -98,19 +101,26 @@ def commands(outputs: list[dict[str, Signal]]) -> Array:
     return np.array([each["command"] for each in outputs])
 
 
-def by_expert() -> Array:
+def known(moment: Signals) -> Inputs:
+    return Inputs.read(moment, frozenset(INPUTS))
+
+
+def taught() -> list[Command]:
     expert = ExpertDriver(ExpertParameters())
-    return np.array([expert.drive(moment, 0)["command"] for moment in MOMENTS[1:]])
+    return [expert.drive(known(moment)) for moment in MOMENTS[1:]]
+
+
+def by_expert() -> Array:
+    return np.array([command.signals()["command"] for command in taught()])
 
 
 def expert_threats() -> list[int]:
-    expert = ExpertDriver(ExpertParameters())
-    return [int(np.asarray(expert.drive(m, 0)["hazard.instance"])) for m in MOMENTS[1:]]
+    return [command.hazard.instance if command.hazard else -1 for command in taught()]
 
 
 def by_network(moments: Sequence[Signals] = MOMENTS) -> Array:
     driver = NetworkDriver(network_as_stored(), 30.0 / 3.6, SECOND)
-    return np.array([driver.command(m, (k + 1) * STEP) for k, m in enumerate(moments[1:])])
+    return np.array([driver.command(known(m), (k + 1) * STEP) for k, m in enumerate(moments[1:])])
 
 
 def network_as_stored() -> Any:

@@ -14,11 +14,12 @@ from fmus.driving.network.driver import DrivingNetwork
 from fmus.driving.network.messages import seen, to_observed
 from fmus.driving.network.plane import Frame
 from fmus.driving.network.sensors import BevSensor, Sender
-from fmus.driving.policy import Network
+from fmus.driving.policy import Inputs, Network
+from fmus.driving.policy.connectors import INPUTS
 from fmus.driving.policy.network import NetworkDriver
 from fmus.messages.features import FeaturesMessage, write_features
 from orchestrator.errors import ComponentTypeError
-from orchestrator.signal import Array, Signal
+from orchestrator.signal import Array, Signal, Signals
 from orchestrator.testing import check_component
 from tests.fmus.driving.network.world import (
     PERIOD,
@@ -85,8 +86,12 @@ def policy(folder: Path, architecture: Architecture = SMALL) -> Network:
     return made
 
 
+def command(found: NetworkDriver, signals: Signals, now: int) -> Array:
+    return found.command(Inputs.read(signals, frozenset(INPUTS)), now)
+
+
 def drive(found: NetworkDriver, k: int, *messages: FeaturesMessage, **others: Signal) -> Array:
-    return found.command(inputs(k, *messages, **others), k * PERIOD)
+    return command(found, inputs(k, *messages, **others), k * PERIOD)
 
 
 @pytest.mark.parametrize("cooperative", [True, False])
@@ -108,7 +113,7 @@ def test_it_is_encoder_fusion_and_head(tmp_path: Path) -> None:
     """Own scan and message, each with its age, by the parts that other tests are about."""
     checkpoint, found = network(), driver()
     sent, now = message(1, checkpoint), 2 * PERIOD + 12 * STEP
-    command = found.command(inputs(2, sent), now)
+    driven = command(found, inputs(2, sent), now)
     (cloud,) = clouds(points(2, EGO))
     own = seen(cloud, BevSensor(checkpoint).encode(cloud), now)
     assert own.age == pytest.approx(0.6)
@@ -119,13 +124,13 @@ def test_it_is_encoder_fusion_and_head(tmp_path: Path) -> None:
         wanted_speed=8.0,
         route=np.asarray(inputs(2)["ego.route"]),
     )
-    assert command.tobytes() == expected.tobytes()
+    assert driven.tobytes() == expected.tobytes()
 
 
 def test_scans_grow_old() -> None:
     """With nothing new, the same scan says something else after a while."""
     found = driver()
-    commands = [found.command(inputs(1), PERIOD + k * STEP).tobytes() for k in range(20)]
+    commands = [command(found, inputs(1), PERIOD + k * STEP).tobytes() for k in range(20)]
     assert len(set(commands)) > 2
 
 
@@ -142,9 +147,9 @@ def test_each_scan_is_encoded_once(monkeypatch: pytest.MonkeyPatch) -> None:
     found = driver()
     for k in (1, 2, 3):
         given = inputs(k)
-        found.command(given, k * PERIOD)
+        command(found, given, k * PERIOD)
         again = given | {"points": bytes(bytearray(np.frombuffer(bytes(given["points"]), "u1")))}
-        found.command(again, k * PERIOD + STEP)
+        command(found, again, k * PERIOD + STEP)
     assert times == [1, 2, 3]
 
 
@@ -156,7 +161,7 @@ def test_the_command_does_not_depend_on_which_objects_carry_the_signals() -> Non
         now, k = step * STEP, step // 2
         given = inputs(k, sent)
         copied = {n: bytes(bytearray(v)) if isinstance(v, bytes) else v for n, v in given.items()}
-        assert one.command(given, now).tobytes() == other.command(copied, now).tobytes()
+        assert command(one, given, now).tobytes() == command(other, copied, now).tobytes()
 
 
 def test_without_a_route_it_does_nothing() -> None:
@@ -222,7 +227,7 @@ def test_early_fusion_lays_the_newest_cloud_of_each_sender_over_the_own_one() ->
     (own,) = clouds(points(2, EGO))
     (other,) = clouds(points(1, SHARER))
     found = driver(checkpoint)
-    command = drive(found, 2, message(0, checkpoint), message(1, checkpoint))
+    driven = drive(found, 2, message(0, checkpoint), message(1, checkpoint))
     both = BevSensor(checkpoint).encode(own, [other])
     expected = DrivingNetwork(checkpoint.architecture, checkpoint.weights).drive(
         [seen(own, both, 2 * PERIOD)],
@@ -231,8 +236,8 @@ def test_early_fusion_lays_the_newest_cloud_of_each_sender_over_the_own_one() ->
         wanted_speed=8.0,
         route=np.asarray(inputs(2)["ego.route"]),
     )
-    assert command.tobytes() == expected.tobytes()
-    assert command.tobytes() != drive(driver(checkpoint), 2).tobytes()
+    assert driven.tobytes() == expected.tobytes()
+    assert driven.tobytes() != drive(driver(checkpoint), 2).tobytes()
 
 
 def test_an_unknown_network_is_refused_when_it_is_created() -> None:

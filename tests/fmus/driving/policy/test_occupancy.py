@@ -9,7 +9,6 @@ from shapely.geometry import Polygon, box
 
 from fmus.driving.policy.occupancy import Vehicles, occupancy, others, reaching
 from fmus.driving.policy.route import Segments
-from orchestrator.signal import Signal
 
 LINE = Segments.of(np.array([[0.0, 0.0], [0.0, 30.0], [0.0, 100.0]]))
 NOW = np.array([0.0, 0.1])
@@ -83,22 +82,20 @@ def test_the_pace_is_what_gets_ahead_along_the_route() -> None:
         assert occupancy(LINE, bus(0.0, 50.0, 0.0, velocity), NOW, 1.4).pace == pytest.approx(pace)
 
 
-def signals(ego: int) -> dict[str, Signal]:
-    return {
-        "ego.id": np.array(ego),
-        "vehicle.id": np.array([3, 5, 8]),
-        "vehicle.position": np.zeros((3, 3)),
-        "vehicle.heading": np.zeros(3),
-        "vehicle.velocity": np.zeros((3, 2)),
-        "vehicle.size": np.ones((3, 3)),
-    }
+THREE = Vehicles(
+    number=np.array([3, 5, 8]),
+    center=np.zeros((3, 2)),
+    heading=np.zeros(3),
+    size=np.ones((3, 2)),
+    velocity=np.zeros((3, 2)),
+)
 
 
 def test_others_are_all_but_the_ego() -> None:
-    assert others(signals(5)).number.tolist() == [3, 8]
-    assert others(signals(-1)).number.tolist() == [3, 5, 8]  # the ego has left
+    assert others(THREE, 5).number.tolist() == [3, 8]
+    assert others(THREE, -1).number.tolist() == [3, 5, 8]  # the ego has left
 
 
 def test_vehicles_without_the_ego_cannot_be_all() -> None:
     with pytest.raises(ValueError, match=r"`ego.id` 4, is not among the 3 .* policy.vehicle}"):
-        others(signals(4))
+        others(THREE, 4)

@@ -1,5 +1,6 @@
 """Rule-based driving against closed-form kinematics."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -7,7 +8,8 @@ import pytest
 from hypothesis import given, strategies as st
 
 from fmus.driving.policy import Blind, Expert, RuleBased
-from fmus.driving.policy.conflict import Bodies, Conflicts, Ego, Prediction, overlapping, project
+from fmus.driving.policy.conflict import Bodies, Conflicts, Prediction, overlapping, project
+from fmus.driving.policy.ego import Ego
 from fmus.messages.records import OBJECT, frame, unframe
 from orchestrator.component import Component
 from orchestrator.signal import Causality, Signal
@@ -22,7 +24,15 @@ PREDICTION = Prediction(
     acceleration=2.0,
     cruise=10.0,
 )
-EGO = Ego(speed=10.0, length=4.0, width=2.0, route=np.array([[0.0, 0.0], [0.0, 100.0]]))
+EGO = Ego(
+    vehicle=1,
+    position=np.zeros(2),
+    heading=0.5 * np.pi,
+    speed=10.0,
+    length=4.0,
+    width=2.0,
+    route=np.array([[0.0, 0.0], [0.0, 100.0]]),
+)
 
 
 def crossing(x: float, y: float, speed: float) -> Bodies:
@@ -51,7 +61,7 @@ def test_one_that_passes_before_or_after_is_not() -> None:
 
 
 def test_a_stopped_ego_looks_at_the_motion_it_could_start() -> None:
-    stopped = Ego(speed=0.0, length=4.0, width=2.0, route=EGO.route)
+    stopped = replace(EGO, speed=0.0)
     assert conflict(stopped, crossing(-15.0, 6.0, 10.0))[0] < 4.0
 
 

@@ -11,6 +11,7 @@ from hypothesis import given, strategies as st
 
 from adapters.sumo.ego import Command, EgoState, advance
 from adapters.sumo.polyline import Polyline
+from fmus.driving.policy.ego import Ego
 from fmus.driving.policy.steering import SteeringParameters, follow
 from tests.fmus.dynamics import DYNAMICS
 
@@ -49,13 +50,16 @@ def drive(
 
 
 def steer(state: EgoState, route: Float, parameters: SteeringParameters = PARAMETERS) -> float:
-    inputs = {
-        "ego.position": np.array([state.x, state.y]),
-        "ego.heading": np.array(state.heading),
-        "ego.speed": np.array(state.speed),
-        "ego.route": route,
-    }
-    return follow(inputs, parameters)
+    ego = Ego(
+        vehicle=1,
+        position=np.array([state.x, state.y]),
+        heading=state.heading,
+        speed=state.speed,
+        length=4.9,
+        width=1.9,
+        route=route,
+    )
+    return follow(ego, parameters)
 
 
 def offset(route: Float, state: EgoState) -> float:

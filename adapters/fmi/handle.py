@@ -1,0 +1,103 @@
+"""One instance behind the functions of its library, whatever its FMI version."""
+
+import ctypes
+from collections.abc import Callable
+from ctypes import c_void_p
+from dataclasses import dataclass
+from typing import Any, cast
+
+from adapters.fmi.instance import Guard
+from adapters.fmi.messages import MessageLog
+from adapters.fmi.unpacked import LoadedFmu
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LifeFunctions:
+    """What the functions are called that store states and end an instance."""
+
+    get_state: str
+    set_state: str
+    free_state: str
+    terminate: str
+    free_instance: str
+
+
+class Handle:
+    """An instance that lives: calls to it, its stored states, and its end.
+
+    Attributes:
+        fmu: the library, which goes with the instance.
+        guard: judges the status of calls.
+        address: of the instance, the first argument of its functions.
+        is_initialised: whether it has left initialisation mode, so that it is to be terminated.
+    """
+
+    def __init__(
+        self,
+        fmu: LoadedFmu,
+        log: MessageLog,
+        functions: LifeFunctions,
+        instantiate: Callable[[LoadedFmu], int],
+    ) -> None:
+        """Instantiate; the library goes again if that fails.
+
+        Args:
+            fmu: the loaded library.
+            log: receives what the FMU says.
+            functions: of its FMI version.
+            instantiate: calls the function that makes an instance; its address.
+        """
+        self.fmu = fmu
+        self.guard = Guard(log)
+        self.is_initialised = False
+        self._functions = functions
+        self._states: set[int] = set()
+        self._is_freed = False
+        try:
+            self.address = instantiate(fmu)
+        except BaseException:
+            fmu.unload()
+            fmu.discard()
+            raise
+
+    def call(self, name: str, *arguments: Any) -> None:
+        """Call a function of the instance.
+
+        Raises:
+            FmuError: it returned neither OK nor Warning.
+        """
+        self.guard.check(name, self.fmu.call(name, self.address, *arguments))
+
+    def save(self) -> int:
+        """Store the FMU state; an address for `restore` and `forget`."""
+        state = c_void_p()
+        self.call(self._functions.get_state, ctypes.byref(state))
+        address = cast("int", state.value)
+        self._states.add(address)
+        return address
+
+    def restore(self, state: int) -> None:
+        """Return to a stored state; a failed instance is sound again."""
+        self.call(self._functions.set_state, c_void_p(state))
+        self.guard.has_failed = False
+
+    def forget(self, state: int) -> None:
+        """Free a stored state; harmless after `free`."""
+        if state in self._states and not self.guard.is_dead:
+            self._states.discard(state)
+            pointer = ctypes.byref(c_void_p(state))
+            self.fmu.call(self._functions.free_state, self.address, pointer)
+
+    def free(self) -> None:
+        """Free the states, the instance, the library and the temporary folder, once."""
+        if self._is_freed:
+            return
+        self._is_freed = True
+        if not self.guard.is_dead:
+            for state in tuple(self._states):
+                self.forget(state)
+            if self.is_initialised and not self.guard.has_failed:
+                self.fmu.call(self._functions.terminate, self.address)
+            self.fmu.call(self._functions.free_instance, self.address)
+            self.fmu.unload()
+        self.fmu.discard()

@@ -1,0 +1,80 @@
+"""The base of driving policies."""
+
+import abc
+from collections.abc import Mapping
+
+import numpy as np
+from typing_extensions import override
+
+from fmus.driving.policy.command import Command
+from fmus.driving.policy.connectors import connectors
+from fmus.driving.policy.inputs import Inputs
+from orchestrator.component import Component
+from orchestrator.signal import Connector, Signals
+from orchestrator.timebase import Duration, Time
+
+
+class DrivingPolicy(Component):
+    """A driving policy: what the ego vehicle's pedals and wheel shall do.
+
+    Derive from it, say in `reads` what it has to know and in `drive` what it does, and offer the
+    class by an entry point in the group `orchestrator.components`; then a scenario can name it as
+    the `type` of its component `policy`. `fmus.driving.policy` has all names that this takes: this
+    class, `Inputs`, `Command`, the set `EGO` of the signals about the ego vehicle, and `follow`,
+    which steers along the route. Everything else is the same for every policy:
+
+    * **Connectors.** All policies have the same, so that one can take another's place.
+    * **Knowledge.** Of the inputs a policy is given those in `reads`; its outputs are declared to
+      depend on them. `Inputs` has everything else as if nothing were connected.
+    * **When.** `drive` is called at every step; what it returns acts in the step that follows.
+    * **Parameters.** None by default. A policy with parameters nests a frozen dataclass
+      `Parameters`, of which its constructor takes an instance (`orchestrator.parameters`).
+    * **State.** What a policy remembers from step to step it makes in `begin`, which does nothing
+      by default. A run may be repeated: `begin` forgets everything.
+    * **Chance.** The only source of randomness is the generator given to `begin`.
+    """
+
+    @property
+    @abc.abstractmethod
+    def reads(self) -> frozenset[str]:
+        """Names of the inputs that the policy reads; constant after creation.
+
+        They are those of `fmus.driving.policy.connectors.INPUTS`; `EGO` has those about the ego
+        vehicle.
+        """
+
+    @abc.abstractmethod
+    def drive(self, inputs: Inputs, now: Time) -> Command:
+        """What pedals and wheel shall do from now on.
+
+        Args:
+            inputs: what the policy knows at `now`.
+            now: the communication point at the end of the step [ns].
+        """
+
+    def begin(self, start: Time, rng: np.random.Generator) -> None:
+        """Enter the state at the start of a run, whatever was before.
+
+        Args:
+            start: the first communication point [ns].
+            rng: the policy's own random stream.
+        """
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return connectors(self.reads)
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._outputs = Command().signals()
+        self.begin(start, rng)
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        now = t + h
+        self._outputs = self.drive(Inputs.read(inputs, self.reads), now).signals()
+
+    @override
+    def outputs(self) -> Signals:
+        return self._outputs
