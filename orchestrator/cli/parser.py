@@ -13,6 +13,7 @@ COMMANDS: Final = "orchestrator.commands"
 """Entry points of further commands: a callable that adds its parsers to the subparsers, each
 with the default `execute`, a callable from the parsed arguments to an `Outcome`."""
 
+_SCENARIO = "a scenario file (YAML), or the name of an installed scenario (`nlosim scenarios`)"
 _SET = """\
 PATH=VALUE; replaces or adds a value of the scenario, e.g.
   --set time.stop=5s
@@ -30,10 +31,11 @@ exit codes:
   5  internal error, a bug; the message says how to report it
 
 examples:
-  nlosim check scenarios/red_light.yaml
-  nlosim run scenarios/red_light.yaml --seed 3
-  nlosim run scenarios/red_light.yaml --set components.relay.type=relay-direct --json
-  nlosim graph scenarios/red_light.yaml --svg wiring.svg
+  nlosim scenarios
+  nlosim run red_light --seed 3
+  nlosim run red_light --set components.relay.type=relay-direct --json
+  nlosim check my_scenario.yaml
+  nlosim graph red_light --svg wiring.svg
   nlosim components channel
 """
 
@@ -87,6 +89,7 @@ def parser() -> argparse.ArgumentParser:
     _add_check(commands)
     _add_graph(commands)
     _add_components(commands)
+    _add_scenarios(commands)
     _add_report(commands)
     _add_experiment(commands)
     for entry in sorted(entry_points(group=COMMANDS), key=lambda entry: entry.name):
@@ -122,7 +125,7 @@ def _command(
 
 
 def _add_scenario(command: argparse.ArgumentParser) -> None:
-    command.add_argument("scenario", metavar="SCENARIO", help="a scenario file (YAML)")
+    command.add_argument("scenario", metavar="SCENARIO", help=_SCENARIO)
     command.add_argument(
         "--set", dest="overrides", action="append", default=[], metavar="PATH=VALUE", help=_SET
     )
@@ -138,9 +141,9 @@ The run directory holds the recording, manifest.json, metrics.json, figure.png a
 Ctrl-C stops the run at the next communication point; what was recorded can be read.
 
 examples:
-  nlosim run scenarios/red_light.yaml
-  nlosim run scenarios/red_light.yaml --seed 3 --out results/seed-3
-  nlosim run scenarios/red_light.yaml --transport zenoh""",
+  nlosim run red_light
+  nlosim run red_light --seed 3 --out results/seed-3
+  nlosim run my_scenario.yaml --transport zenoh""",
     )
     _add_scenario(run)
     run.add_argument("--seed", type=int, metavar="N", help="instead of the scenario's seed")
@@ -194,6 +197,24 @@ def _add_components(commands: _Commands) -> None:
     )
     components.add_argument(
         "name", metavar="NAME", nargs="?", help="an installed type, or the path of an FMU"
+    )
+
+
+def _add_scenarios(commands: _Commands) -> None:
+    scenarios = _command(
+        commands,
+        "scenarios",
+        "list the installed scenarios, or copy one",
+        """\
+Packages offer theirs by entry points of the group `orchestrator.scenarios`. A copy has the files
+that the scenario extends and the package's assets with it.
+
+examples:
+  nlosim scenarios
+  nlosim scenarios --copy red_light my_study""",
+    )
+    scenarios.add_argument(
+        "--copy", nargs=2, metavar=("NAME", "DIR"), help="copy one into a directory, to be edited"
     )
 
 
