@@ -2,36 +2,49 @@
 # its own virtual environment. The FMUs are compiled during installation by ziglang, a compiler
 # from the package index.
 PYTHON ?= python3
+.DEFAULT_GOAL := demo
 
-.PHONY: demo test bench paper paper-relay paper-collision paper-sensitivity train verify verify-perception net clean
+# every environment .venv-NAME: this package, editable, with the extras EXTRAS_NAME
+EXTRAS_demo =
+EXTRAS_test = dev
+EXTRAS_bench = bench
+EXTRAS_docs = docs
+EXTRAS_net = net
+EXTRAS_paper = experiment,cpm
+EXTRAS_release = release
+EXTRAS_train = train
+
+# what a new installation is needed for: dependencies, entry points, and what the FMUs are made of
+INSTALLED_FROM := pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py')
+
+.PHONY: help demo test docs bench paper paper-relay paper-collision paper-sensitivity train verify verify-perception net release clean
+
+help:  ## list the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+.venv-%/installed: $(INSTALLED_FROM)
+	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
+	$(PYTHON) -m venv .venv-$*
+	.venv-$*/bin/python -m pip install --quiet --disable-pip-version-check --editable '.$(if $(EXTRAS_$*),[$(EXTRAS_$*)])'
+	touch $@
 
 demo: .venv-demo/installed  ## run the red-light scenario, closed loop, from nothing
-	.venv-demo/bin/nlosim run scenarios/red_light.yaml
+	.venv-demo/bin/nlosim run red_light
 
 test: .venv-test/installed  ## everything that CI checks
 	.venv-test/bin/ruff check .
 	.venv-test/bin/ruff format --check .
 	.venv-test/bin/mypy
 	.venv-test/bin/lint-imports
+	NO_MKDOCS_2_WARNING=1 .venv-test/bin/mkdocs --quiet build --strict
 	.venv-test/bin/python -m pytest -n logical --dist loadfile
 
-.venv-demo/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py')
-	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
-	$(PYTHON) -m venv .venv-demo
-	.venv-demo/bin/python -m pip install --quiet --disable-pip-version-check --editable .
-	touch $@
+docs: .venv-docs/installed  ## the manual as a site, in build/site; it can be opened from disk
+	NO_MKDOCS_2_WARNING=1 .venv-docs/bin/mkdocs --quiet build --strict
+	@echo "open build/site/index.html"
 
-.venv-test/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py')
-	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
-	$(PYTHON) -m venv .venv-test
-	.venv-test/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
-	touch $@
-
-.venv-bench/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py')
-	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
-	$(PYTHON) -m venv .venv-bench
-	.venv-bench/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]'
-	touch $@
+release: .venv-release/installed  ## make release VERSION=1.2.3: build, try, commit, tag; DRY_RUN=1 only checks, PUBLISH=1 uploads
+	.venv-release/bin/python release.py $(or $(VERSION),$(error which version? make release VERSION=1.2.3)) $(if $(DRY_RUN),--dry-run) $(if $(PUBLISH),--publish)
 
 bench: .venv-bench/installed  ## measure, and make docs/benchmarks.md; keep the machine quiet
 	mkdir -p docs/results
@@ -39,12 +52,6 @@ bench: .venv-bench/installed  ## measure, and make docs/benchmarks.md; keep the 
 	.venv-bench/bin/nlosim bench lidar --json > docs/results/bench-lidar.json
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/nlosim bench policy --json > docs/results/bench-policy.json
 	.venv-bench/bin/python -m benchmarks.page docs/benchmarks.md docs/results/bench-*.json
-
-.venv-paper/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py')
-	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
-	$(PYTHON) -m venv .venv-paper
-	.venv-paper/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[experiment,cpm]'
-	touch $@
 
 # SEEDS=1..5 is a quick look in directories of its own, without docs; without SEEDS it is the study.
 # Both go on where they were interrupted; remove the directories to begin anew.
@@ -90,12 +97,6 @@ paper-sensitivity: .venv-paper/installed  ## what the result of the relay study 
 	cp runs/relay_sensitivity/report/* docs/results/
 	$(RELAY_PAGE)
 
-.venv-train/installed: pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py')
-	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
-	$(PYTHON) -m venv .venv-train
-	.venv-train/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[train]'
-	touch $@
-
 # All networks that come with the package, or some: make train NETWORKS='bev_32 blind'. It goes on where it was
 # interrupted; remove runs/train-* to begin anew.
 NETWORKS ?= bev_16 bev_32 blind early_fusion
@@ -117,9 +118,7 @@ verify: .venv-demo/installed  ## compare the channel with golden data; GOLDEN=DI
 verify-perception: .venv-test/installed  ## compare blind zones and sharers with geometry; makes docs/validation-perception.md
 	.venv-test/bin/nlosim verify perception --figures docs/validation-perception
 
-net:  ## make the net of the red-light scene again, with netconvert
-	$(PYTHON) -m venv .venv-net
-	.venv-net/bin/python -m pip install --quiet 'eclipse-sumo==1.28.0'
+net: .venv-net/installed  ## make the net of the red-light scene again, with netconvert
 	cd scenarios/assets/red_light && ../../../.venv-net/bin/netconvert -c red_light.netccfg
 	cd scenarios/assets/red_light && $(PYTHON) -c 'import pathlib, re; p = pathlib.Path("red_light.net.xml"); p.write_text(re.sub(r"<!-- generated.*?-->\n", "", p.read_text(), flags=re.DOTALL))'
 

@@ -44,9 +44,10 @@ def test_a_wheel_contains_the_fmus_and_the_scenarios(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     for unit in ("channel", "lidar", "perception"):
         assert f"fmus/{unit}/{unit}.fmu" in names
-    shipped = {name for name in tracked_files() if name.startswith("scenarios/")}
-    assert shipped
-    assert shipped <= names
+    for folder in ("scenarios/", "studies/"):
+        shipped = {name for name in tracked_files() if name.startswith(folder)}
+        assert any(name.endswith(".yaml") for name in shipped)
+        assert shipped <= names
     assert not any(name.startswith(("tests/", "docs/")) for name in names)
 
 
@@ -72,10 +73,15 @@ def test_a_wheel_works_alone_in_an_empty_environment(wheel: Path, tmp_path: Path
         cwd=tmp_path,
     ).strip()
     nlosim = tmp_path / "env" / "bin" / "nlosim"
-    assert json.loads(run(nlosim, "check", scenario, "--json", cwd=tmp_path)) == {"problems": []}
+    listed = json.loads(run(nlosim, "scenarios", "--json", cwd=tmp_path))["scenarios"]
+    assert {row["name"]: row["path"] for row in listed}["red_light"] == scenario
+    assert all(row["error"] is None for row in listed)
+    for given in (scenario, "red_light"):
+        assert json.loads(run(nlosim, "check", given, "--json", cwd=tmp_path)) == {"problems": []}
     result = json.loads(
-        run(nlosim, "run", scenario, "--set", "time.stop=1 s", "--json", cwd=tmp_path)
+        run(nlosim, "run", "red_light", "--set", "time.stop=1 s", "--json", cwd=tmp_path)
     )
+    assert result["out"] == "runs/red_light-1"
     assert (tmp_path / result["out"] / "manifest.json").is_file()
 
 

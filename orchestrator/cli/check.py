@@ -1,19 +1,19 @@
 """`nlosim check`."""
 
 from argparse import Namespace
-from pathlib import Path
 
 from orchestrator.cli.failures import problem_data
 from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.errors import ScenarioError
 from orchestrator.scenario.build import load_scenario
+from orchestrator.scenario.installed import scenario_path
 from orchestrator.scenario.wiring import assemble
 
 
 def execute(arguments: Namespace) -> Outcome:
     """Find every problem that can be found without running."""
     try:
-        scenario = load_scenario(Path(arguments.scenario), arguments.overrides)
+        scenario = load_scenario(scenario_path(arguments.scenario), arguments.overrides)
         assembly = assemble(scenario)
     except ScenarioError as error:
         return Outcome(

@@ -11,6 +11,7 @@ from orchestrator.cli.drawing import draw
 from orchestrator.cli.outcome import Outcome
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.graph import Edge, Graph, Node, graph_of, grouped
+from orchestrator.scenario.installed import scenario_path
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.wiring import assemble
@@ -18,7 +19,7 @@ from orchestrator.scenario.wiring import assemble
 
 def execute(arguments: Namespace) -> Outcome:
     """Print the wiring and, if asked to, draw it."""
-    scenario = load_scenario(Path(arguments.scenario), arguments.overrides)
+    scenario = load_scenario(scenario_path(arguments.scenario), arguments.overrides)
     assembly = assemble(scenario)
     try:
         graph = graph_of(scenario, assembly)

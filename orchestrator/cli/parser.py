@@ -12,7 +12,10 @@ COMMANDS: Final = "orchestrator.commands"
 """Entry points of further commands: a callable that adds its parsers to the subparsers, each
 with the default `execute`, a callable from the parsed arguments to an `Outcome`."""
 
-_SET = """\
+_SCENARIO: Final = (
+    "a scenario file (YAML), or the name of an installed scenario (`nlosim scenarios`)"
+)
+_SET: Final = """\
 PATH=VALUE; replaces or adds a value of the scenario, e.g.
   --set time.stop=5s
   --set components.policy.type=policy-blind
@@ -24,9 +27,17 @@ The run directory holds the recording, manifest.json, metrics.json, figure.png a
 Ctrl-C stops the run at the next communication point; what was recorded can be read.
 
 examples:
-  nlosim run scenarios/red_light.yaml
-  nlosim run scenarios/red_light.yaml --seed 3 --out results/seed-3
-  nlosim run scenarios/red_light.yaml --transport zenoh"""
+  nlosim run red_light
+  nlosim run red_light --seed 3 --out results/seed-3
+  nlosim run my_scenario.yaml --transport zenoh"""
+
+_SCENARIOS: Final = """\
+Packages offer theirs by entry points of the group `orchestrator.scenarios`. A copy has the files
+that the scenario extends and the package's assets with it.
+
+examples:
+  nlosim scenarios
+  nlosim scenarios --copy red_light my_study"""
 
 _CHECK: Final = """\
 Prints FILE:LINE:COLUMN: PROBLEM for each, and exits with code 2 if there are any.
@@ -61,10 +72,11 @@ exit codes:
   5  internal error, a bug; the message says how to report it
 
 examples:
-  nlosim check scenarios/red_light.yaml
-  nlosim run scenarios/red_light.yaml --seed 3
-  nlosim run scenarios/red_light.yaml --set components.relay.type=relay-direct --json
-  nlosim graph scenarios/red_light.yaml --svg wiring.svg
+  nlosim scenarios
+  nlosim run red_light --seed 3
+  nlosim run red_light --set components.relay.type=relay-direct --json
+  nlosim check my_scenario.yaml
+  nlosim graph red_light --svg wiring.svg
   nlosim components channel
 """
 
@@ -118,6 +130,7 @@ def parser() -> argparse.ArgumentParser:
     _add_check(commands)
     _add_graph(commands)
     _add_components(commands)
+    _add_scenarios(commands)
     _add_report(commands)
     _add_experiment(commands)
     add_installed(commands, entry_points(group=COMMANDS), "the command `{}`")
@@ -125,7 +138,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def _add_scenario(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scenario", metavar="SCENARIO", help="a scenario file (YAML)")
+    parser.add_argument("scenario", metavar="SCENARIO", help=_SCENARIO)
     parser.add_argument(
         "--set", dest="overrides", action="append", default=[], metavar="PATH=VALUE", help=_SET
     )
@@ -168,6 +181,15 @@ def _add_components(commands: _Commands) -> None:
     )
     components.add_argument(
         "name", metavar="NAME", nargs="?", help="an installed type, or the path of an FMU"
+    )
+
+
+def _add_scenarios(commands: _Commands) -> None:
+    scenarios = command(
+        commands, "scenarios", "list the installed scenarios, or copy one", _SCENARIOS
+    )
+    scenarios.add_argument(
+        "--copy", nargs=2, metavar=("NAME", "DIR"), help="copy one into a directory, to be edited"
     )
 
 

@@ -16,6 +16,7 @@ from orchestrator.run import (
     run_scenario,
 )
 from orchestrator.scenario.build import load_scenario
+from orchestrator.scenario.installed import scenario_path
 
 
 def execute(arguments: Namespace) -> Outcome:
@@ -23,7 +24,7 @@ def execute(arguments: Namespace) -> Outcome:
     overrides = list(arguments.overrides)
     if arguments.seed is not None:
         overrides.append(f"seed={arguments.seed}")
-    scenario = load_scenario(Path(arguments.scenario), overrides)
+    scenario = load_scenario(scenario_path(arguments.scenario), overrides)
     meter = NoProgress() if arguments.quiet else progress_meter()
     with stopping() as stop:
         try:

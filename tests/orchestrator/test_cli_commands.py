@@ -196,6 +196,6 @@ def test_the_help_teaches_without_loading_what_only_runs_need() -> None:
         check=True,
         cwd=Path(__file__).parents[2],
     )
-    assert "nlosim run scenarios/red_light.yaml --seed 3" in done.stdout
+    assert "nlosim run red_light --seed 3" in done.stdout
     assert "exit codes:" in done.stdout
     assert done.stdout.endswith("LOADED []\n")

@@ -16,7 +16,16 @@ from orchestrator.timebase import Duration, Time
 
 
 class LinkModelComponent(RestorableComponent[tuple[DeliveryState, Signals]]):
-    """A channel made of a link model.
+    """A channel made of a link model: the base of channel models of one's own.
+
+    Derive from it, make the model in `link_model`, and offer the class by an entry point in the
+    group `orchestrator.components`; then a scenario can name it as the `type` of its component
+    `channel`. `fmus.channel.stand_ins` has all names that this takes: this class, `LinkModel`,
+    `Receivers`, `Verdicts`, `RadioParameters`, and `reception_draws` for random numbers that depend
+    on the seed, the packet, the hop and the receiver, and on nothing else. Everything else is the
+    same for all: connectors, packets on their routes, times on air, relays and the busy ratio.
+    A model with parameters nests a frozen dataclass `Parameters` that derives from
+    `RadioParameters`, and hands it to this constructor.
 
     Args:
         parameters: of the radios.

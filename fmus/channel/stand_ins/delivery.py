@@ -20,6 +20,7 @@ from fmus.channel.stand_ins.parameters import RadioParameters
 from fmus.channel.stand_ins.radios import Radios
 from fmus.messages.records import (
     FATES,
+    LINKS,
     NO_VEHICLE,
     NOISE,
     OUTCOMES,
@@ -75,9 +76,32 @@ class Verdicts:
     snir_db: Float
     link: Codes
 
+    @classmethod
+    def of(cls, received: npt.NDArray[np.bool_], delay: Int) -> "Verdicts":
+        """Verdicts that say who receives, and nothing of powers.
+
+        Args:
+            received: whether each receiver gets the frame, shape (receiver,); others lose it to
+                noise.
+            delay: from handing the frame to the radio to its reception [ns], shape (receiver,).
+        """
+        unknown = np.full(len(received), np.nan)
+        return cls(
+            outcome=np.where(received, RECEIVED, NOISE_LOSS).astype(np.uint8),
+            delay=delay,
+            power_dbm=unknown,
+            snir_db=unknown,
+            link=np.full(len(received), LINKS.index("LOS"), np.uint8),
+        )
+
 
 class LinkModel(abc.ABC):
-    """Decides who receives a frame."""
+    """Decides who receives a frame; the base of channel models of one's own.
+
+    `LinkModelComponent` makes a channel of it. A model judges one frame at all its receivers, and
+    knows of no other: there is no interference. Of equal frames it must say the same whatever
+    was judged before, unless it remembers, and then it saves and restores what it remembers.
+    """
 
     @abc.abstractmethod
     def judge(self, frame: Frame, receivers: Receivers, usual_delay: Int) -> Verdicts:
