@@ -12,9 +12,7 @@ COMMANDS: Final = "orchestrator.commands"
 """Entry points of further commands: a callable that adds its parsers to the subparsers, each
 with the default `execute`, a callable from the parsed arguments to an `Outcome`."""
 
-_SCENARIO: Final = (
-    "a scenario file (YAML), or the name of an installed scenario (`nlosim scenarios`)"
-)
+_SCENARIO: Final = "a scenario file (YAML), or an installed scenario by name (`nlosim scenarios`)"
 _SET: Final = """\
 PATH=VALUE; replaces or adds a value of the scenario, e.g.
   --set time.stop=5s

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from orchestrator.cli.columns import columns
 from orchestrator.cli.outcome import Outcome
 from orchestrator.errors import CosimError, ScenarioError
 from orchestrator.scenario import extension
@@ -17,6 +16,7 @@ from orchestrator.scenario.installed import (
     installed,
     installed_scenario,
 )
+from orchestrator.tables import lines as aligned
 
 
 class NotCopiedError(CosimError):
@@ -34,7 +34,7 @@ def execute(arguments: Namespace) -> Outcome:
 def _listed() -> Outcome:
     found = [scenario for offers in installed().values() for scenario in offers]
     rows = [_row(scenario) for scenario in found]
-    lines = columns([(row["name"], row["title"] or row["error"], row["path"]) for row in rows])
+    lines = aligned([(row["name"], row["title"] or row["error"], row["path"]) for row in rows])
     hint = "`nlosim run NAME` runs one; `nlosim scenarios --copy NAME DIR` copies it, to be edited."
     return Outcome(
         text="\n".join([*lines, "", hint]) if rows else "no scenarios are installed",

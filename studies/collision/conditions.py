@@ -1,4 +1,4 @@
-"""Under which condition a run was made, read from its scenario, and what readers call it."""
+"""The condition under which a run was made, read from its scenario, and what readers call it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -30,7 +30,7 @@ _RECEIVED: Final = OUTCOMES.index("R")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outage:
-    """Of one run.
+    """What one run says about the outage.
 
     Attributes:
         sent: packets of sensor data handed to the sharing node's radio for the ego, by the second

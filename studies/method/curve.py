@@ -18,7 +18,7 @@ from orchestrator.intervals import Estimate
 Float: TypeAlias = npt.NDArray[np.float64]
 
 RESAMPLES: Final = 4000
-"""Of the bootstrap: the bounds of an interval of 95 % have 100 of them outside, each."""
+"""Samples of the bootstrap: the bounds of an interval of 95 % have 100 of them outside, each."""
 
 _SEED: Final = 20_230_601
 """The seed of the bootstrap: equal runs make equal intervals."""

@@ -7,7 +7,7 @@ import numpy as np
 from studies.method.curve import Float
 
 _ITERATIONS: Final = 20_000
-"""At most so many steps of expectation and maximisation."""
+"""The largest number of steps of expectation and maximisation."""
 _STEEPEST: Final = 60.0
 """The bound of the logistic curve's exponent; beyond it the curve is a step anyway."""
 

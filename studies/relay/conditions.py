@@ -1,4 +1,4 @@
-"""Under which condition a run was made: the levels of all factors but the method."""
+"""The condition under which a run was made: the levels of all factors but the method."""
 
 from collections.abc import Mapping
 from typing import Any, Final
