@@ -88,6 +88,22 @@ def duplicate_last_line(name: str) -> Change:
             r"knife_edge_profile\.json: \[0\]\.profile: distances must start at 0 and ascend",
         ),
         (
+            edit("knife_edge_profile.json", lambda s: s[0].update(profile=[[0, 9], [5, 4]])),
+            r"\[0\]\.profile: the antennas are closer than their heights differ",
+        ),
+        (
+            edit("knife_edge_profile.json", lambda s: s[0]["profile"].__delitem__(slice(1, None))),
+            r"\[0\]\.profile: needs two points at least, the antennas",
+        ),
+        (
+            edit("vehicle_shadowing.json", lambda s: s[0]["vehicles"].append(s[0]["vehicles"][0])),
+            r"\.antenna_id: -?\d+ is the antenna of vehicle 0",
+        ),
+        (
+            edit("antenna_gain.json", lambda cases: cases[0].update(orientation=[0, 0])),
+            r"antenna_gain\.json: \[0\]: the direction has no length",
+        ),
+        (
             edit("min_sinr.json", lambda s: s[0].update(check_to_us=1)),
             r"min_sinr\.json: \[0\]\.check_to_us: must be the end of `ref`",
         ),
@@ -175,6 +191,12 @@ def test_what_is_wrong_is_named_with_its_place(golden: Path, change: Change, pro
     change(golden)
     found, *_ = problems(golden)
     assert re.search(problem, found), found
+
+
+def test_antennas_may_be_higher_than_they_are_apart(golden: Path) -> None:
+    """What counts is how much their heights differ."""
+    change_json(golden / "knife_edge_profile.json", lambda s: s[0].update(profile=[[0, 5], [6, 4]]))
+    assert "knife_edge_profile.json" in read_golden_set(golden, 10).checks
 
 
 def test_the_problems_of_all_files_are_told_at_once(golden: Path) -> None:

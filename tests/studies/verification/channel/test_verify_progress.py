@@ -1,7 +1,9 @@
 """The progress bar."""
 
 import io
+import itertools
 import sys
+from functools import partial
 
 import pytest
 from typing_extensions import override
@@ -10,7 +12,9 @@ from studies.verification.channel.check import Advance, Check
 from studies.verification.channel.comparison import Comparison
 from studies.verification.channel.session import ChannelUnderTest
 from studies.verification.channel.tolerances import LOSS, Tolerance
-from studies.verification.channel.verification import GoldenSet, verify
+from studies.verification.channel.verification import GoldenSet, read_golden_set, verify
+
+from .golden_sample import GOLDEN, SEEDS
 
 
 class Terminal(io.StringIO):
@@ -37,6 +41,13 @@ class TwoSteps(Check):
         advance()
         advance()
         return Comparison.of_values(LOSS, [], [])
+
+
+def test_every_check_advances_as_often_as_it_has_work(channel: ChannelUnderTest) -> None:
+    for name, check in read_golden_set(GOLDEN, SEEDS).checks.items():
+        steps = itertools.count()
+        check.run(channel, partial(next, steps))
+        assert next(steps) == check.work > 0, name
 
 
 def shown_on(
