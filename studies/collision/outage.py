@@ -17,7 +17,7 @@ import numpy as np
 from fmus.messages.records import OUTCOMES, SENSOR_DATA
 from orchestrator.recording import Recording as RecordedRun
 from studies.method.text import markdown
-from studies.red_light import metrics
+from studies.red_light.metrics import compute
 from studies.red_light.traces import COLLISION, EGO, Array, Recording, Traces
 
 MAX_BRAKING: Final = 8.0
@@ -30,7 +30,7 @@ _RECEIVED: Final = OUTCOMES.index("R")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outage:
-    """What one run says about the outage.
+    """When the direct link of one run was out, and when its ego braked.
 
     Attributes:
         sent: packets of sensor data handed to the sharing node's radio for the ego, by the second
@@ -55,7 +55,7 @@ class Outage:
 def outage(recording: Recording) -> Outage:
     """The figures of a recorded run."""
     traces = Traces(recording)
-    found = metrics.compute(traces)
+    found = compute(traces)
     packets, arrivals = _sent(traces), _arrivals(traces)
     arrived = np.isin(packets["id"], arrivals["packet"])
     seconds = traces.end // _SECOND + 1

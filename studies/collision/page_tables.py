@@ -106,18 +106,12 @@ def radio(rows: Sequence[Result]) -> str:
     """Collisions with weaker radios."""
     head = ("relay", "dBm", "runs", "PER [%]", "first trigger [s]",
             "scans without a message [%]", "collisions [%]")  # fmt: skip
-    body = [
-        [
-            method_name(row.relay),
-            _plain(row.transmit_power),
-            str(row.runs),
-            percent_shown(row.packet_error_rate),
-            shown(row.begin, ".1f"),
-            percent_shown(row.unserved),
-            percent_shown(row.collision_rate),
-        ]
-        for row in rows
-    ]
+    body = []
+    for row in rows:
+        unserved = percent_shown(row.unserved)
+        seen = [percent_shown(row.packet_error_rate), shown(row.begin, ".1f"), unserved]
+        setting = [method_name(row.relay), _plain(row.transmit_power), str(row.runs)]
+        body.append([*setting, *seen, percent_shown(row.collision_rate)])
     return _table(head, body)
 
 

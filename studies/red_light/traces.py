@@ -59,7 +59,18 @@ class Recording(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scene:
-    """All vehicles at one communication point; see docs/architecture.md for the fields."""
+    """All vehicles at one communication point.
+
+    Attributes:
+        time: the communication point [ns].
+        ids: ids of the vehicles, int64, shape (vehicle,).
+        position: middles of the bodies in the plane, and height of the ground [m], shape
+            (vehicle, 3).
+        heading: counter-clockwise from east [rad], shape (vehicle,).
+        velocity: towards east and north [m/s], shape (vehicle, 2).
+        size: length, width and height [m], shape (vehicle, 3).
+        role: values of `vehicle.role`, shape (vehicle,).
+    """
 
     time: int
     ids: Array
@@ -143,7 +154,7 @@ class Traces:
 
     @cached_property
     def gap_to_hidden(self) -> Array:
-        """Time [s] and distance between ego and collision vehicle [m], shape (sample, 2)."""
+        """Times [s] and distances between ego and collision vehicle [m], shape (sample, 2)."""
         rows = []
         for scene in self.scenes():
             ego, hidden = scene.row(EGO), scene.row(COLLISION)
@@ -153,22 +164,22 @@ class Traces:
 
     @cached_property
     def packets(self) -> Array:
-        """All packets handed to the radios, `PACKET` records."""
+        """All packets handed to the radios, `PACKET` records, shape (packet,)."""
         return self._table("facilities.packets", "PKTS", PACKET)
 
     @cached_property
     def receptions(self) -> Array:
-        """All receptions of sensor data, `RECEPTION` records."""
+        """All receptions of sensor data, `RECEPTION` records, shape (reception,)."""
         return self._table("channel.receptions", "RCPT", RECEPTION, kind=SENSOR_DATA)
 
     def objects(self, name: str) -> Iterator[tuple[int, Array]]:
-        """Time [ns] and `OBJECT` records of each sample of an objects signal."""
+        """Time [ns] and `OBJECT` records, shape (object,), of each sample of an objects signal."""
         series = self.series(name)
         for k, time in enumerate(series.times):
             yield int(time), unframe("OBJS", bytes(series[k]), OBJECT)
 
     def scalars(self, name: str) -> tuple[Array, Array]:
-        """Times [s] and values of a scalar signal."""
+        """Times [s] and values of a scalar signal in its unit, shape (sample,) each."""
         series = self.series(name)
         values = np.array([np.asarray(series[k]) for k in range(len(series))])
         return np.asarray(series.times) / 1e9, values

@@ -142,35 +142,29 @@ def _losses(rows: Sequence[SettingResult]) -> str:
 
 def _table_2(rows: Sequence[Result]) -> str:
     head = ("method", "runs", "PRR [%]", "paper", "relay switches", "paper", "regret [points]")
-    body = [
-        [
-            method_name(row.method),
-            str(row.n),
-            percent_shown(row.prr),
-            "" if row.paper_prr is None else f"{100 * row.paper_prr:.2f}",
-            shown(row.relay_switches, ".2f"),
-            "" if row.paper_relay_switches is None else f"{row.paper_relay_switches:g}",
-            percent_shown(row.regret),
-        ]
-        for row in rows
-    ]
+    body = []
+    for row in rows:
+        prr = "" if row.paper_prr is None else f"{100 * row.paper_prr:.2f}"
+        switches = row.paper_relay_switches
+        paper = [prr, "" if switches is None else f"{switches:g}", ""]
+        pairs = [cell for pair in zip(_measured(row), paper, strict=True) for cell in pair]
+        body.append([method_name(row.method), str(row.n), *pairs[:-1]])
     return markdown(head, body)
 
 
 def _all(rows: Sequence[Result], factors: Sequence[str]) -> str:
-    body = [
-        [
-            method_name(row.method),
-            *(row.condition[factor] for factor in factors),
-            str(row.n),
-            percent_shown(row.prr),
-            shown(row.relay_switches, ".2f"),
-            percent_shown(row.regret),
-        ]
-        for row in rows
-    ]
     head = ("method", *factors, "runs", "PRR [%]", "relay switches", "regret [points]")
+    levels = [[row.condition[factor] for factor in factors] for row in rows]
+    body = [
+        [method_name(row.method), *where, str(row.n), *_measured(row)]
+        for row, where in zip(rows, levels, strict=True)
+    ]
     return markdown(head, body)
+
+
+def _measured(row: Result) -> list[str]:
+    """Packet reception rate, relay switches and regret."""
+    return [percent_shown(row.prr), shown(row.relay_switches, ".2f"), percent_shown(row.regret)]
 
 
 def _pairs(rows: Sequence[Pair], base: Condition) -> str:
@@ -180,8 +174,7 @@ def _pairs(rows: Sequence[Pair], base: Condition) -> str:
             method_name(row.b),
             str(row.n),
             shown(row.difference, ".1f"),
-            _percent(row.a_better),
-            _percent(row.b_better),
+            *map(_percent, (row.a_better, row.b_better)),
         ]
         for row in rows
         if row.condition == base

@@ -1,11 +1,10 @@
 """A campaign that never ran, with outcomes that we choose."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from orchestrator.experiment.plan import Combination, Experiment, ReportPlan
-from orchestrator.experiment.report import Results
 from orchestrator.scenario.document import Document
 from studies.collision.conditions import Condition
 from studies.collision.runs import (
@@ -20,18 +19,7 @@ from studies.collision.runs import (
     Point,
     Run,
 )
-
-SESSION = {
-    "command": "nlosim experiment study.yaml",
-    "created": "2026-01-01T00:00:00+00:00",
-    "commit": "abcdef",
-    "versions": {"nlosim": "1", "python": "3.11"},
-    "host": {"name": "secret", "cpu": "a CPU", "cpus": 2, "memory_gib": 8.0, "platform": "Linux"},
-}
-
-Levels = Mapping[str, str]
-Outcome = Callable[[Levels, int], Mapping[str, Any] | None]
-"""Of levels and seed: the metrics, or `None` for a run that failed."""
+from tests.studies.results import Levels
 
 POLICY_LEVELS = ("expert", "blind", "early-fusion", "cooperative-16", "cooperative-32")
 PERS = tuple(f"{10 * k} %" for k in range(11))
@@ -157,19 +145,6 @@ def load(seeds: int = 20) -> Experiment:
         for loss in ("frame", "packets", "keypoint")
     ]
     return experiment(LOAD, each, seeds=seeds)
-
-
-def results(plan: Experiment, outcome: Outcome) -> Results:
-    """All runs."""
-    rows = []
-    for combination in plan.combinations:
-        for seed in plan.seeds:
-            found = outcome(combination.levels, seed)
-            metrics = dict.fromkeys(METRICS) if found is None else found
-            error = "it broke" if found is None else None
-            state = {"fingerprint": "0", "wall_s": 5.0, "error": error}
-            rows.append({**combination.levels, "seed": seed, **metrics, **state})
-    return Results(experiment=plan, rows=rows, metrics=[{} for _ in rows], sessions=[SESSION])
 
 
 def run(collision: bool, *, time: float | None = 10.0, prr: float | None = 0.9) -> dict[str, Any]:  # noqa: FBT001

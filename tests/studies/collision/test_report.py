@@ -21,14 +21,8 @@ from studies.collision.statistics import Result
 from studies.method import records
 from studies.method.style import method_name
 from tests.studies.collision import synthetic
-from tests.studies.collision.synthetic import (
-    Levels,
-    chance,
-    experiment,
-    results,
-    run,
-    scenario,
-)
+from tests.studies.collision.synthetic import chance, experiment, run, scenario
+from tests.studies.results import Levels, refusal, results
 
 PRR = {"mohed": 0.9, "signal-strength": 0.8, "random": 0.6, "direct": 0.4}
 NAMES = [method_name(method) for method in ("mohed", "direct")]
@@ -195,17 +189,10 @@ def test_an_experiment_that_was_not_run_is_named_and_the_rest_is_there(
     assert f"[every run](results/{missing}_runs.csv)" not in text
 
 
-def run_main(monkeypatch: pytest.MonkeyPatch, *arguments: Path) -> int | str | None:
-    monkeypatch.setattr("sys.argv", ["collision_study", *map(str, arguments)])
-    with pytest.raises(SystemExit) as stopped:
-        main()
-    return stopped.value.code
-
-
 def test_a_folder_without_results_is_an_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run_main(monkeypatch, tmp_path / "page.md", tmp_path) == 2
+    assert refusal(main, monkeypatch, tmp_path / "page.md", tmp_path) == 2
     assert "collision_policies_runs.csv`; `make paper` writes it" in capsys.readouterr().err
     assert not (tmp_path / "page.md").exists()
 
@@ -226,7 +213,7 @@ def test_a_file_that_no_report_wrote_is_an_error(
 ) -> None:
     path = copy / "collision_relay_runs.csv"
     path.write_text(path.read_text().replace(*change))
-    assert run_main(monkeypatch, copy.parent / "page.md", copy) == 2
+    assert refusal(main, monkeypatch, copy.parent / "page.md", copy) == 2
     error = capsys.readouterr().err
     assert message in error
     assert str(path) in error

@@ -7,7 +7,8 @@ import pytest
 from studies.method.claims import judge
 from studies.relay.claims import claims
 from studies.relay.runs import Study
-from tests.studies.relay.synthetic import experiment, results, run
+from tests.studies.relay.synthetic import experiment, run
+from tests.studies.results import results
 
 Rate = Callable[[int], Mapping[str, object]]
 

@@ -11,7 +11,8 @@ from orchestrator.experiment.plan import Experiment
 from studies.relay import RelayStudy
 from studies.relay.__main__ import main
 from studies.relay.page import page
-from tests.studies.relay.synthetic import Levels, experiment, results, run
+from tests.studies.relay.synthetic import experiment, run
+from tests.studies.results import Levels, refusal, results
 
 METHODS = ("mohed", "signal-strength", "random", "direct", "oracle", "my-own")
 
@@ -147,9 +148,6 @@ def test_the_page_in_the_manual_is_that_of_the_results_beside_it() -> None:
 def test_results_that_are_not_there_are_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("sys.argv", ["relay_study", str(tmp_path / "page.md"), str(tmp_path)])
-    with pytest.raises(SystemExit) as stopped:
-        main()
-    assert stopped.value.code == 2
+    assert refusal(main, monkeypatch, tmp_path / "page.md", tmp_path) == 2
     assert "relay_provenance.json`; `make paper` writes it" in capsys.readouterr().err
     assert not (tmp_path / "page.md").exists()

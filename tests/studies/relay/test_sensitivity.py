@@ -9,7 +9,8 @@ from orchestrator.experiment.plan import Combination, Experiment, ReportPlan
 from orchestrator.experiment.report import Results
 from studies.relay import RelaySensitivity, RelayStudy
 from studies.relay.page import page
-from tests.studies.relay.synthetic import SESSION, experiment, results, run
+from tests.studies.relay.synthetic import experiment, run
+from tests.studies.results import SESSION, results
 
 RATES = {("study", "mohed"): 0.9, ("no factor 2", "mohed"): 0.5, ("study", "random"): 0.8}
 CAUSES = ("unnoticed", "noise", "interference", "receiver_busy", "receiver_transmitting")

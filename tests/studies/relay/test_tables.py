@@ -12,7 +12,8 @@ from studies.relay.conditions import vehicles_per_km
 from studies.relay.runs import Study
 from studies.relay.statistics import band, density_points, pairs, steps
 from tests.studies.bounds import known
-from tests.studies.relay.synthetic import Levels, experiment, results, run
+from tests.studies.relay.synthetic import experiment, run
+from tests.studies.results import Levels, results
 
 RATES = {
     "oracle": [0.9, 0.8, 1.0, 0.7],
