@@ -18,14 +18,19 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
-import numpy as np
 from typing_extensions import override
 
-from orchestrator.component import Component, ConcurrentComponent, DecidingComponent, Decision
+from orchestrator.component import (
+    Component,
+    ConcurrentComponent,
+    DecidingComponent,
+    Decision,
+    WrappedComponent,
+)
 from orchestrator.errors import ComponentError, SystemStructureError
 from orchestrator.fork import Fork
 from orchestrator.signal import Signals
-from orchestrator.system import Connectors, System
+from orchestrator.system import System
 from orchestrator.timebase import Duration, Time, seconds
 
 _log = logging.getLogger(__name__)
@@ -238,26 +243,14 @@ def _score_of(name: str, component: DecidingComponent, t: Time) -> float:
     return score
 
 
-class _Decided(Component):
+class _Decided(WrappedComponent):
     """A deciding component whose decisions are taken before anybody sees its outputs."""
 
     def __init__(self, name: str, component: DecidingComponent, branching: Branching) -> None:
+        super().__init__(component)
         self._name = name
         self._component = component
         self._branching = branching
-
-    @property
-    @override
-    def connectors(self) -> Connectors:
-        return self._component.connectors
-
-    @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._component.setup(start, rng)
-
-    @override
-    def initialise(self, inputs: Signals) -> None:
-        self._component.initialise(inputs)
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
@@ -266,11 +259,3 @@ class _Decided(Component):
         if decision is not None:
             best = self._branching.best(self._name, self._component, decision, t + h)
             self._component.decide(best)
-
-    @override
-    def outputs(self) -> Signals:
-        return self._component.outputs()
-
-    @override
-    def close(self) -> None:
-        self._component.close()

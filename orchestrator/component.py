@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 import numpy as np
+from typing_extensions import override
 
 from orchestrator.signal import Connector, Signals
 from orchestrator.timebase import Duration, Time
@@ -106,6 +107,38 @@ class ConcurrentComponent(Component):
     @abc.abstractmethod
     def finish_step(self) -> None:
         """Wait until the step that was begun is done; raise what it raised."""
+
+
+class WrappedComponent(Component):
+    """A component around another one, to which it passes on every call but `step`.
+
+    Args:
+        wrapped: the other one.
+    """
+
+    def __init__(self, wrapped: Component) -> None:
+        self._wrapped = wrapped
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return self._wrapped.connectors
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._wrapped.setup(start, rng)
+
+    @override
+    def initialise(self, inputs: Signals) -> None:
+        self._wrapped.initialise(inputs)
+
+    @override
+    def outputs(self) -> Signals:
+        return self._wrapped.outputs()
+
+    @override
+    def close(self) -> None:
+        self._wrapped.close()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,7 +14,7 @@ from adapters.fmi.description import DTYPES, FmuDescription, FmuVariable
 from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.sizes import Sizes
-from orchestrator.component import Component, RestorableComponent
+from orchestrator.component import Component, RestorableComponent, WrappedComponent
 from orchestrator.signal import Causality, Connector, Signal, Signals
 from orchestrator.timebase import Duration, Time, seconds
 
@@ -195,32 +195,16 @@ class FmuComponent(Component):
         self._read = state.read
 
 
-class RestorableFmuComponent(RestorableComponent[FmuState]):
+class RestorableFmuComponent(WrappedComponent, RestorableComponent[FmuState]):
     """An FMU that can return to an earlier state (FMI: `canGetAndSetFMUState`)."""
 
     def __init__(self, component: FmuComponent) -> None:
+        super().__init__(component)
         self._component = component
-
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return self._component.connectors
-
-    @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._component.setup(start, rng)
-
-    @override
-    def initialise(self, inputs: Signals) -> None:
-        self._component.initialise(inputs)
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
         self._component.step(inputs, t, h)
-
-    @override
-    def outputs(self) -> Signals:
-        return self._component.outputs()
 
     @override
     def save(self) -> FmuState:
@@ -229,7 +213,3 @@ class RestorableFmuComponent(RestorableComponent[FmuState]):
     @override
     def restore(self, state: FmuState) -> None:
         self._component.restore(state)
-
-    @override
-    def close(self) -> None:
-        self._component.close()

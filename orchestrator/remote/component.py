@@ -20,7 +20,7 @@ from typing import Any, NoReturn
 import numpy as np
 from typing_extensions import Buffer, override
 
-from orchestrator.component import ConcurrentComponent, RestorableComponent
+from orchestrator.component import ConcurrentComponent, RestorableComponent, WrappedComponent
 from orchestrator.errors import ComponentError, ComponentTypeError
 from orchestrator.remote.protocol import (
     ComponentSpec,
@@ -249,24 +249,14 @@ class RemoteComponent(ConcurrentComponent):
         self._values = self._outputs.decode(reply.raw, reply.offset)
 
 
-class RestorableRemoteComponent(RestorableComponent[RemoteState], ConcurrentComponent):
+class RestorableRemoteComponent(
+    WrappedComponent, RestorableComponent[RemoteState], ConcurrentComponent
+):
     """A remote component that can return to an earlier state, as it could in this process."""
 
     def __init__(self, component: RemoteComponent) -> None:
+        super().__init__(component)
         self._component = component
-
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return self._component.connectors
-
-    @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._component.setup(start, rng)
-
-    @override
-    def initialise(self, inputs: Signals) -> None:
-        self._component.initialise(inputs)
 
     @override
     def begin_step(self, inputs: Signals, t: Time, h: Duration) -> None:
@@ -281,20 +271,12 @@ class RestorableRemoteComponent(RestorableComponent[RemoteState], ConcurrentComp
         self._component.step(inputs, t, h)
 
     @override
-    def outputs(self) -> Signals:
-        return self._component.outputs()
-
-    @override
     def save(self) -> RemoteState:
         return self._component.save()
 
     @override
     def restore(self, state: RemoteState) -> None:
         self._component.restore(state)
-
-    @override
-    def close(self) -> None:
-        self._component.close()
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from typing_extensions import override
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
-from orchestrator.component import Component, ConcurrentComponent
+from orchestrator.component import Component, ConcurrentComponent, WrappedComponent
 from orchestrator.errors import SystemStructureError
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.simulation import simulate
@@ -52,21 +52,13 @@ class Relaxation(Component):
         return {"x": np.array(self._x)}
 
 
-class Elsewhere(ConcurrentComponent):
+class Elsewhere(WrappedComponent, ConcurrentComponent):
     """Wraps a component so that its step is done when it is waited for."""
 
     def __init__(self, component: Component, log: list[str], name: str) -> None:
-        self._component, self._log, self._name = component, log, name
+        super().__init__(component)
+        self._log, self._name = log, name
         self._work: tuple[Signals, Time, Duration] = ({}, 0, 0)
-
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return self._component.connectors
-
-    @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._component.setup(start, rng)
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
@@ -81,11 +73,7 @@ class Elsewhere(ConcurrentComponent):
     @override
     def finish_step(self) -> None:
         self._log.append(f"finish {self._name}")
-        self._component.step(*self._work)
-
-    @override
-    def outputs(self) -> Signals:
-        return self._component.outputs()
+        self._wrapped.step(*self._work)
 
 
 def link(source: str, target: str) -> Connection:

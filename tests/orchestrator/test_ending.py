@@ -15,7 +15,7 @@ from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.cli import main
-from orchestrator.component import Component, ConcurrentComponent
+from orchestrator.component import Component, ConcurrentComponent, WrappedComponent
 from orchestrator.errors import ComponentError, ScenarioError, SystemStructureError
 from orchestrator.observer import Observer, SimulationResult, progress_meter
 from orchestrator.recording.reader import Recording
@@ -76,28 +76,12 @@ class Counter(ConcurrentComponent):
         return {"sum": np.array(self._sum), "over": np.array(self._sum >= self._goal)}
 
 
-class InOnePiece(Component):
+class InOnePiece(WrappedComponent):
     """A `Counter` that cannot step beside others."""
-
-    def __init__(self, counter: Counter) -> None:
-        self._counter = counter
-
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return self._counter.connectors
-
-    @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._counter.setup(start, rng)
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self._counter.step(inputs, t, h)
-
-    @override
-    def outputs(self) -> Signals:
-        return self._counter.outputs()
+        self._wrapped.step(inputs, t, h)
 
 
 def in_two_pieces(counter: Counter) -> Component:

@@ -22,6 +22,7 @@ from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
 from orchestrator.testing import FunctionComponent
 from orchestrator.timebase import Duration, Time, nanoseconds, seconds
+from tests.orchestrator.packages.remote_units import Drawing
 
 H = 10**8
 LOOP_GAIN = -0.8 * 0.5
@@ -257,46 +258,10 @@ def test_a_system_without_cycles_gives_the_bytes_of_gauss_seidel() -> None:
     assert runs[0] == runs[1]
 
 
-class Draws(RestorableComponent[tuple[dict[str, Any], float]]):
-    """y = u / 2 + a random number; each step draws once."""
-
-    def __init__(self) -> None:
-        self._rng = np.random.default_rng(0)
-        self._y = 0.0
-
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return {
-            "u": Connector(causality=Causality.INPUT),
-            "y": Connector(causality=Causality.OUTPUT, feedthrough=frozenset({"u"})),
-        }
-
-    @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._rng, self._y = rng, 0.0
-
-    @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self._y = 0.5 * number(inputs["u"]) + self._rng.random()
-
-    @override
-    def outputs(self) -> Signals:
-        return {"y": np.array(self._y)}
-
-    @override
-    def save(self) -> tuple[dict[str, Any], float]:
-        return dict(self._rng.bit_generator.state), self._y
-
-    @override
-    def restore(self, state: tuple[dict[str, Any], float]) -> None:
-        self._rng.bit_generator.state, self._y = state
-
-
 def test_a_step_that_is_repeated_draws_the_same_numbers() -> None:
     """Otherwise the loop would not agree, and the next step would begin elsewhere in the stream."""
-    seen = watched(wired({"a": Draws()}, "a.y > a.u"), FixedPoint(), 4 * H).seen
-    alone = watched(wired({"a": Draws()}, ""), FixedPoint(), 4 * H).seen
+    seen = watched(wired({"a": Drawing()}, "a.y > a.u"), FixedPoint(), 4 * H).seen
+    alone = watched(wired({"a": Drawing()}, ""), FixedPoint(), 4 * H).seen
     for t in range(H, 5 * H, H):
         assert number(seen[t]["a"]["y"]) == pytest.approx(2 * number(alone[t]["a"]["y"]), abs=1e-8)
 
