@@ -155,7 +155,10 @@ def _cost_of_compression(campaign: Campaign) -> Comparison:
 
 
 def _moved(campaign: Campaign, compression: int) -> Comparison:
-    """By the constant channel if it was run at both speeds, else over the relay methods."""
+    """How far the critical point moves with the speed.
+
+    Over constant rates if they were run at both speeds, else over the relay methods.
+    """
     known = curves(campaign.points)
     pairs = [
         [

@@ -304,7 +304,12 @@ def _assumption(point: Point, constant: Sequence[Point]) -> Assumption:
 
 
 def _assumed(rates: Float, constant: Sequence[Point]) -> Estimate:
-    """By bootstrap, but not surer than a rate that was counted in as many runs (Wilson)."""
+    """The interval by bootstrap, but not surer than a rate counted in as many runs (Wilson).
+
+    Args:
+        rates: collision rates of the curve, 0 to 1, shape (resamples + 1,).
+        constant: the points of the curve.
+    """
     n = min(len(point.runs) for point in constant)
     low, high = wilson(rates[:1] * n, np.array([float(n)]))
     found = interval(rates)

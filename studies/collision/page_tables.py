@@ -116,7 +116,7 @@ def radio(rows: Sequence[Result]) -> str:
 
 
 def partners(rows: Sequence[Partner]) -> str:
-    """With whom the ego collided, over all conditions of an experiment."""
+    """The numbers of collisions by partner, over all conditions of an experiment."""
     whom = sorted({row.partner for row in rows})
     head = ("experiment", "policy", *whom)
     found: dict[tuple[str, str], dict[str, str]] = {}

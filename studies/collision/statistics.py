@@ -76,7 +76,7 @@ class Result:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Partner:
-    """The partners of the ego's collisions in all conditions of an experiment with its policy.
+    """How often the ego collided with whom, under all conditions of an experiment and policy.
 
     Attributes:
         experiment: the name of the experiment.

@@ -129,10 +129,10 @@ class Claim:
     """A sentence, and the comparisons that all have to hold for it.
 
     Attributes:
-        name: for programs.
+        name: what programs call it.
         text: the sentence.
         origin: whose claim it is.
-        comparisons: at least one.
+        comparisons: what has to hold, at least one.
     """
 
     name: str

@@ -18,7 +18,7 @@ from orchestrator.intervals import Estimate
 Float: TypeAlias = npt.NDArray[np.float64]
 
 RESAMPLES: Final = 4000
-"""Samples of the bootstrap: the bounds of an interval of 95 % have 100 of them outside, each."""
+"""The number of resamples of a bootstrap: 100 of them lie beyond each bound of 95 %."""
 
 _SEED: Final = 20_230_601
 """The seed of the bootstrap: equal runs make equal intervals."""
@@ -126,7 +126,7 @@ class Curve:
         """The rising curve at one position per resample, constant beyond its ends.
 
         Args:
-            position: in the unit of the axis, shape (resamples + 1,).
+            position: where to look, in the unit of the axis, shape (resamples + 1,).
 
         Returns:
             Shares, 0 to 1, shape (resamples + 1,).
@@ -143,7 +143,7 @@ def interval(values: Float) -> Estimate | None:
     infinite where the values are; `None` if what was measured is not a number.
 
     Args:
-        values: of any unit, shape (resamples + 1,), the first one measured.
+        values: a quantity of any unit, shape (resamples + 1,), the first one measured.
     """
     if np.isnan(values[0]):
         return None

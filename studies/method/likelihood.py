@@ -36,7 +36,7 @@ def straight(position: Float, hits: Float, trials: Float) -> Float:
     39(1), 1977), which never leaves 0 to 1. It is concave: there is one maximum.
 
     Args:
-        position: from 0 to 1, both of which occur, shape (points,).
+        position: where the counts were made, from 0 to 1, both of which occur, shape (points,).
         hits: counts of successes, shape (points,).
         trials: counts of all, shape (points,).
 
@@ -65,7 +65,7 @@ def logistic(position: Float, hits: Float, trials: Float) -> Float:
     maximum; the curve is then a step, as steep as makes no difference.
 
     Args:
-        position: in any unit, shape (points,).
+        position: where the counts were made, in any unit, shape (points,).
         hits: counts of successes, shape (points,).
         trials: counts of all, shape (points,).
 

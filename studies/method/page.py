@@ -56,7 +56,7 @@ def by_hand(analysis: Path | None) -> list[str]:
 
 
 def made(origin: Origin, runs: str | None = None) -> str:
-    """Of how many runs the numbers are, by which command, with what, and where.
+    """How numbers were made: of how many runs, by which command, with what, and where.
 
     Args:
         origin: where they come from.

@@ -38,7 +38,7 @@ def vehicles_of(objects: Array, traces: Traces) -> Array:
 
     Args:
         objects: `OBJECT` records, shape (object,).
-        traces: of the run; each object is compared with the scene at the time of its scan.
+        traces: the recording; each object is compared with the scene at the time of its scan.
 
     Returns:
         Ids of vehicles: the middle of the object's box lies in its body or within `MARGIN` of it,

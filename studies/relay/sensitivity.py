@@ -92,7 +92,7 @@ def by_setting(
     Args:
         table: the results of all settings and methods.
         methods: the columns.
-        empty: for combinations that are not in the table.
+        empty: what stands where a combination is not in the table.
     """
     found = {(row.setting, row.method): percent_shown(row.prr) for row in table}
     settings = dict.fromkeys(row.setting for row in table)
