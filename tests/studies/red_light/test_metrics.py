@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
 
 from fmus.messages.records import (
     LINKS,
@@ -26,7 +25,6 @@ from studies.red_light import RedLightReport, figure
 from studies.red_light.delivery import packet_reception
 from studies.red_light.identity import Roles, vehicles_of
 from studies.red_light.metrics import Link, Metrics, compute
-from studies.red_light.polygons import polygon_distance
 from studies.red_light.traces import COLLISION, EGO, SHARING, Traces
 
 TENTH = 100_000_000
@@ -371,24 +369,6 @@ def test_a_run_without_sensor_data_has_no_prr() -> None:
 def test_the_gap_is_the_distance_of_the_bodies() -> None:
     """Fronts at y = 2, the other body's lower side at y = 19: 17 m, then 7 m, then overlap."""
     np.testing.assert_allclose(Traces(recording()).gap_to_hidden[:, 1], [17.0, 7.0, 0.0])
-
-
-@given(st.floats(-20, 20), st.floats(-20, 20), st.floats(0, 2 * np.pi), st.floats(0, 2 * np.pi))
-def test_polygon_distance_is_symmetric_and_invariant(
-    x: float, y: float, turn: float, rotation: float
-) -> None:
-    box = np.array([[2.0, 1], [-2, 1], [-2, -1], [2, -1]])
-
-    def rotated(points: Any, angle: float) -> Any:
-        cos, sin = np.cos(angle), np.sin(angle)
-        return points @ np.array([[cos, sin], [-sin, cos]])
-
-    other = rotated(box, turn) + np.array([x, y])
-    distance = polygon_distance(box, other)
-    assert polygon_distance(other, box) == pytest.approx(distance, abs=1e-9)
-    moved = polygon_distance(rotated(box, rotation), rotated(other, rotation))
-    assert moved == pytest.approx(distance, abs=1e-9)
-    assert distance <= max(np.hypot(x, y), 0.0)
 
 
 def test_the_figure_is_drawn_at_the_decisive_moment(tmp_path: Path) -> None:
