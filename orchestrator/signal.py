@@ -29,10 +29,10 @@ class Variability(enum.Enum):
     """When a signal may change (FMI 3.0.2, section 2.4.7.4)."""
 
     FIXED = "fixed"
-    """Never after initialisation."""
+    """It never changes after initialisation."""
 
     DISCRETE = "discrete"
-    """At communication points; between them it is constant. Messages are discrete."""
+    """It changes at communication points; between them it is constant. Messages are discrete."""
 
     CONTINUOUS = "continuous"
     """It samples a function of time and may be extrapolated."""

@@ -10,8 +10,6 @@ What the rules of CONTRIBUTING.md mean to this test:
   names their shapes with this word: "shape (vehicle, 3)", "of the shape of `distance`", "any
   shape". Public is what has no leading underscore, nor its class or module; an `@override` has no
   docstring, because the declaration says it.
-
-`UNSHAPED` and `UNFINISHED` are the modules that break the rules until somebody has been there.
 """
 
 import ast
@@ -34,183 +32,6 @@ PREPOSITIONS: Final = (
 SENTENCE: Final = re.compile(rf"(?!({PREPOSITIONS}|The same)\b)[A-Z0-9`\"]")
 SHAPE: Final = re.compile(r"\bshapes?\b", re.IGNORECASE)
 
-UNSHAPED: Final = frozenset(
-    {
-        "orchestrator/recording/samples.py",
-        "fmus/driving/network/driver.py",
-        "fmus/driving/network/encoder.py",
-        "fmus/driving/network/fixed_point.py",
-        "fmus/driving/network/fusion.py",
-        "fmus/driving/network/plane.py",
-        "fmus/driving/network/point_transformer.py",
-        "fmus/driving/policy/conflict.py",
-        "fmus/driving/policy/occupancy.py",
-        "fmus/driving/policy/route.py",
-        "fmus/relay/bystanders.py",
-        "fmus/relay/crossings.py",
-        "fmus/relay/expectation.py",
-        "fmus/relay/knife_edges.py",
-        "fmus/relay/measured.py",
-        "fmus/relay/obstacles.py",
-        "fmus/relay/prediction.py",
-        "fmus/relay/radio.py",
-        "adapters/fmi/block.py",
-        "adapters/sumo/fleet.py",
-        "adapters/sumo/geometry.py",
-        "adapters/sumo/roadside.py",
-        "adapters/sumo/scene.py",
-        "studies/collision/curve.py",
-        "studies/red_light/delivery.py",
-        "studies/red_light/metrics.py",
-        "studies/red_light/traces.py",
-        "studies/training/learning/batches.py",
-        "studies/training/learning/cloud_lessons.py",
-        "studies/training/learning/cloud_model.py",
-        "studies/training/learning/decision.py",
-        "studies/training/learning/descent.py",
-        "studies/training/learning/lessons.py",
-        "studies/verification/channel/session.py",
-        "studies/verification/channel/stack_matching.py",
-        "studies/verification/channel/stack_pair_totals.py",
-        "studies/verification/channel/stack_run.py",
-        "studies/verification/channel/stack_spanning.py",
-        "studies/verification/channel/table.py",
-        "studies/verification/perception/bytes_on_air.py",
-        "studies/verification/perception/road.py",
-        "studies/verification/perception/session.py",
-        "benchmarks/channel/layout.py",
-        "benchmarks/channel/workload.py",
-        "benchmarks/lidar/town.py",
-    }
-)
-UNFINISHED: Final = frozenset(
-    {
-        "orchestrator/algorithm/outputs.py",
-        "orchestrator/experiment/journal.py",
-        "orchestrator/experiment/plan.py",
-        "orchestrator/fork.py",
-        "orchestrator/intervals.py",
-        "orchestrator/observer.py",
-        "orchestrator/provenance.py",
-        "orchestrator/recording/layout.py",
-        "orchestrator/scenario/schema.py",
-        "orchestrator/scenario/settings_file.py",
-        "orchestrator/scenario/unit_table.py",
-        "orchestrator/signal.py",
-        "fmus/driving/network/architecture.py",
-        "fmus/driving/network/cloud.py",
-        "fmus/driving/network/encoder.py",
-        "fmus/driving/network/fixed_point.py",
-        "fmus/driving/network/fusion.py",
-        "fmus/driving/network/patches.py",
-        "fmus/driving/network/plane.py",
-        "fmus/driving/network/point_transformer.py",
-        "fmus/driving/network/point_transformer_shapes.py",
-        "fmus/driving/network/scan.py",
-        "fmus/driving/network/sensors.py",
-        "fmus/driving/point_transformer/encoder.py",
-        "fmus/driving/point_transformer/neighbours.py",
-        "fmus/driving/policy/expert.py",
-        "fmus/driving/policy/occupancy.py",
-        "fmus/driving/policy/steering.py",
-        "fmus/native/archive.py",
-        "fmus/native/c_table.py",
-        "fmus/native/check.py",
-        "fmus/native/model_description.py",
-        "fmus/relay/knife_edges.py",
-        "fmus/relay/nodes.py",
-        "fmus/relay/obstacles.py",
-        "fmus/relay/oracle.py",
-        "fmus/relay/radio.py",
-        "adapters/fmi/sizes.py",
-        "adapters/sumo/cast.py",
-        "adapters/sumo/collision_driver.py",
-        "adapters/sumo/ego.py",
-        "adapters/sumo/ego_driver.py",
-        "adapters/sumo/fleet.py",
-        "adapters/sumo/geometry.py",
-        "adapters/sumo/parameters.py",
-        "adapters/sumo/polyline.py",
-        "adapters/sumo/road.py",
-        "adapters/sumo/scene.py",
-        "adapters/sumo/simulation.py",
-        "adapters/sumo/traffic.py",
-        "studies/collision/assumption.py",
-        "studies/collision/campaign.py",
-        "studies/collision/claims.py",
-        "studies/collision/completion.py",
-        "studies/collision/condition.py",
-        "studies/collision/curve.py",
-        "studies/collision/curves.py",
-        "studies/collision/figure_per.py",
-        "studies/collision/names.py",
-        "studies/collision/page.py",
-        "studies/collision/page_tables.py",
-        "studies/collision/partners.py",
-        "studies/collision/published.py",
-        "studies/method/origin.py",
-        "studies/method/page.py",
-        "studies/method/style.py",
-        "studies/method/verdict.py",
-        "studies/red_light/sharing_cost.py",
-        "studies/relay/figure7.py",
-        "studies/relay/figure8.py",
-        "studies/relay/paper.py",
-        "studies/relay/provenance.py",
-        "studies/relay/sample.py",
-        "studies/relay/table2.py",
-        "studies/training/figure.py",
-        "studies/training/learning/batches.py",
-        "studies/training/learning/bev.py",
-        "studies/training/learning/cloud_lessons.py",
-        "studies/training/learning/decision.py",
-        "studies/training/learning/imitation.py",
-        "studies/training/learning/lessons.py",
-        "studies/training/learning/point_transformer.py",
-        "studies/training/learning/sample.py",
-        "studies/training/results.py",
-        "studies/training/rollouts.py",
-        "studies/training/schema.py",
-        "studies/training/train.py",
-        "studies/verification/channel/check.py",
-        "studies/verification/channel/knife_edge_profiles.py",
-        "studies/verification/channel/min_snir.py",
-        "studies/verification/channel/page.py",
-        "studies/verification/channel/scene.py",
-        "studies/verification/channel/stack_medium_access.py",
-        "studies/verification/channel/stack_spanning.py",
-        "studies/verification/channel/verification.py",
-        "studies/verification/perception/bodies.py",
-        "studies/verification/perception/bytes_on_air.py",
-        "studies/verification/perception/demanded.py",
-        "studies/verification/perception/figures.py",
-        "studies/verification/perception/generator.py",
-        "studies/verification/perception/method.py",
-        "studies/verification/perception/parameter_set.py",
-        "studies/verification/perception/prose.py",
-        "studies/verification/perception/resolution.py",
-        "studies/verification/perception/road.py",
-        "studies/verification/perception/scene.py",
-        "studies/verification/perception/sight.py",
-        "studies/verification/perception/tables.py",
-        "studies/verification/perception/traffic.py",
-        "studies/verification/perception/truth.py",
-        "studies/verification/perception/verification.py",
-        "benchmarks/channel/beacons.py",
-        "benchmarks/channel/benchmark.py",
-        "benchmarks/channel/case.py",
-        "benchmarks/channel/workload.py",
-        "benchmarks/lidar/caster.py",
-        "benchmarks/lidar/embree.py",
-        "benchmarks/lidar/pattern.py",
-        "benchmarks/lidar/town.py",
-        "benchmarks/machine.py",
-        "benchmarks/policy/benchmark.py",
-        "benchmarks/policy/scans.py",
-        "benchmarks/policy/transformer.py",
-        "benchmarks/spread.py",
-    }
-)
 
 Function: TypeAlias = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -295,22 +116,14 @@ def fragments(path: str, module: ast.Module) -> list[str]:
 @pytest.mark.parametrize("package", PACKAGES)
 def test_functions_of_arrays_say_of_which_shape(package: str) -> None:
     found = [
-        line
-        for path, module in modules(package).items()
-        if path not in UNSHAPED
-        for line in without_shapes(path, module)
+        line for path, module in modules(package).items() for line in without_shapes(path, module)
     ]
     assert not found, "\n".join(found)
 
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_docstrings_begin_as_sentences(package: str) -> None:
-    found = [
-        line
-        for path, module in modules(package).items()
-        if path not in UNFINISHED
-        for line in fragments(path, module)
-    ]
+    found = [line for path, module in modules(package).items() for line in fragments(path, module)]
     assert not found, "\n".join(found)
 
 

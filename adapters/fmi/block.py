@@ -27,7 +27,14 @@ def size_text(variable: FmuVariable) -> str:
 
 
 def address_of(elements: Array) -> Any:
-    """Where new `elements` are, as an argument of a C function; quicker than `ctypes.data`."""
+    """Where new `elements` are, as an argument of a C function; quicker than `ctypes.data`.
+
+    Args:
+        elements: contiguous and writable, any shape.
+
+    Returns:
+        A reference to the first element; `None` if there is none.
+    """
     memory: Any = elements  # NumPy's stubs do not say that arrays are buffers
     return ctypes.byref(ctypes.c_char.from_buffer(memory)) if elements.size else None
 
@@ -89,11 +96,15 @@ class Block:
         return [(at, 1, where, size) for at, where, size in map(self._places.__getitem__, names)]
 
     def fresh(self) -> Array:
-        """New memory for all elements."""
+        """New memory for all elements, shape (size,), of type `dtype`; its values are arbitrary."""
         return np.empty(self.size, self.dtype)
 
     def split(self, elements: Array) -> dict[str, Array]:
-        """The variables in `elements`, which becomes read-only."""
+        """The variables in `elements`, each a view in the shape of the variable.
+
+        Args:
+            elements: of all variables, one after the other, shape (size,); becomes read-only.
+        """
         elements.flags.writeable = False
         return self._split(elements)
 

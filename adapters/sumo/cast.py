@@ -17,7 +17,7 @@ SHARER: Final = "sharer"
 BLOCKING: Final = "blocking"
 
 _FREE_ROAD: Final = 10.0
-"""Behind the ego vehicle and the sharing node at the start [m]."""
+"""Road behind the ego vehicle and the sharing node that is kept free at the start [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -61,7 +61,7 @@ class Cast:
 
     @property
     def everybody(self) -> tuple[Role, ...]:
-        """In the order of their numbers."""
+        """All basic vehicles that take part, in the order of their numbers."""
         moving = (self.ego, self.collider) if self.encounter else (self.ego,)
         return moving + self.standing
 

@@ -16,7 +16,7 @@ from adapters.sumo.simulation import Sumo
 from adapters.sumo.spawning import Spawned
 
 _CLEARANCE: Final = 0.5
-"""Between the bodies when one passes behind the other [m]."""
+"""Distance kept between the bodies when one passes behind the other [m]."""
 
 _LONGEST_BODY: Final = 25.0
 """This far [m] beyond the last crossing the collision vehicle has left it for certain."""
@@ -45,7 +45,7 @@ class CollisionDriver:
     """Drives the collision vehicle into the ego's way and makes others give way to it."""
 
     def __init__(self, sumo: Sumo, cast: Cast, control: SpeedControl) -> None:
-        """Without an encounter there is nothing to drive, and nobody gives way."""
+        """There is nothing to drive without an encounter, and nobody gives way."""
         self._sumo = sumo
         self._path = cast.collider.path
         self._length, self._width, _ = cast.collider.vehicle.type.size

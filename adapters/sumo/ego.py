@@ -157,7 +157,10 @@ def _time_of_lowest_speed(state: EgoState, target: float, lag: float, duration: 
 def _free_motion(
     state: EgoState, target: float, lag: float, duration: float
 ) -> tuple[float, float, float]:
-    r"""As if the speed could become negative: $a(t) = u + (a_0 - u) e^{-t/\tau}$, integrated."""
+    r"""Travel [m], speed [m/s] and acceleration [m/s^2] after `duration` [s].
+
+    It moves as if the speed could become negative: $a(t) = u + (a_0 - u) e^{-t/\tau}$, integrated.
+    """
     excess = state.acceleration - target
     decay = -math.expm1(-duration / lag)  # 1 - e^(-t / tau)
     acceleration = target + excess * (1.0 - decay)

@@ -66,7 +66,7 @@ class EgoDriver:
         return self._path.station(*self.front.tolist()) >= self._path.length
 
     def distance_to(self, station: float) -> float:
-        """Along the route, from the centre of the body [m]; negative beyond `station`."""
+        """Distance along the route from the body's centre to `station` [m]; negative beyond it."""
         return station - self.station
 
     def drive(self, command: Command, now: Time, duration: Duration, count: int) -> Float:

@@ -100,7 +100,7 @@ class Roster:
 
     @cached_property
     def antenna_height(self) -> Float:
-        """Above the ground [m], shape (vehicle,)."""
+        """Heights of the antennas above the ground [m], shape (vehicle,)."""
         return np.array([v.type.antenna_height for v in self.vehicles], dtype=np.float64)
 
     @cached_property
@@ -155,7 +155,7 @@ class Poses:
         )
 
     def rows(self, chosen: npt.NDArray[np.intp]) -> "Poses":
-        """The poses in the rows `chosen`."""
+        """The poses in the rows `chosen`, shape (row,)."""
         return Poses(
             center=self.center[chosen],
             heading=self.heading[chosen],

@@ -72,7 +72,7 @@ def rotate(vectors: Float, angle: Float) -> Float:
 
 
 def wrap(angle: Float) -> Float:
-    """The same angles [rad] in [-pi, pi)."""
+    """Angles [rad] of any shape, turned by whole circles into [-pi, pi)."""
     return (angle + np.pi) % (2.0 * np.pi) - np.pi
 
 

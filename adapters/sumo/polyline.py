@@ -33,7 +33,7 @@ class Polyline:
 
     @property
     def length(self) -> float:
-        """[m]."""
+        """The length of the whole polyline [m]."""
         return float(self._stations[-1])
 
     def station(self, x: float, y: float) -> float:

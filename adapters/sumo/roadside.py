@@ -42,6 +42,13 @@ class RoadsideUnits:
         """`signals` with the units behind the vehicles in `vehicle.*`.
 
         What is the same object as at the last call is so in the result.
+
+        Args:
+            signals: values of connectors by name; those of `vehicle.*` have shape (vehicle, ...),
+                others any shape.
+
+        Returns:
+            All signals; those of `vehicle.*` have shape (vehicle + unit, ...).
         """
         return {**signals, **{name: self._join(name, signals[name]) for name in self._rows}}
 

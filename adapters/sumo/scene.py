@@ -43,7 +43,7 @@ class VehicleType:
 
     @property
     def length(self) -> float:
-        """[m]."""
+        """The length of the body [m]."""
         return self.size[0]
 
 
@@ -111,7 +111,7 @@ def open_ring(ring: Float) -> Float:
 
 
 def frozen(array: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
-    """`array` itself, from now on read-only."""
+    """`array` itself, of any shape, from now on read-only."""
     array.flags.writeable = False
     return array
 

@@ -133,11 +133,11 @@ class Sumo:
         return int(lane.rsplit("_", 1)[1])
 
     def lane_length(self, lane: str) -> float:
-        """[m]."""
+        """The length of `lane` [m]."""
         return float(libsumo.lane.getLength(lane))
 
     def lane_width(self, lane: str) -> float:
-        """[m]."""
+        """The width of `lane` [m]."""
         return float(libsumo.lane.getWidth(lane))
 
     def allows_cars(self, lane: str) -> bool:
@@ -169,7 +169,7 @@ class Sumo:
         return int(libsumo.lane.getLastStepVehicleNumber(lane))
 
     def speed_limit(self, lane: str) -> float:
-        """[m/s]."""
+        """The speed limit on `lane` [m/s]."""
         return float(libsumo.lane.getMaxSpeed(lane))
 
     def types(self) -> list[str]:

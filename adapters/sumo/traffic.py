@@ -182,7 +182,10 @@ class Traffic:
         return poses
 
     def _closest(self, track: Float, before: Roster, poses: Poses) -> Closest:
-        """Between the ego's body along `track` and those who are there before and after."""
+        """The smallest distance between the ego's body along `track` and any other body.
+
+        Others are those who are there both `before` and now.
+        """
         now = self._roster
         old = new = np.flatnonzero(now.number != self._ego_number)
         if now is not before:

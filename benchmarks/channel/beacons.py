@@ -9,10 +9,10 @@ from fmus.messages.records import BSM, NO_VEHICLE, PACKET, frame
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, CommunicationGrid, nanoseconds
 
 INTERVAL: Final = nanoseconds("0.1")
-"""Between two packets of a vehicle, and between two scenes [ns]."""
+"""Time between two packets of a vehicle, and between two scenes [ns]."""
 
 PACKET_SIZE: Final = 200
-"""1600 bit [byte]."""
+"""Size of a packet [byte]; Veins has 1600 bit."""
 
 VOICE: Final = 3
 """The access category of user priority 7."""

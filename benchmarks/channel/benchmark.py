@@ -23,7 +23,7 @@ _RADIO: Final[Mapping[str, Any]] = {
     "bitrate": 6e6,
     "maximum_range": 2600.0,
 }
-"""As in the runs of Veins."""
+"""Parameters of the channel, as in the runs of Veins."""
 
 _SHADOWING: Final = {
     "free": (False, False),
@@ -39,7 +39,7 @@ _PEER_MODELS: Final = {
     "vehicles": "free space + vehicles",
     "buildings+vehicles": "free space + buildings + vehicles",
 }
-"""The same in the words of the file with Veins' figures."""
+"""What is modelled in the cases of `_SHADOWING`, in the words of the file with Veins' figures."""
 
 _FULL: Final = "buildings+vehicles"
 

@@ -18,7 +18,7 @@ ROOF_TO_ANTENNA: Final = 0.1
 """Height of an antenna above the roof [m]; Veins has all of them at 1.895 m instead."""
 
 BUILDING_HEIGHT: Final = 20.0
-"""[m]; higher than every antenna. Buildings of Veins have no upper end."""
+"""Height of all buildings [m], above every antenna. Buildings of Veins have no upper end."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,7 +54,10 @@ class Workload:
 
     @cached_property
     def scenes(self) -> Sequence[Mapping[str, Array]]:
-        """The signals `vehicle.*` and `building.*` of each step, with the axes of these connectors.
+        """The signals `vehicle.*` and `building.*` of each step, in the units of these connectors.
+
+        Those of vehicles have shape (vehicle, ...), `building.vertex` (corner, 2),
+        `building.index` (corner,) and `building.height` (building,).
 
         What does not change is the same object every time, as in a run. The first scene is shown
         twice: the recordings begin at 0.1 s, when the first packets are sent.

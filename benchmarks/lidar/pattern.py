@@ -13,8 +13,8 @@ from benchmarks.lidar.town import Town
 Float = npt.NDArray[np.float64]
 
 MOUNT_HEIGHT: Final = 1.0
-"""Over the roof [m]; so high that no ray meets the body of the car that carries the sensor. The
-unit leaves that body out; for the peer it would take a scene of its own for each sensor."""
+"""Height of the sensor over the roof [m], where no ray meets the body of the car that carries it.
+The unit leaves that body out; for the peer it would take a scene of its own for each sensor."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

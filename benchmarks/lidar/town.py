@@ -17,7 +17,7 @@ SIDE: Final = 300.0
 
 BUILDINGS: Final = 20
 INTERVAL: Final = 0.1
-"""Between two scans [s]: a lidar turns at 10 Hz."""
+"""Time between two scans [s]: a lidar turns at 10 Hz."""
 
 SCANS: Final = 20
 """Different scenes, one for each scan: two seconds."""
@@ -85,9 +85,11 @@ class Town:
         return [int(k) for k in np.flatnonzero(self.lidar)]
 
     def inputs(self) -> Sequence[Mapping[str, Array]]:
-        """The signals `vehicle.*` and `building.*` of each scan, with these connectors' axes.
+        """The signals `vehicle.*` and `building.*` of each scan, in the units of these connectors.
 
-        What stays is the same object every time.
+        Those of vehicles have shape (vehicle, ...), `building.vertex` (corner, 2),
+        `building.index` (corner,) and `building.height` (building,). What stays is the same object
+        every time.
         """
         still = {
             "vehicle.id": _read_only(np.arange(self.vehicles, dtype=np.int64)),
@@ -114,7 +116,7 @@ def _read_only(array: Array) -> Array:
 
 
 def town(vehicles: int, sensors: int) -> Town:
-    """The same town at every call. Vehicles drive straight on, at crossings through each other.
+    """A town, alike at every call. Vehicles drive straight on, at crossings through each other.
 
     Args:
         vehicles: how many, at most 576.

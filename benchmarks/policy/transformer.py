@@ -33,7 +33,7 @@ def blocks_for(keypoints: int) -> int:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TransformerRun(Case):
-    """The same scans, encoded by the peer; what comes behind the encoders is left out.
+    """Scans of a drive, encoded by the peer; what comes behind the encoders is left out.
 
     Attributes:
         drive: its name.

@@ -1,4 +1,4 @@
-"""modelDescription.xml of a native unit, from its `Interface` (FMI 3.0.2, section 2.4)."""
+"""The modelDescription.xml of a native unit, from its `Interface` (FMI 3.0.2, section 2.4)."""
 
 from typing import Final
 from xml.etree import ElementTree as ET
@@ -14,7 +14,8 @@ LOG_CATEGORIES: Final = {
     "logStatusError": "Reasons of the status Error; always logged",
     "logStatusFatal": "Reasons of the status Fatal; always logged",
 }
-"""In the order of ModelStatus; CATEGORIES in fmi3_log.c."""
+"""What each category of log messages has, in the order of ModelStatus (fmi3_model.h) and of
+CATEGORIES (fmi3_log.c)."""
 
 
 def model_description(interface: Interface, *, token: str, version: str) -> bytes:

@@ -46,7 +46,15 @@ class Bystanders:
         return float(np.sum(self._deaf * self._spoiled(np.array(power), self._at_ego)))
 
     def hops(self, some: Array) -> Hops:
-        """The links between all neighbours and `some` candidates, neighbours first."""
+        """The links from every neighbour to each of some candidates.
+
+        Args:
+            some: indices of the candidates, shape (some,).
+
+        Returns:
+            Hops from neighbours to candidates, shape (neighbour * some,): all candidates of the
+            first neighbour, then those of the next.
+        """
         other, relay = np.indices((len(self._others), len(some)))
         other, relay = other.ravel(), some[relay.ravel()]
         return Hops(
@@ -56,13 +64,16 @@ class Bystanders:
         )
 
     def of_relays(self, some: Array, first: Array, second: Array, between: Array) -> Array:
-        """Harmful neighbours on both hops over each of `some` candidates, (some,).
+        """Expected number of harmful neighbours on both hops over each of some candidates.
 
         Args:
-            some: their indices.
-            first: mean powers of the hops from the sharer [dBm], (some,).
-            second: mean powers of the hops to the ego [dBm], (some,).
-            between: powers of the links of `hops` [dBm].
+            some: indices of the candidates, shape (some,).
+            first: mean powers of the hops from the sharer [dBm], shape (some,).
+            second: mean powers of the hops to the ego [dBm], shape (some,).
+            between: powers of the links of `hops` [dBm], shape (neighbour * some,).
+
+        Returns:
+            Shape (some,).
         """
         between = between.reshape(len(self._others), len(some))
         unheard = self._radio.unheard(between)

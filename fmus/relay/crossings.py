@@ -37,7 +37,11 @@ class Hops:
         )
 
     def own(self, owner: Array) -> Array:
-        """Whether a body carries one of the two antennas, bool (hop, obstacle)."""
+        """Whether a body carries one of the two antennas, bool, shape (hop, obstacle).
+
+        Args:
+            owner: the vehicle of each body, int64, shape (obstacle,).
+        """
         first, second = self.vehicle[:, :1], self.vehicle[:, 1:]
         return np.asarray((owner == first) | (owner == second))
 
@@ -74,9 +78,10 @@ def crossings(hops: Hops, obstacles: Obstacles, center: Array | None = None) -> 
     The bodies that carry the antennas are passed over.
 
     Args:
-        hops: at one instant, or several (..., hop).
+        hops: at one instant, or several: shape (..., hop).
         obstacles: the bodies.
-        center: of the bodies at each instant [m], (..., obstacle, 2); `None`: as they are now.
+        center: of the bodies at each instant [m], shape (..., obstacle, 2); `None`: as they are
+            now.
     """
     places = obstacles.center if center is None else center
     start, along = hops.start[..., :2], hops.end[..., :2] - hops.start[..., :2]
@@ -156,12 +161,12 @@ class Walls:
         Both ends are outside, as those of radios on roads are.
 
         Args:
-            start: [m], (..., 2).
-            end: [m], (..., 2).
+            start: where the segments begin, x and y [m], shape (..., 2).
+            end: where they end, x and y [m], shape (..., 2).
 
         Returns:
-            The number of walls, int64 (...,), and the fraction of the segment that is
-            inside, (...,).
+            The number of walls, int64, and the fraction of the segment that is inside, each of
+            shape (...,).
         """
         shape = start.shape[:-1]
         start, end = start.reshape(-1, 2), end.reshape(-1, 2)

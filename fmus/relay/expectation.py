@@ -75,7 +75,7 @@ class Expectation:
         self._fade = np.exp(-horizon.time / correction_time)[:, None]
 
     def of_routes(self, situation: Situation, obstacles: Obstacles, walls: Walls) -> Array:
-        """The expected PRR of the direct link, then of each candidate, (1 + candidate,)."""
+        """The expected PRR of the direct link, then of each candidate, shape (1 + candidate,)."""
         ego, sharer = situation.ego, situation.sharer
         nodes = list(situation.candidates.values())
         links = situation.known.links

@@ -27,13 +27,13 @@ def shadowing(found: Crossings, start: Array, end: Array, roof: Array, wavelengt
 
     Args:
         found: the crossings; `hop` counts the rows of `start`.
-        start: antennas, x, y and height [m], (hop, 3).
-        end: [m], (hop, 3).
-        roof: height of each obstacle [m], (obstacle,).
-        wavelength: [m].
+        start: antenna of one end, x, y and height [m], shape (hop, 3).
+        end: antenna of the other end [m], shape (hop, 3).
+        roof: height of each obstacle [m], shape (obstacle,).
+        wavelength: of the carrier [m].
 
     Returns:
-        [dB], (hop,).
+        The loss [dB], shape (hop,).
     """
     loss = np.zeros(len(start))
     if len(found.hop) == 0:

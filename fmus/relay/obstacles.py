@@ -18,7 +18,7 @@ from fmus.relay.nodes import Bsms, Node
 from orchestrator.signal import Array
 
 HEIGHT_TOLERANCE: Final = 0.3
-"""By how much an observed height may exceed the true one: noise, and the layer's steps [m]."""
+"""An observed height may exceed the true one by this [m]: noise, and the layer's steps."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +66,7 @@ class Obstacles:
         )
 
     def without(self, keep: Array) -> "Obstacles":
-        """Only the obstacles where `keep` is true."""
+        """Only the obstacles where `keep` is true, bool, shape (obstacle,)."""
         return Obstacles(
             owner=self.owner[keep],
             center=self.center[keep],
@@ -105,7 +105,7 @@ def from_objects(objects: Array) -> Obstacles:
     """The ego's own detections: boxes along the axes of the world.
 
     Args:
-        objects: `OBJECT` records of the ego's sensor.
+        objects: `OBJECT` records of the ego's sensor, shape (object,).
     """
     count = len(objects)
     return Obstacles(

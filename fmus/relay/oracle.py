@@ -160,7 +160,7 @@ class _Supply:
         self._latest: Duration = 0
 
     def afresh(self) -> "_Supply":
-        """The same from now on."""
+        """A supply at this rate that starts now, with what there is now."""
         return _Supply(self._rate, self._now, self.count)
 
     def update(self, count: int, now: Time, h: Duration) -> None:

@@ -17,7 +17,7 @@ from orchestrator.suggestion import suggestion
 Accepts: TypeAlias = Callable[[Any], bool]
 
 _set_flags: Any = np.ndarray.setflags
-"""With a positional `write`, which the stubs do not know, it takes less than half as long."""
+"""`setflags` with a positional `write`, which the stubs do not know: less than half as long."""
 
 
 class OutputCheck:

@@ -43,7 +43,7 @@ class Layout(enum.Enum):
     """Other axes are named: elements in C order; shape (samples, rank) in `.shape.npy`."""
 
     BINARY = "binary"
-    """uint8, samples joined; bytes per sample in `.rows.npy`."""
+    """Bytes as uint8: samples joined; bytes per sample in `.rows.npy`."""
 
     @classmethod
     def of(cls, connector: Connector) -> "Layout":

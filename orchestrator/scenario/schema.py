@@ -11,7 +11,7 @@ from orchestrator.scenario import units
 from orchestrator.timebase import Duration
 
 VERSION: Final = 1
-"""Of the form of scenario files; a change that breaks them has another number."""
+"""The version of the form of scenario files; a change that breaks them has another number."""
 
 _TIME_PATTERN: Final = (
     r"^\s*[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]{1,3})?\s*[a-zA-Zµμ]+\s*$"
@@ -128,10 +128,10 @@ class Recording(_Mapping):
     """Which outputs are recorded, by patterns of `component.connector` (`*`, `?`, `[...]`)."""
 
     include: Annotated[list[Text], Field(examples=[["*"]])] = ["*"]
-    """Record what matches one of these ..."""
+    """What matches one of these patterns is recorded, unless `exclude` names it."""
 
     exclude: Annotated[list[Text], Field(examples=[["lidar.points"]])] = []
-    """... and none of these."""
+    """What matches one of these patterns is not recorded."""
 
 
 class ScenarioFile(_Mapping):
@@ -162,7 +162,7 @@ class ScenarioFile(_Mapping):
     coupling: Coupling = Coupling()
 
     components: Annotated[dict[Name, ComponentEntry], Field(min_length=1)]
-    """By name. The order breaks ties in the order of stepping."""
+    """The components by name. Their order breaks ties in the order of stepping."""
 
     connections: list[ConnectionEntry] = []
     """Inputs without a connection keep their start value."""
@@ -210,5 +210,5 @@ def json_schema() -> dict[str, Any]:
 
 
 def whole_schema() -> dict[str, Any]:
-    """As pydantic has it: of a scenario file that extends no other one."""
+    """The JSON Schema as pydantic has it: of a scenario file that extends no other one."""
     return ScenarioFile.model_json_schema(by_alias=True)

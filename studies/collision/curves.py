@@ -169,7 +169,11 @@ def curves(points: Sequence[Point]) -> dict[CurveName, list[Point]]:
 
 
 def _belongs(point: Point) -> bool:
-    """Over a relay two losses make one: there the rate that is set is not the one end to end."""
+    """Whether `point` belongs to a curve: cooperative and usual, of a known packet error rate.
+
+    None of the constant channel over a relay does: there two losses make one, and the rate that is
+    set is not the one end to end.
+    """
     condition = point.condition
     if condition.policy != COOPERATIVE or not condition.is_usual:
         return False

@@ -38,7 +38,7 @@ class Series(Protocol):
 
     @property
     def times(self) -> Array:
-        """Communication points [ns]."""
+        """Communication points of the samples [ns], int64, shape (sample,)."""
 
     def __len__(self) -> int:
         """Number of samples."""
@@ -179,7 +179,7 @@ class Traces:
             yield int(time), unframe("OBJS", bytes(series[k]), OBJECT)
 
     def scalars(self, name: str) -> tuple[Array, Array]:
-        """Times [s] and values of a scalar signal in its unit, shape (sample,) each."""
+        """Times [s] and values of a scalar signal, in its unit, each of shape (sample,)."""
         series = self.series(name)
         values = np.array([np.asarray(series[k]) for k in range(len(series))])
         return np.asarray(series.times) / 1e9, values

@@ -34,7 +34,10 @@ def draw(found: Findings, directory: Path) -> None:
 
 
 def _losses(axes: Axes, epochs: Sequence[Row]) -> None:
-    """Over all epochs, one after the other; where a round begins, and which epoch it kept."""
+    """Draw the losses over all epochs, one after the other.
+
+    Marked are where a round begins and which epoch it kept.
+    """
     counts = range(1, len(epochs) + 1)
     for which in ("training", "validation"):
         losses = [row[f"{which}_loss"] for row in epochs]
@@ -95,7 +98,7 @@ def _drives(axes: Axes, phases: Sequence[Row]) -> None:
 
 
 def _legend(axes: Axes) -> None:
-    """Above the axes, where no data are."""
+    """Put a legend above the axes, where no data are."""
     handles, names = axes.get_legend_handles_labels()
     if handles:
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(names))

@@ -43,7 +43,7 @@ class Dagger(_Mapping):
     """How often the expert's command is taken instead of the network's, in the first round."""
 
     decay: Share = 0.5
-    """By what `beta` is multiplied from round to round."""
+    """The factor by which `beta` changes from round to round."""
 
 
 class Validation(_Mapping):
@@ -53,7 +53,7 @@ class Validation(_Mapping):
     """How many, driven by the expert; the loss in them ends a round."""
 
     drives: Annotated[int, Field(ge=0, le=MAXIMUM_RUNS)] = 0
-    """In how many of these scenes the network drives alone after each round. The round with the
+    """The network drives alone in so many of these scenes after each round. The round with the
     best drives gives the checkpoint; without drives, the last."""
 
 
@@ -61,7 +61,7 @@ class OptimisationSection(_Mapping):
     """How the network is optimised in every round."""
 
     epochs: Annotated[int, Field(ge=1, le=100_000)]
-    """At most, in each round."""
+    """The most epochs in each round; `patience` may end it earlier."""
 
     batch: Annotated[int, Field(ge=1)]
     """Samples in one step."""
@@ -87,7 +87,7 @@ class TrainingFile(_Mapping):
     and `beta`, and the recorded output `sample`."""
 
     seed: Annotated[int, Field(ge=0, le=MAXIMUM_SEED)] = 1
-    """Of initial weights, batches, and of the seeds and scenes of all runs."""
+    """Initial weights, batches, and the seeds and scenes of all runs are drawn from this number."""
 
     network: Annotated[dict[Text, Any], Field(min_length=1)]
     """`type`, an installed learner (entry points `orchestrator.learners`), and its parameters."""
@@ -106,7 +106,7 @@ class TrainingFile(_Mapping):
     """What early stopping looks at."""
 
     optimisation: OptimisationSection
-    """The same in every round."""
+    """How the network is optimised; this is the same in every round."""
 
     device: Literal["auto", "cpu", "cuda"] = "auto"
     """Where to learn; `auto` is `cuda` where there is one."""

@@ -18,7 +18,7 @@ from fmus.driving.network.scan import CELL
 from orchestrator.signal import Array
 
 PLACE_SCALE: Final = 32.0
-"""By which places are divided to be numbers of the order of 1 [m]."""
+"""Coordinates of places are divided by this length [m], to be numbers of the order of 1."""
 _BLOCK: Final = 2.0 * CELL
 
 
@@ -73,7 +73,16 @@ class BevEncoder:
 
 
 def first_of_each(found: Patches, order: Array, spacing: int) -> Array:
-    """Positions in `order` of the places that come first in their square of blocks."""
+    """Positions in `order` of the places that come first in their square of blocks.
+
+    Args:
+        found: the places.
+        order: rows of `found`, the best first, int64, shape (place,).
+        spacing: blocks along the side of a square.
+
+    Returns:
+        Ascending, int64, shape (square,), for the squares that have a place.
+    """
     if spacing == 1:
         return np.arange(len(order))
     side = spacing * _BLOCK

@@ -70,6 +70,10 @@ class Dense:
     def of(cls, weight: Array, bias: Array) -> "Dense":
         """The layer with the nearest numbers that the fixed point has.
 
+        Args:
+            weight: any numbers, shape (input, output).
+            bias: any numbers, shape (output,).
+
         Raises:
             ValueError: a number is not finite, or sums of them could not be exact.
         """
@@ -98,6 +102,9 @@ class BinaryDense:
     @classmethod
     def of(cls, weight: Array) -> "BinaryDense":
         """The layer with the nearest numbers that the fixed point has.
+
+        Args:
+            weight: any numbers, shape (input, output).
 
         Raises:
             ValueError: a number is not finite, or sums of them could not be exact.

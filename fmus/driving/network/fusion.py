@@ -17,7 +17,7 @@ from fmus.driving.network.plane import Frame, turned
 from orchestrator.signal import Array
 
 LENGTH_SCALE: Final = 8.0
-"""By which lengths [m] and speeds [m/s] are divided."""
+"""Lengths [m] and speeds [m/s] are divided by this number."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -76,9 +76,17 @@ class Fusion:
 
 
 def geometry(each: Observed, ego: Frame, speed: float) -> Array:
-    """Place ahead, left, up, speed of the ego, age [s], own, of another; (keypoint, GEOMETRY).
+    """What the fusion knows of keypoints beside their features.
 
-    Lengths and speeds are divided by `LENGTH_SCALE`.
+    Args:
+        each: the keypoints.
+        ego: frame of the ego vehicle now.
+        speed: of the ego vehicle [m/s].
+
+    Returns:
+        Shape (keypoint, GEOMETRY): place ahead, left, up [m] and speed of the ego [m/s], these
+        divided by `LENGTH_SCALE`; age of the scan [s]; 1 if it is of the ego's own sensor; 1 if it
+        is of another's.
     """
     x, y = each.frame.to(ego, each.x, each.y)
     numbers = np.empty((len(x), GEOMETRY))

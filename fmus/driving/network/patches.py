@@ -23,7 +23,7 @@ Stack: TypeAlias = Sequence[Scan | None]
 """Scans of one sensor, the newest first, then those of `LAGS` before it where they are known."""
 
 _MIDDLES: Final = (0.0, 1.0, 2.8)
-"""Of the layers over the ground [m], the ground first."""
+"""Heights of the middles of the layers over the ground [m], the ground first."""
 _BLOCK: Final = 2
 _BLOCKS: Final = SIDE // _BLOCK
 _MARGIN: Final = (WINDOW - _BLOCK) // 2

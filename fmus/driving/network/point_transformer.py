@@ -21,7 +21,7 @@ from fmus.driving.point_transformer import Crop, PointTransformerEncoder, encode
 from orchestrator.signal import Array
 
 CENTIMETRE: Final = 0.01
-"""In which recorded points are written [m]."""
+"""The unit in which coordinates of recorded points are written [m]."""
 _CROP: Final = Crop()
 
 
@@ -55,7 +55,10 @@ class PointTransformerSensor(SensorEncoder):
 
 
 def weights_of(encoder: PointTransformerEncoder) -> dict[str, Array]:
-    """Weights and the statistics of the batch normalisation, by their names in a checkpoint."""
+    """Weights and the statistics of the batch normalisation, by their names in a checkpoint.
+
+    They are float64, in the shapes of `point_transformer_shapes.tensors`.
+    """
     return {
         PREFIX + name: value.detach().cpu().numpy().astype(np.float64)
         for name, value in encoder.state_dict().items()
@@ -64,7 +67,13 @@ def weights_of(encoder: PointTransformerEncoder) -> dict[str, Array]:
 
 
 def put_weights(encoder: PointTransformerEncoder, weights: Mapping[str, Array]) -> None:
-    """Undo `weights_of`."""
+    """Give `encoder` the weights that `weights_of` got from one of its form.
+
+    Args:
+        encoder: is changed in place.
+        weights: by their names in a checkpoint, in the shapes of
+            `point_transformer_shapes.tensors`; others may be among them.
+    """
     for name, value in encoder.state_dict().items():
         if value.is_floating_point():
             value.copy_(torch.as_tensor(weights[PREFIX + name]))

@@ -5,11 +5,11 @@ from collections.abc import Iterator, Mapping
 from typing import Final
 
 PREFIX: Final = "encoder.point_transformer."
-"""Of the names of its tensors; what follows is their name in PyTorch."""
+"""The names of its tensors begin with this; what follows is their name in PyTorch."""
 BLOCKS: Final[Mapping[int, int]] = {128: 2, 256: 3}
 """How often points are down-sampled, by the features of a keypoint."""
 LEAST_KEYPOINTS: Final = 16
-"""As a keypoint has so many neighbours."""
+"""A scan has no fewer keypoints, because a keypoint has so many neighbours."""
 _EMBEDDING: Final = 32
 _REDUCTION: Final = 4
 VARIANCE: Final = "running_var"

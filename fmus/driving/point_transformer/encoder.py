@@ -17,7 +17,7 @@ NEIGHBOURS: Final = 16
 EMBEDDING: Final = 32
 """Channels of the features of single points; every down-sampling doubles them."""
 REDUCTION: Final = 4
-"""By which every down-sampling divides the number of points."""
+"""Every down-sampling divides the number of points by this one."""
 _FLOAT_SIZE: Final = 4
 
 

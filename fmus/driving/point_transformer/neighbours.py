@@ -8,7 +8,7 @@ from torch import Tensor
 _CACHED: Final = 2**17
 """So many squared distances are held at a time on a CPU: 512 KiB, which stay in the cache."""
 _HELD: Final = 2**26
-"""The same elsewhere, where few large operations are quicker: 256 MiB."""
+"""So many are held at a time elsewhere, where few large operations are quicker: 256 MiB."""
 
 
 def squared_distances(query: Tensor, points: Tensor) -> Tensor:

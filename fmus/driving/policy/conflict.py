@@ -24,7 +24,7 @@ class Bodies:
     velocity: Array
 
     def only(self, rows: Array) -> "Bodies":
-        """The bodies in `rows`."""
+        """The bodies in `rows`: their indices, shape (row,), or a mask, shape (body,)."""
         return Bodies(
             minimum=self.minimum[rows], maximum=self.maximum[rows], velocity=self.velocity[rows]
         )
@@ -105,9 +105,16 @@ class Prediction:
 
 
 def taking_up_speed(ego: Ego, cruise: float, acceleration: float, times: Array) -> Array:
-    """How far the ego comes [m] at `times` [s] if it takes up the speed `cruise` [m/s].
+    """How far the ego comes if it takes up the speed `cruise`, or keeps one that is higher.
 
-    It accelerates with `acceleration` [m/s^2], or keeps a speed that is higher.
+    Args:
+        ego: as it is now.
+        cruise: the speed that it takes up [m/s].
+        acceleration: with which it does [m/s^2].
+        times: from now [s], any shape.
+
+    Returns:
+        Distance from where it is now [m], of the shape of `times`.
     """
     until = max(cruise - ego.speed, 0.0) / acceleration
     ramp = np.minimum(times, until)
@@ -119,7 +126,7 @@ def taking_up_speed(ego: Ego, cruise: float, acceleration: float, times: Array) 
 
 
 def overlapping(ego: Ego, bodies: Bodies) -> Array:
-    """Whether each body lies where the ego vehicle is, bool (body,).
+    """Whether each body lies where the ego vehicle is, bool, shape (body,).
 
     Two vehicles are never in one place: such a body is the ego itself, as others see it. Bodies
     that only touch it, within the accuracy of a lidar, do not overlap.

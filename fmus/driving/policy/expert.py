@@ -28,7 +28,7 @@ EXPERT_READS: Final = EGO | VEHICLES
 _REACTION: Final = 1.0
 """Speeds are taken up within this time [s], if accelerations allow."""
 _CLOSEST: Final = 0.1
-"""With less room [m] than this, the needed deceleration does not grow any more."""
+"""The needed deceleration does not grow any more when there is less room than this [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -34,7 +34,7 @@ class Vehicles:
     velocity: Array
 
     def only(self, rows: Array) -> "Vehicles":
-        """The vehicles in `rows`, which may be a mask."""
+        """The vehicles in `rows`: their indices, shape (row,), or a mask, shape (vehicle,)."""
         return Vehicles(
             number=self.number[rows],
             center=self.center[rows],
@@ -83,9 +83,17 @@ class Occupancy:
 
 
 def reaching(vehicles: Vehicles, times: Array, place: Box) -> Array:
-    """Which vehicles may reach a box at one of the times [s], (time,); nobody else does.
+    """Which vehicles may reach a box at one of several times; nobody else does.
 
-    A cheap selection, before `occupancy`. Mask, (vehicle,).
+    It is a cheap selection, before `occupancy`.
+
+    Args:
+        vehicles: at the time 0.
+        times: [s], shape (time,).
+        place: the box.
+
+    Returns:
+        A mask, shape (vehicle,).
     """
     around = 0.5 * np.hypot(*vehicles.size.T)[:, None, None]
     center = vehicles.center[:, None] + times[:, None] * vehicles.velocity[:, None]
@@ -102,7 +110,7 @@ def occupancy(line: Segments, vehicles: Vehicles, times: Array, side: float) -> 
     Args:
         line: the route.
         vehicles: at the first of the times.
-        times: at which [s], (time,), at least two.
+        times: at which [s], shape (time,), at least two.
         side: half the width of the strip [m].
     """
     moved = times[:, None] * vehicles.velocity[:, None]  # (vehicle, time, 2)

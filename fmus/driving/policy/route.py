@@ -37,7 +37,11 @@ class Segments:
 
     @classmethod
     def of(cls, route: Array) -> "Segments":
-        """Those between the vertices `route` [m], (vertex, 2); equal ones make no segment."""
+        """The segments between the vertices of a route.
+
+        Args:
+            route: [m], shape (vertex, 2); equal vertices, one after the other, make no segment.
+        """
         start, edge = route[:-1], route[1:] - route[:-1]
         length = np.linalg.norm(edge, axis=1)
         if not length.all():
@@ -46,7 +50,16 @@ class Segments:
         return cls(start=start, direction=edge / length[:, None], begin=begin, length=length)
 
     def project(self, points: Array) -> tuple[Array, Array]:
-        """See `fmus.driving.policy.conflict.project`."""
+        """Distance along the segments and signed distance across them (left positive).
+
+        The first and last segments are continued; see `fmus.driving.policy.conflict.project`.
+
+        Args:
+            points: [m], shape (..., 2).
+
+        Returns:
+            Along and across [m], each of the shape of `points` without its last axis.
+        """
         x, y = points[..., 0].reshape(-1), points[..., 1].reshape(-1)
         start_x, start_y = self.start[:, :1], self.start[:, 1:]
         dx, dy = self.direction[:, :1], self.direction[:, 1:]

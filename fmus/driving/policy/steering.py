@@ -18,7 +18,8 @@ from fmus.driving.policy.route import Segments
 from orchestrator.parameters import parameter
 
 _DIGITS: Final = 9
-"""Of the command: far above rounding errors, which must not steer, and below any effect."""
+"""The command is rounded to so many decimals: the last of them is far above rounding errors, which
+must not steer, and below any effect."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -40,13 +40,24 @@ class Layers(nn.Module):
         }
 
     def load(self, weights: Mapping[str, Array]) -> None:
-        """Take over weights; others than these layers' may be among them."""
+        """Take over weights, by their names and in the shapes of `shapes`.
+
+        Others than these layers' may be among them.
+        """
         with torch.no_grad():
             for name in self._names:
                 self.weight(name).copy_(torch.as_tensor(weights[name]))
 
     def dense(self, name: str, inputs: Tensor) -> Tensor:
-        """The layer `name`, limited to what activations can be: (..., in) becomes (..., out)."""
+        """The outputs of the layer `name`, limited to what activations can be.
+
+        Args:
+            name: without the end `.weight` or `.bias`.
+            inputs: shape (..., input).
+
+        Returns:
+            Shape (..., output).
+        """
         result = inputs @ self.weight(f"{name}.weight") + self.weight(f"{name}.bias")
         return torch.clamp(result, -LARGEST, LARGEST)
 

@@ -33,7 +33,7 @@ _MOVING: Final = 1.0
 """Faster bodies move [m/s]."""
 _WORLD: Final = Frame(x=0.0, y=0.0, heading=0.0)
 _Place: TypeAlias = tuple[float, float, float]
-"""x, y [m] and heading [rad]."""
+"""The x, y [m] and heading [rad] of a frame."""
 ScannedRow: TypeAlias = tuple[Time, _Place]
 MomentRow: TypeAlias = tuple[_Place, Array, Array, bool, int, list[int], Time]
 

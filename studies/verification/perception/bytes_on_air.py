@@ -21,12 +21,13 @@ from studies.verification.perception.session import Match, Scans
 from studies.verification.perception.truth import Truth
 
 FEATURES: Final = 67_072
-"""Features of one scan: 128 key points with 3 coordinates and 128 channels in single precision
-(Cui et al., COOPERNAUT, CVPR 2022)."""
+"""Features of one scan [byte]: 128 key points with 3 coordinates and 128 channels in single
+precision (Cui et al., COOPERNAUT, CVPR 2022)."""
 SMALL_FEATURES: Final = 33_152
-"""The same in half the bytes: 128 channels in half precision, coordinates in one byte each."""
+"""Features of one scan at half the size [byte]: the 128 channels of each key point in half
+precision, its coordinates in one byte each."""
 RAW_POINT: Final = 16
-"""One lidar point: three coordinates and the intensity in single precision."""
+"""One lidar point [byte]: three coordinates and the intensity in single precision."""
 _RANGE: Final = 50.0
 """Range of the sensor that the messages state [m]."""
 

@@ -37,7 +37,7 @@ class ParameterSet:
         return tuple(sorted((key, self.values[key]) for key in self.values.keys() & MATRIX))
 
     def but(self, name: str, **values: Any) -> "ParameterSet":
-        """The same set under another name, with other values of some parameters."""
+        """A copy of this set under another name, with other values of some parameters."""
         return ParameterSet(name=name, values={**self.values, **values}, uses_road=self.uses_road)
 
 

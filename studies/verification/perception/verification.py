@@ -90,7 +90,10 @@ class Verification:
 
     @property
     def whole_share(self) -> float:
-        """The same share with whole scans as answers."""
+        """Bytes of the recommended parameters over those of always-on sharing, of features.
+
+        Answers are whole scans.
+        """
         return byte_share(self.results, RECOMMENDED.name, FEATURES, WHOLE)
 
     @property
