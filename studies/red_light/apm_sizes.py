@@ -14,14 +14,18 @@ import numpy as np
 
 from fmus.messages.apm import Apm, decode, encode, split
 from orchestrator.recording import Recording
+from orchestrator.tables import CLOSE, left, markdown
 
 PACKET: Final = 1400
 """Most bytes of a message in one packet; the facilities' default `fragment_size`."""
 
-HEAD: Final = (
-    "| matrix | plain, cells only | plain with layer | compressed, cells only: median, max "
-    "| compressed with layer: median, max | packets, plain to compressed |\n"
-    "|---|---|---|---|---|---|"
+COLUMNS: Final = left(
+    "matrix",
+    "plain, cells only",
+    "plain with layer",
+    "compressed, cells only: median, max",
+    "compressed with layer: median, max",
+    "packets, plain to compressed",
 )
 
 
@@ -33,8 +37,8 @@ def recorded(recording: Recording) -> list[Apm]:
     return [decode(message) for message in sorted(messages)]
 
 
-def row(apms: Sequence[Apm]) -> str:
-    """The row of matrices of equal size that have a layer.
+def row(apms: Sequence[Apm]) -> list[str]:
+    """The cells of matrices of equal size that have a layer.
 
     Raises:
         ValueError: there are none, or they differ in size or levels, or one has no layer.
@@ -48,10 +52,8 @@ def row(apms: Sequence[Apm]) -> str:
     (rows, columns, levels), counts = shapes.pop(), [_packets(plain[1]), _packets(max(short[1]))]
     index = f", {levels} levels" if levels else ""
     spread = [f"{np.median(sizes):.0f}, {max(sizes)}" for sizes in short]
-    return (
-        f"| {rows} x {columns}{index} | {plain[0]} | {plain[1]} | {spread[0]} | {spread[1]} "
-        f"| {counts[0]} to {counts[1]} |"
-    )
+    sizes = [str(size) for size in plain]
+    return [f"{rows} x {columns}{index}", *sizes, *spread, f"{counts[0]} to {counts[1]}"]
 
 
 def _sizes(apms: Iterable[Apm]) -> list[int]:
@@ -66,8 +68,8 @@ def _packets(size: int) -> int:
 
 def main(runs: Sequence[str]) -> None:
     """The command line."""
-    lines = [HEAD, *(row(recorded(Recording(Path(run)))) for run in runs)]
-    sys.stdout.write("\n".join(lines) + "\n")
+    rows = [row(recorded(Recording(Path(run)))) for run in runs]
+    sys.stdout.write("\n".join(markdown(COLUMNS, rows, CLOSE)) + "\n")
 
 
 if __name__ == "__main__":

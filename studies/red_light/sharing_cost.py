@@ -14,13 +14,18 @@ import numpy as np
 
 from fmus.messages.records import BSM, SENSOR_DATA
 from orchestrator.recording import Recording as RecordedRun
+from orchestrator.tables import CLOSE, left, markdown
 from studies.red_light import metrics
 from studies.red_light.traces import SHARING, Array, Recording, Traces
 
-HEAD: Final = (
-    "| collision | smallest gap [m] | PRR | known [s] | kilobytes "
-    "| of these data of the sharing node | mean busy ratio |\n"
-    "|---|---|---|---|---|---|---|"
+COLUMNS: Final = left(
+    "collision",
+    "smallest gap [m]",
+    "PRR",
+    "known [s]",
+    "kilobytes",
+    "of these data of the sharing node",
+    "mean busy ratio",
 )
 
 
@@ -67,8 +72,8 @@ def sharing_cost(recording: Recording) -> SharingCost:
     )
 
 
-def row(costs: Sequence[SharingCost]) -> str:
-    """The row of runs that differ in their seeds."""
+def row(costs: Sequence[SharingCost]) -> list[str]:
+    """The cells of runs that differ in their seeds."""
     columns = (
         ["yes" if cost.collision else "no" for cost in costs],
         [_number(cost.gap, ".2f") for cost in costs],
@@ -78,7 +83,7 @@ def row(costs: Sequence[SharingCost]) -> str:
         [f"{cost.data_bytes / 1e3:.0f}" for cost in costs],
         [f"{cost.busy_ratio:.2f}" for cost in costs],
     )
-    return "| " + " | ".join(", ".join(column) for column in columns) + " |"
+    return [", ".join(column) for column in columns]
 
 
 def _busy_ratio(traces: Traces) -> float:
@@ -96,7 +101,7 @@ def _number(value: float | None, form: str) -> str:
 def main(runs: Sequence[str]) -> None:
     """The command line."""
     costs = [sharing_cost(RecordedRun(Path(run))) for run in runs]
-    sys.stdout.write(f"{HEAD}\n{row(costs)}\n")
+    sys.stdout.write("\n".join(markdown(COLUMNS, [row(costs)], CLOSE)) + "\n")
 
 
 if __name__ == "__main__":

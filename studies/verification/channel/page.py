@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from orchestrator.provenance import nlosim_version
+from orchestrator.tables import CLOSE, left, markdown, right
 from studies.verification.channel import tolerances
 from studies.verification.channel.comparison import Comparison
 from studies.verification.channel.figures import drawings
@@ -127,15 +128,22 @@ def _results(verification: Verification, golden: Path, seeds: int) -> str:
         f"nlosim {nlosim_version()}, {seeds} seeds. Golden data: {_versions(files)};",
         f"SHA-256 of all files {_digest(golden)}. {good} of {len(files)} files pass.",
         "",
-        "| file | cases | largest error | tolerance | excepted | mismatches | misses | |",
-        "|---|--:|--:|--:|--:|--:|--:|---|",
     ]
-    lines += [
-        f"| {name} | {one.cases} | {amount(one.largest, one.unit)} | "
-        f"{amount(one.tolerance, one.unit)} | {one.excepted} | {one.mismatches} | {one.misses} | "
-        f"{'pass' if one.passes else '**FAIL**'} |"
+    numbers = right("cases", "largest error", "tolerance", "excepted", "mismatches", "misses")
+    rows = [
+        (
+            name,
+            one.cases,
+            amount(one.largest, one.unit),
+            amount(one.tolerance, one.unit),
+            one.excepted,
+            one.mismatches,
+            one.misses,
+            "pass" if one.passes else "**FAIL**",
+        )
         for name, one in files.items()
     ]
+    lines += markdown([*left("file"), *numbers, *left("result")], rows, CLOSE)
     lines += ["", *(f"* {note}" for one in files.values() for note in one.notes)]
     return "\n".join(lines).rstrip() + "\n"
 
@@ -166,33 +174,37 @@ def _stack(files: Mapping[str, Comparison]) -> Iterator[str]:
     if not runs:
         return
     yield "## Runs of the whole stack\n"
-    lines = [
-        "Given transmit times; frames received of those decoded:",
-        "",
-        "| run | golden | ours | predicted | sigma | largest error of the SNIR |",
-        "|---|--:|--:|--:|--:|--:|",
-    ]
-    for name, one in runs.items():
-        counts = one.received
-        lines.append(
-            f"| {name} | {counts.golden} | {counts.ours} | {counts.predicted:.1f} | "
-            f"{counts.sigma:.1f} | {amount(one.snir_error, 'dB')} |"
+    numbers = right("golden", "ours", "predicted", "sigma", "largest error of the SNIR")
+    given = [
+        (
+            name,
+            one.received.golden,
+            one.received.ours,
+            f"{one.received.predicted:.1f}",
+            f"{one.received.sigma:.1f}",
+            amount(one.snir_error, "dB"),
         )
-    yield "\n".join(lines) + "\n"
-    lines = [
-        "Own medium access; totals over the whole run:",
-        "",
-        "| run | outcome | golden | mean of ours | smallest | largest | golden expected within |",
-        "|---|---|--:|--:|--:|--:|--:|",
+        for name, one in runs.items()
     ]
-    for name, one in runs.items():
-        lines += [
-            f"| {name} | {letter} | {total.golden} | {total.ours.mean():.1f} | "
-            f"{total.ours.min()} | {total.ours.max()} | +- {total.half_width:.0f} |"
-            for letter, total in one.totals.items()
-            if total.golden or total.ours.any()
-        ]
-    yield "\n".join(lines) + "\n"
+    table = markdown([*left("run"), *numbers], given, CLOSE)
+    yield "\n".join(["Given transmit times; frames received of those decoded:", "", *table]) + "\n"
+    numbers = right("golden", "mean of ours", "smallest", "largest", "golden expected within")
+    own = [
+        (
+            name,
+            letter,
+            total.golden,
+            f"{total.ours.mean():.1f}",
+            total.ours.min(),
+            total.ours.max(),
+            f"+- {total.half_width:.0f}",
+        )
+        for name, one in runs.items()
+        for letter, total in one.totals.items()
+        if total.golden or total.ours.any()
+    ]
+    table = markdown([*left("run", "outcome"), *numbers], own, CLOSE)
+    yield "\n".join(["Own medium access; totals over the whole run:", "", *table]) + "\n"
 
 
 def _tolerances() -> str:
@@ -206,9 +218,9 @@ def _tolerances() -> str:
         "fading": tolerances.FADING,
         "totals with own medium access": tolerances.TOTALS,
     }
-    lines = ["## Tolerances", "", "| of | largest difference | why |", "|---|--:|---|"]
-    lines += [f"| {name} | {_limit(one)} | {one.source} |" for name, one in rows.items()]
-    return "\n".join(lines) + "\n"
+    columns = [*left("of"), *right("largest difference"), *left("why")]
+    cells = [(name, _limit(one), one.source) for name, one in rows.items()]
+    return "\n".join(["## Tolerances", "", *markdown(columns, cells, CLOSE)]) + "\n"
 
 
 def _limit(tolerance: Tolerance) -> str:

@@ -7,7 +7,7 @@ import pytest
 
 from fmus.messages.apm import encode
 from fmus.messages.records import APM_LAYER_CELL
-from studies.red_light.apm_sizes import HEAD, row
+from studies.red_light.apm_sizes import COLUMNS, row
 from tests.fmus.messages.apm.apms import plain
 
 
@@ -18,8 +18,8 @@ def test_a_row_has_the_sizes_of_the_messages() -> None:
     assert len(encode(one, compressed=True)) == 72 + 19  # 600 cells, 32 in a byte
     assert len(encode(other, compressed=True)) == 72 + 1200 + 5  # of the layer 128 in a byte
     found = row([one, other, other])
-    assert found == "| 30 x 20 | 2472 | 4872 | 1272, 1272 | 1277, 1277 | 4 to 1 |"
-    assert found.count("|") == HEAD.splitlines()[0].count("|")
+    assert " | ".join(found) == "30 x 20 | 2472 | 4872 | 1272, 1272 | 1277, 1277 | 4 to 1"
+    assert len(found) == len(COLUMNS)
 
 
 def test_a_row_of_shares_says_their_levels() -> None:
@@ -28,8 +28,8 @@ def test_a_row_of_shares_says_their_levels() -> None:
     apm = replace(plain(30, 20), layer=layer, cells=cells, levels=3)
     size = len(encode(apm, compressed=True))
     bare = len(encode(replace(apm, layer=None), compressed=True))
-    expected = f"| 30 x 20, 3 levels | 2472 | 4872 | {bare}, {bare} | {size}, {size} | 4 to 1 |"
-    assert row([apm]) == expected
+    expected = f"30 x 20, 3 levels | 2472 | 4872 | {bare}, {bare} | {size}, {size} | 4 to 1"
+    assert " | ".join(row([apm])) == expected
 
 
 def test_matrices_that_do_not_belong_together_are_refused() -> None:
