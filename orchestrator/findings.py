@@ -1,6 +1,7 @@
 """The files that a report leaves in a run directory."""
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -64,10 +65,18 @@ def make_report(
 
 def _asked(label: str, measure: Measure, recording: Recording) -> Mapping[str, Any]:
     try:
-        return dict(measure.compute(recording))
+        return _finite(measure.compute(recording))
     except Exception as error:
         error.add_note(f"measure `{label}`")
         raise
+
+
+def _finite(found: Mapping[str, Any]) -> Mapping[str, Any]:
+    """`found`, unless there is no number where one is said to be."""
+    for key, value in found.items():
+        if isinstance(value, float) and not math.isfinite(value):
+            raise ArithmeticError(f"`{key}` is {value}; `None` is for what cannot be said")
+    return dict(found)
 
 
 def _lines(metrics: Mapping[str, Any]) -> str:

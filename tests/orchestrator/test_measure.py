@@ -7,6 +7,7 @@ import pytest
 
 from orchestrator.cli import main
 from orchestrator.errors import ScenarioError
+from orchestrator.measure import measure_type
 from orchestrator.scenario.build import load_scenario
 from tests.orchestrator.test_scenario_build import problems_of
 
@@ -110,3 +111,22 @@ def test_measures_are_listed_and_described(
     assert main(["components", "span"]) == 0
     text = " ".join(capsys.readouterr().out.split())
     assert "scale number = 1 m >= 0.001 what one is" in text
+
+
+def test_a_measure_that_finds_no_number_is_named(
+    scenario_file: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    kind = measure_type("span")
+    monkeypatch.setattr(kind, "compute", lambda self, recording: {"span": float("nan")})
+    assert main(["run", str(scenario_file), "--set", SPAN, "--out", str(tmp_path / "out")]) == 5
+    error = " ".join(capsys.readouterr().err.split())
+    assert "its measure `span` failed: ArithmeticError: `span` is nan; `None` is for" in error
+
+
+def test_metrics_without_measures_do_not_speak_of_them(scenario_file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert main(["run", str(scenario_file), "--set", "report=trace", "--out", str(out)]) == 0
+    assert "measures" not in json.loads((out / "metrics.json").read_text())

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, strategies as st
 from typing_extensions import override
 
+from orchestrator.algorithm.age import Age
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.fixed_point import FixedPoint
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
@@ -188,6 +189,13 @@ def test_the_predicted_ages_are_those_of_a_simulation(
     for (_, target), age in algorithm.ages(system).items():
         found = clocks[target].ages.values()
         assert (min(found), max(found)) == (age.youngest, age.oldest)
+
+
+def test_what_a_component_tells_itself_is_a_step_old_unless_it_is_solved() -> None:
+    wire = Connection(Endpoint("a", "y"), Endpoint("a", "u"))
+    system = System({"a": Clock()}, {"a": 7}, [wire])
+    assert GaussSeidel(("a",)).ages(system) == {("a", "a"): Age(youngest=7, oldest=7)}
+    assert FixedPoint().ages(system) == {("a", "a"): Age(youngest=0, oldest=0)}
 
 
 def test_the_graph_has_layers_and_feedback(scenario_file: Path) -> None:
