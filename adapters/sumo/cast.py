@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from typing import Final
 
 from adapters.sumo.fleet import Part, Vehicle
-from adapters.sumo.geometry import Float
 from adapters.sumo.parameters import TrafficParameters
-from adapters.sumo.polyline import Polyline
 from adapters.sumo.scene import VehicleType, path_over, straight_on
 from adapters.sumo.simulation import Departure, Sumo, SumoError
+from adapters.traffic.geometry import Float
+from adapters.traffic.polyline import Polyline
 
 EGO: Final = "ego"
 COLLIDER: Final = "collider"

@@ -11,9 +11,9 @@ from adapters.sumo.cast import COLLIDER, Cast
 from adapters.sumo.ego_driver import EgoDriver
 from adapters.sumo.encounter import Passage, SpeedControl, yielding_speed
 from adapters.sumo.fleet import Poses, Roster
-from adapters.sumo.geometry import Float, direction
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.spawning import Spawned
+from adapters.traffic.geometry import Float, direction
 
 _CLEARANCE: Final = 0.5
 """Distance kept between the bodies when one passes behind the other [m]."""

@@ -21,7 +21,7 @@ from typing import Final
 
 import numpy as np
 
-from adapters.sumo.geometry import Float
+from adapters.traffic.geometry import Float
 
 _BISECTIONS: Final = 50
 _STRAIGHT: Final = 1e-12

@@ -7,7 +7,7 @@ import numpy as np
 from adapters.sumo.actuation import Actuation
 from adapters.sumo.cast import Role
 from adapters.sumo.ego import Command, EgoDynamics, EgoState, advance, velocity
-from adapters.sumo.geometry import Float, direction
+from adapters.traffic.geometry import Float, direction
 from orchestrator.timebase import Duration, Time
 
 

@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from adapters.sumo.geometry import Float
+from adapters.traffic.geometry import Float
 
 _MARGIN: Final = 2.0
 """Time [s] that other drivers keep before and behind the collision vehicle at a crossing."""

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from adapters.sumo.geometry import Float, direction, wrap
 from adapters.sumo.scene import VehicleType
+from adapters.traffic.geometry import Float, direction, wrap
 
 
 class Part(IntEnum):

@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass, replace
 from typing import Final
 
-from adapters.sumo.geometry import Float
-from adapters.sumo.polyline import Polyline
 from adapters.sumo.proximity import Contact
+from adapters.traffic.geometry import Float
+from adapters.traffic.polyline import Polyline
 
 NEVER: Final = -1.0
 """The time [s] of what has not happened; signals are finite numbers."""

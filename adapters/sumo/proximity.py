@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from adapters.sumo.fleet import Poses
-from adapters.sumo.geometry import Boxes, Float, box_distance, wrap
+from adapters.traffic.geometry import Boxes, Float, box_distance, wrap
 
 Integers: TypeAlias = npt.NDArray[np.int64]
 

@@ -6,9 +6,9 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from adapters.sumo.geometry import Float
 from adapters.sumo.scene import frozen, open_ring
 from adapters.sumo.simulation import Sumo
+from adapters.traffic.geometry import Float
 
 _SHARPEST_MITRE: Final = 0.25
 """Smallest 1 + cos of a bend's angle that is mitred in full: up to 139 degrees."""

@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from adapters.sumo.fleet import Part
-from adapters.sumo.geometry import Float
 from adapters.sumo.road import Road
 from adapters.sumo.scene import BODIES, Buildings, frozen
 from adapters.sumo.simulation import SumoError
+from adapters.traffic.geometry import Float
 from orchestrator.signal import Array
 
 FIRST_NUMBER: Final = 1_000_000

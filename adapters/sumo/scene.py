@@ -8,9 +8,9 @@ from typing import Final, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from adapters.sumo.geometry import Float
-from adapters.sumo.polyline import Polyline
 from adapters.sumo.simulation import Link, Sumo, SumoError
+from adapters.traffic.geometry import Float
+from adapters.traffic.polyline import Polyline
 
 BODIES: Final = MappingProxyType({"car": 0, "suv": 1, "van": 2, "bus": 3, "truck": 4})
 """Codes of `vehicle.body`, by the names used in vehicle types."""

@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from adapters.sumo.geometry import Float
+from adapters.traffic.geometry import Float
 from orchestrator.errors import CosimError
 from orchestrator.timebase import Duration, seconds
 

@@ -13,9 +13,9 @@ from typing import Final
 import numpy as np
 
 from adapters.sumo.fleet import Vehicle
-from adapters.sumo.polyline import Polyline
 from adapters.sumo.scene import VehicleType, path_over
 from adapters.sumo.simulation import Departure, Link, Sumo
+from adapters.traffic.polyline import Polyline
 
 _SMALLEST_GAP: Final = 4.0
 """Bumper to bumper [m] at the start; SUMO chooses the speed that is safe at this gap."""

@@ -11,7 +11,6 @@ from adapters.sumo.collision_driver import CollisionDriver
 from adapters.sumo.ego import Command
 from adapters.sumo.ego_driver import EgoDriver
 from adapters.sumo.fleet import Poses, Roster, Vehicle
-from adapters.sumo.geometry import Float
 from adapters.sumo.outcome import FinishLine, Instants, Outcome
 from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.proximity import NOBODY, Closest, closest_approach
@@ -20,6 +19,7 @@ from adapters.sumo.roadside import RoadsideUnits, check_places
 from adapters.sumo.scene import frozen, read_buildings, read_types
 from adapters.sumo.simulation import Sumo, SumoError
 from adapters.sumo.spawning import Background, Spawned, background_streams
+from adapters.traffic.geometry import Float
 from orchestrator.signal import Array, Signals
 from orchestrator.timebase import Time, nanoseconds
 

@@ -9,8 +9,8 @@ import pytest
 
 from adapters.sumo import SumoTraffic
 from adapters.sumo.fleet import Part
-from adapters.sumo.geometry import Boxes, box_distance
 from adapters.sumo.simulation import SumoError
+from adapters.traffic.geometry import Boxes, box_distance
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import PythonComponentType
 from orchestrator.randomness import stream

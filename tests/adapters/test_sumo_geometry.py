@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from adapters.sumo.geometry import Boxes, box_distance
-from adapters.sumo.polyline import Polyline
+from adapters.traffic.geometry import Boxes, box_distance
+from adapters.traffic.polyline import Polyline
 
 coordinate = st.floats(-20.0, 20.0)
 angle = st.floats(-math.pi, math.pi)

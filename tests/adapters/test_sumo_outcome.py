@@ -13,9 +13,9 @@ from hypothesis import assume, given, strategies as st
 
 from adapters.sumo import SumoTraffic
 from adapters.sumo.fleet import Poses
-from adapters.sumo.geometry import Boxes, box_distance
 from adapters.sumo.outcome import NEVER, Instants, Outcome
 from adapters.sumo.proximity import Contact, closest_approach
+from adapters.traffic.geometry import Boxes, box_distance
 from orchestrator.randomness import stream
 from orchestrator.signal import Signals
 

@@ -12,9 +12,9 @@ import pytest
 
 from adapters.sumo import SumoTraffic
 from adapters.sumo.ego import stopping_distance
-from adapters.sumo.geometry import Boxes
 from adapters.sumo.scene import BODIES, read_buildings, read_types
 from adapters.sumo.simulation import Sumo, SumoError
+from adapters.traffic.geometry import Boxes
 from orchestrator.randomness import stream
 from orchestrator.signal import Signals
 

@@ -14,7 +14,7 @@ from hypothesis import given, settings, strategies as st
 import scenarios
 from adapters.sumo import SumoTraffic
 from adapters.sumo.ego import Command, EgoState, advance
-from adapters.sumo.geometry import Boxes, box_distance
+from adapters.traffic.geometry import Boxes, box_distance
 from fmus.driving.policy import Expert, ExpertDriver, Inputs
 from fmus.driving.policy.expert import EXPERT_READS, ExpertParameters
 from orchestrator.errors import ComponentTypeError

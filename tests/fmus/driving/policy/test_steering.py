@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from adapters.sumo.ego import Command, EgoState, advance
-from adapters.sumo.polyline import Polyline
+from adapters.traffic.polyline import Polyline
 from fmus.driving.policy.ego import Ego
 from fmus.driving.policy.steering import SteeringParameters, follow
 from tests.fmus.dynamics import DYNAMICS

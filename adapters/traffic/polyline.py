@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from adapters.sumo.geometry import Float
+from adapters.traffic.geometry import Float
 
 
 class Polyline:

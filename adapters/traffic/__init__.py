@@ -1,0 +1,1 @@
+"""What all sources of traffic have in common: connectors, bodies of road users, shapes."""
