@@ -1,226 +1,172 @@
-"""The basic vehicles: ego, collision vehicle, lidar sharing node and blocking vehicles."""
+"""The entities of a scenario: who they are, when they enter, and who moves them."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Final
+from collections.abc import Iterator, Mapping, Sequence
 
-from adapters.sumo.fleet import Part, Vehicle
-from adapters.sumo.parameters import TrafficParameters
-from adapters.sumo.scene import VehicleType, path_over, straight_on
-from adapters.sumo.simulation import Departure, Sumo, SumoError
-from adapters.traffic.geometry import Float
+from adapters.sumo.driven import Ego, finish_line
+from adapters.sumo.errors import SumoError
+from adapters.sumo.placement import Anywhere, OnRoad, Placed
+from adapters.sumo.population import Kind, Poses, Roster, Vehicle
+from adapters.sumo.scripted import SpeedProfile, Trajectory
+from adapters.sumo.simulation import Sumo
+from adapters.sumo.stage import Stage
+from adapters.sumo.synchronised import Synchronised
 from adapters.traffic.polyline import Polyline
 
-EGO: Final = "ego"
-COLLIDER: Final = "collider"
-SHARER: Final = "sharer"
-BLOCKING: Final = "blocking"
 
-_FREE_ROAD: Final = 10.0
-"""Road behind the ego vehicle and the sharing node that is kept free at the start [m]."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Role:
-    """A basic vehicle at the start.
-
-    Attributes:
-        path: centre line of its route.
-        next_lane: the lane it takes beyond the junction.
-    """
-
-    vehicle: Vehicle
-    departure: Departure
-    path: Polyline
-    next_lane: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Cast:
-    """All basic vehicles.
-
-    Attributes:
-        ego: the ego vehicle.
-        collider: the collision vehicle.
-        encounter: whether the collision vehicle takes part.
-        standing: the sharing node and the blocking vehicles.
-        conflict: where the paths of ego and collision vehicle cross [m], shape (2,).
-        reserved: lanes that no background vehicle starts on.
-        closed: lanes that no background vehicle turns into.
-        limits: on some lanes, how far background vehicles may be placed at the start [m].
-    """
-
-    ego: Role
-    collider: Role
-    encounter: bool
-    standing: tuple[Role, ...]
-    conflict: Float
-    reserved: frozenset[str]
-    closed: frozenset[str]
-    limits: Mapping[str, float]
-
-    @property
-    def everybody(self) -> tuple[Role, ...]:
-        """All basic vehicles that take part, in the order of their numbers."""
-        moving = (self.ego, self.collider) if self.encounter else (self.ego,)
-        return moving + self.standing
-
-
-def assemble(
-    sumo: Sumo,
-    types: Mapping[str, VehicleType],
-    parameters: TrafficParameters,
-    collider_speed: float,
-) -> Cast:
-    """Place the basic vehicles as `parameters` say.
+    """All entities but roadside units.
 
     Args:
-        sumo: the simulation; routes are declared in it.
-        types: vehicle types of the scene.
-        parameters: of the component.
-        collider_speed: of the collision vehicle at the start [m/s].
+        sumo: the simulation.
+        placed: at their places.
 
     Raises:
-        SumoError: a lane or a type does not exist, or somebody does not fit in.
+        SumoError: somebody cannot do what is declared; all of them are named.
+
+    Attributes:
+        egos: the driven ones, by the names of their declarations.
     """
-    casting = _Casting(sumo, types, parameters)
-    ego = casting.ego()
-    collider, conflict = casting.collider(ego, collider_speed)
-    sharer = casting.sharer()
-    approach = casting.lanes_beside(parameters.collider_lane)
-    encounter = parameters.encounter
-    return Cast(
-        ego=ego,
-        collider=collider,
-        encounter=encounter,
-        standing=(sharer, *casting.blocking()),
-        conflict=conflict,
-        reserved=frozenset({parameters.blocking_lane, *(approach if encounter else ())}),
-        closed=frozenset((collider.next_lane,) if encounter else ()),
-        limits={
-            parameters.ego_lane: _behind(ego),
-            parameters.sharer_lane: _behind(sharer),
-        },
-    )
 
-
-def _behind(role: Role) -> float:
-    return role.departure.position - role.vehicle.type.length - _FREE_ROAD
-
-
-class _Casting:
-    """What placing each of them needs."""
-
-    def __init__(
-        self, sumo: Sumo, types: Mapping[str, VehicleType], parameters: TrafficParameters
-    ) -> None:
+    def __init__(self, sumo: Sumo, placed: Sequence[Placed]) -> None:
         self._sumo = sumo
-        self._types = types
-        self._parameters = parameters
+        self._waiting = list(placed)
+        self._pending: list[Placed] = []
+        self._placed = {each.vehicle.key: each for each in placed}
+        self._first = {each.called: each for each in reversed(placed)}
+        self.egos: dict[str, Ego] = {}
+        self._synchronised: dict[str, Synchronised] = {}
+        self._profiles: list[SpeedProfile] = []
+        self._bodies: dict[str, Trajectory] = {}
+        problems: list[str] = []
+        for each in placed:
+            try:
+                self._assign(each)
+            except SumoError as error:
+                problems.append(str(error))
+        if problems:
+            raise SumoError("\n".join(problems))
 
-    def ego(self) -> Role:
-        """The ego vehicle on its lane, `ego_start` before the stop line."""
-        wanted = self._parameters
-        lane = self._lane(wanted.ego_lane, "ego_lane")
-        kind = self._type(wanted.ego_type, "ego_type")
-        room = self._sumo.lane_length(lane) - kind.length
-        if wanted.ego_start > room:
-            raise SumoError(
-                f"`ego_start` is {wanted.ego_start:g} m, but before the stop line of `{lane}` "
-                f"there is room for at most {room:.1f} m"
-            )
-        vehicle = Vehicle(name=EGO, type=kind, equipped=True, lidar=True, part=Part.EGO)
-        front = self._sumo.lane_length(lane) - wanted.ego_start
-        return self._role(vehicle, lane, front, wanted.ego_speed)
-
-    def collider(self, ego: Role, speed: float) -> tuple[Role, Float]:
-        """The collision vehicle, and the conflict point [m], shape (2,).
-
-        It starts as far from that point, in time, as the ego vehicle.
-        """
-        wanted = self._parameters
-        lane = self._lane(wanted.collider_lane, "collider_lane")
-        kind = self._type(wanted.collider_type, "collider_type")
-        vehicle = Vehicle(
-            name=COLLIDER, type=kind, equipped=False, lidar=False, part=Part.COLLISION
-        )
-        path = path_over(self._sumo, lane, straight_on(self._sumo, lane))
-        conflict = ego.path.crossing(path)
-        if conflict is None:
-            raise SumoError(
-                f"the way straight on from `{wanted.ego_lane}` does not cross that from `{lane}`; "
-                "set `ego_lane` and `collider_lane` to lanes whose ways cross"
-            )
-        ego_center = ego.departure.position - 0.5 * ego.vehicle.type.length
-        time = (ego.path.station(*conflict) - ego_center) / wanted.ego_speed
-        front = path.station(*conflict) - time * speed + 0.5 * kind.length
-        return self._role(vehicle, lane, max(front, kind.length), speed), conflict
-
-    def sharer(self) -> Role:
-        """The sharing node, the first vehicle at its stop line."""
-        wanted = self._parameters
-        lane = self._lane(wanted.sharer_lane, "sharer_lane")
-        kind = self._type(wanted.sharer_type, "sharer_type")
-        vehicle = Vehicle(name=SHARER, type=kind, equipped=True, lidar=True, part=Part.SHARING)
-        return self._role(vehicle, lane, self._sumo.lane_length(lane) - kind.stop_gap, 0.0)
-
-    def blocking(self) -> list[Role]:
-        """The blocking vehicles, from the stop line back."""
-        wanted = self._parameters
-        lane = self._lane(wanted.blocking_lane, "blocking_lane")
-        kind = self._type(wanted.blocking_type, "blocking_type")
-        pitch = kind.length + wanted.blocking_gap
-        first = self._sumo.lane_length(lane) - kind.stop_gap
-        fit = int((first - kind.length) // pitch) + 1
-        if wanted.blocking_count > fit:
-            raise SumoError(
-                f"`blocking_count` is {wanted.blocking_count}, but lane `{lane}` has room for {fit}"
-            )
-        return [
-            self._role(
-                Vehicle(
-                    name=f"{BLOCKING}.{k}",
-                    type=kind,
-                    equipped=wanted.blocking_equipped,
-                    lidar=False,
-                    part=Part.BLOCKING,
-                ),
-                lane,
-                first - k * pitch,
-                0.0,
-            )
-            for k in range(wanted.blocking_count)
+    def _assign(self, placed: Placed) -> None:
+        """Say who moves somebody; nobody here if SUMO does."""
+        entity, key = placed.entity, placed.vehicle.key
+        actions = [
+            name for name in ("synchronise", "speed_profile", "trajectory") if getattr(entity, name)
         ]
+        if len(actions) > 1 or (actions and (entity.is_driven or entity.parked)):
+            movers = ["controller: policy"] * entity.is_driven + ["parked"] * entity.parked
+            raise SumoError(
+                f"`entities.{placed.called}` is moved by {' and '.join([*movers, *actions])}; "
+                "leave one"
+            )
+        if isinstance(placed.place, Anywhere):
+            if entity.is_driven or entity.synchronise is not None or entity.speed_profile:
+                placed.road  # noqa: B018 - says that it must be on a lane
+            self._bodies[key] = Trajectory(placed)
+        elif entity.trajectory:
+            raise SumoError(
+                f"`entities.{placed.called}` follows a trajectory; place it by `position.x`, `.y`"
+            )
+        elif entity.is_driven:
+            if entity.count > 1:
+                raise SumoError(f"`entities.{placed.called}` is driven; declare each by its name")
+            self.egos[placed.called] = Ego(
+                self._sumo, placed, finish_line(self._sumo, placed, self._first)
+            )
+        elif entity.synchronise is not None:
+            other = self._first[entity.synchronise.entity]
+            self._synchronised[key] = Synchronised(self._sumo, placed, other)
+        elif entity.speed_profile:
+            self._profiles.append(SpeedProfile(self._sumo, placed))
 
-    def lanes_beside(self, lane: str) -> list[str]:
-        """All lanes of the edge that `lane` belongs to."""
-        edge = self._sumo.edge_of(lane)
-        return [other for other in self._sumo.lanes() if self._sumo.edge_of(other) == edge]
+    def watch(self, name: str, path: Polyline) -> None:
+        """Note a vehicle on its `path` that may have to give way to somebody."""
+        for driver in self._synchronised.values():
+            driver.giving_way.watch(name, path)
 
-    def _role(self, vehicle: Vehicle, lane: str, front: float, speed: float) -> Role:
-        link = straight_on(self._sumo, lane)
-        self._sumo.add_route(
-            vehicle.name, [self._sumo.edge_of(lane), self._sumo.edge_of(link.to_lane)]
-        )
-        departure = Departure(
-            name=vehicle.name,
-            type=vehicle.type.name,
-            route=vehicle.name,
-            lane=self._sumo.index_of(lane),
-            position=front,
-            speed=min(speed, self._sumo.speed_limit(lane)),  # SUMO refuses to insert faster ones
-        )
-        path = path_over(self._sumo, lane, link)
-        return Role(vehicle=vehicle, departure=departure, path=path, next_lane=link.to_lane)
+    def call(self, elapsed: float) -> Mapping[str, Vehicle]:
+        """Have those enter with the next step whose time has come, `elapsed` [s] after the start.
 
-    def _lane(self, lane: str, parameter: str) -> str:
-        if lane not in self._sumo.lanes():
-            lanes = ", ".join(self._sumo.lanes())
-            raise SumoError(f"`{parameter}`: the scene has no lane `{lane}`; there are {lanes}")
-        return lane
+        Returns:
+            Those who may enter, by key; who finds no room tries again.
+        """
+        self._pending += [each for each in self._waiting if each.entity.enters <= elapsed]
+        self._waiting = [each for each in self._waiting if each.entity.enters > elapsed]
+        for each in self._pending:
+            if not self._sumo.is_pending(each.vehicle.name):
+                self._add(each)
+        return {each.vehicle.key: each.vehicle for each in self._pending}
 
-    def _type(self, name: str, parameter: str) -> VehicleType:
-        if name not in self._types:
-            names = ", ".join(self._types)
-            raise SumoError(f"`{parameter}`: the scene has no type `{name}`; there are {names}")
-        return self._types[name]
+    def welcome(self, roster: Roster, entered: Sequence[Vehicle]) -> None:
+        """Note who of the entities `entered`; `roster` has their numbers."""
+        keys = {vehicle.key for vehicle in entered}
+        here = [each for each in self._pending if each.vehicle.key in keys]
+        self._pending = [each for each in self._pending if each.vehicle.key not in keys]
+        for each in here:
+            if each.called in self.egos:
+                self.egos[each.called].enter(roster.number_of(each.vehicle.key))
+            if each.vehicle.key in self._synchronised or each.entity.speed_profile:
+                self._sumo.ignore_everything(each.vehicle.name)
+
+    @property
+    def missing(self) -> list[str]:
+        """The names of those who found no room yet."""
+        return [each.vehicle.name for each in self._pending]
+
+    def act(self, roster: Roster, poses: Poses, elapsed: float, h: float) -> None:
+        """Move those who are moved from here in the next step; driven ones have moved.
+
+        Args:
+            roster: who is there.
+            poses: theirs.
+            elapsed: since the start [s].
+            h: duration of the step [s].
+        """
+        if not (self._synchronised or self._profiles or self._bodies):
+            return
+        driven = {e.name: e.whereabouts for e in self.egos.values() if e.has_entered}
+        stage = Stage(roster=roster, poses=poses, driven=driven, elapsed=elapsed, h=h)
+        for driver in (*self._synchronised.values(), *self._profiles):
+            driver.drive(stage)
+        for key, body in self._bodies.items():
+            if roster.row(key) is not None:
+                body.advance(stage)
+                self._show(self._placed[key].vehicle, body)
+
+    def correct(self, roster: Roster, poses: Poses) -> None:
+        """Put what is known better here than in SUMO into `poses`: of those moved from here."""
+        for row, center, heading, velocity in self._known(roster):
+            poses.center[row] = center
+            poses.heading[row] = heading
+            poses.velocity[row] = velocity
+
+    def _known(self, roster: Roster) -> Iterator[tuple[int, object, float, object]]:
+        for ego in self.egos.values():
+            row = roster.row(ego.name)
+            if row is not None:
+                yield row, ego.driver.center, ego.driver.state.heading, ego.driver.velocity
+        for key, body in self._bodies.items():
+            row = roster.row(key)
+            if row is not None:
+                yield row, body.center, body.heading, body.velocity
+
+    def _add(self, placed: Placed) -> None:
+        vehicle = placed.vehicle
+        if isinstance(placed.place, OnRoad):
+            departure = placed.place.departure
+            self._sumo.add(departure)
+            if placed.entity.parked:
+                edge = self._sumo.edge_of(placed.place.lane)
+                self._sumo.park(departure.name, edge, departure.lane, departure.position)
+            return
+        body = self._bodies[vehicle.key]
+        if vehicle.kind is Kind.PERSON:
+            self._sumo.add_person(vehicle.name, vehicle.type.name, body.front)
+        else:
+            self._sumo.add_near(vehicle.name, vehicle.type.name, body.front)
+        self._show(vehicle, body)
+
+    def _show(self, vehicle: Vehicle, body: Trajectory) -> None:
+        if vehicle.kind is Kind.PERSON:
+            self._sumo.move_person(vehicle.name, body.front, body.heading)
+        else:
+            self._sumo.move(vehicle.name, body.front, body.heading, exactly=True)

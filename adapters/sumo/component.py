@@ -1,53 +1,39 @@
-"""The component: SUMO traffic around an ego vehicle that the driving policy drives."""
+"""The component: SUMO traffic, entities that a scenario declares, and egos that policies drive."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Self, TypeAlias
+import logging
+from collections.abc import Mapping
+from typing import Final, TypeAlias
 
 import numpy as np
 from typing_extensions import override
 
-from adapters.sumo.connectors import CONNECTORS
+from adapters.sumo import connection
+from adapters.sumo.connectors import RESERVED, connectors
+from adapters.sumo.driven import driven
 from adapters.sumo.ego import Command
+from adapters.sumo.entities import Entity
 from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.traffic import Traffic
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Connector, Signals
-from orchestrator.timebase import Duration, Time, nanoseconds
+from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, Time, nanoseconds, seconds
 
-_MILLISECOND = nanoseconds("0.001")
-_FARTHEST = 1e5
+logger = logging.getLogger(__name__)
+
+_MILLISECOND: Final = nanoseconds("0.001")
+_FARTHEST: Final = 1e6
 """From the origin [m]: farther is a mistake in writing."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Inputs:
-    """What traffic reads.
-
-    Attributes:
-        command: what the driving policy asks of the ego vehicle.
-    """
-
-    command: Command
-
-    @classmethod
-    def read(cls, signals: Signals) -> Self:
-        """The view of the inputs of traffic.
-
-        Raises:
-            ValueError: the command is not finite.
-        """
-        return cls(command=Command.of(np.asarray(signals["command"], np.float64)))
-
-
 class SumoTraffic(Component):
-    """SUMO traffic at an intersection, an ego vehicle to be driven and one that runs a red light.
+    """Everybody on the roads of a SUMO scene, entities of the scenario, and egos to be driven.
 
-    The ego vehicle's command acts in the step that follows: no output depends on an input at the
-    same communication point. Nothing happens to bodies that overlap: the collision is reported,
-    and both drive on.
+    Every vehicle that SUMO has is signalled, and every person on foot. Each entity whose
+    controller is `policy` has a group of connectors of its own name. Its command acts in the step
+    that follows: no output depends on an input at the same communication point. Nothing happens to
+    bodies that overlap with an ego's: the collision is reported, and both drive on.
     """
 
     Parameters: TypeAlias = TrafficParameters
@@ -56,20 +42,27 @@ class SumoTraffic(Component):
         _check(parameters)
         self._parameters = parameters
         self._step_length = nanoseconds(parameters.step_length)
+        self._egos = tuple(driven(parameters.entities))
+        self._connectors = connectors(self._egos)
         self._sumo: Sumo | None = None
         self._traffic: Traffic | None = None
 
     @property
     @override
     def connectors(self) -> Mapping[str, Connector]:
-        return CONNECTORS
+        return self._connectors
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         self.close()
-        seed = int(rng.integers(2**31))
-        self._sumo = Sumo(self._parameters.scene, self._step_length, seed)
-        # the programme of the traffic light begins with the run, whatever the time is
+        self._sumo = Sumo(self._connect(int(rng.integers(2**31))))
+        begin = round(self._sumo.time * NANOSECONDS_PER_SECOND)
+        if begin != start:
+            logger.info(
+                "SUMO begins at %g s, the scenario at %g s; the run shows SUMO from its begin on",
+                seconds(begin),
+                seconds(start),
+            )
         self._traffic = Traffic(self._sumo, self._parameters, rng, start)
 
     @override
@@ -81,8 +74,12 @@ class SumoTraffic(Component):
                 f"SUMO's step, `step_length` = {self._parameters.step_length:g} s; "
                 "change one of them"
             )
+        commands = {
+            name: Command.of(np.asarray(inputs[f"{name}.command"], np.float64))
+            for name in self._egos
+        }
         assert self._traffic is not None  # noqa: S101  (the contract: `setup` comes first)
-        self._traffic.advance(Inputs.read(inputs).command, count)
+        self._traffic.advance(commands, count)
 
     @override
     def outputs(self) -> Signals:
@@ -95,6 +92,26 @@ class SumoTraffic(Component):
         if self._sumo is not None:
             self._sumo.close()
             self._sumo = None
+
+    def _connect(self, seed: int) -> connection.Connection:
+        """Start SUMO with `seed` unless the parameters have another one, or join it."""
+        given = self._parameters
+        if given.traci:
+            logger.info("SUMO at %s keeps its own seed and options", given.traci)
+            return connection.join(given.traci, self._step_length)
+        options = {
+            "--configuration-file": str(given.scene),
+            "--step-length": f"{seconds(self._step_length):.3f}",
+            "--seed": str(seed if given.sumo_seed is None else given.sumo_seed),
+            "--no-step-log": "true",
+            "--no-warnings": "true",
+            "--duration-log.disable": "true",
+        }
+        if given.entities:  # their bodies are checked here, exactly; SUMO must not act
+            options["--collision.action"] = "none"
+        return connection.start(
+            given.program, [part for option in options.items() for part in option]
+        )
 
 
 def _check(parameters: TrafficParameters) -> None:
@@ -114,26 +131,28 @@ def _check(parameters: TrafficParameters) -> None:
         problems.append(
             f"`step_length` is {parameters.step_length:g} s; SUMO counts whole milliseconds"
         )
-    if parameters.collider_min_speed > parameters.collider_max_speed:
-        problems.append("`collider_min_speed` is above `collider_max_speed`")
-    if parameters.collider_spread >= parameters.collider_speed:
-        problems.append("`collider_spread` must be smaller than `collider_speed`")
-    problems += _misplaced(parameters.rsu_positions)
+    for name, entity in parameters.entities.items():
+        if entity is not None:
+            problems += [f"`entities.{name}`: {what}" for what in _misdeclared(name, entity)]
     if problems:
         raise ComponentTypeError("\n".join(problems))
 
 
-def _misplaced(positions: Sequence[Sequence[float]]) -> list[str]:
-    """What is wrong with the positions of roadside units, whatever the scene."""
+def _misdeclared(name: str, entity: Entity) -> list[str]:
+    """What is wrong with an entity, whatever the scene."""
     problems = []
-    for k, position in enumerate(positions):
-        place = f"`rsu_positions`: entry {k} is {list(position)}"
-        if len(position) != 2:
-            problems.append(f"{place}; write x and y, for example [14 m, 9 m]")
-        elif not all(abs(x) <= _FARTHEST for x in position):  # false for NaN
-            problems.append(f"{place}; x and y must be finite and within +-{_FARTHEST:g} m")
-        elif position in positions[:k]:
-            problems.append(f"{place}, the same place as another one; leave one out")
+    if entity.is_driven and name in RESERVED:
+        problems.append("is the name of other connectors; call the entity otherwise")
+    at = entity.position
+    if (at.x is None) != (at.y is None):
+        problems.append("`position` has only one of `x` and `y`")
+    if at.lane and at.x is not None:
+        problems.append("`position` has both `lane` and `x`, `y`; leave one out")
+    if any(not abs(value or 0.0) <= _FARTHEST for value in (at.x, at.y)):  # true for NaN
+        problems.append(f"`position`: x and y must be finite and within +-{_FARTHEST:g} m")
+    wanted = entity.synchronise
+    if wanted is not None and wanted.min_speed > wanted.max_speed:
+        problems.append("`synchronise.min_speed` is above `max_speed`")
     return problems
 
 

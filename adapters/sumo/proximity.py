@@ -7,7 +7,7 @@ from typing import Final, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from adapters.sumo.fleet import Poses
+from adapters.sumo.population import Poses
 from adapters.traffic.geometry import Boxes, Float, box_distance, wrap
 
 Integers: TypeAlias = npt.NDArray[np.int64]

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from adapters.sumo.scene import frozen, open_ring
+from adapters.sumo.scene import area, frozen, open_ring
 from adapters.sumo.simulation import Sumo
 from adapters.traffic.geometry import Float
 
@@ -33,12 +33,13 @@ def read_road(sumo: Sumo) -> Road:
     Ordered by name, lanes first. Lanes inside junctions are left out: they lie within the
     junction's own polygon.
     """
-    lanes = [lane for lane in sumo.lanes() if sumo.allows_cars(lane)]
+    lanes = [lane for lane in sumo.lanes() if sumo.allows(lane, "passenger")]
     junctions = {end for lane in lanes for end in sumo.ends_of(sumo.edge_of(lane))}
-    rings = [strip(sumo.lane_shape(lane), sumo.lane_width(lane)) for lane in lanes]
+    strips = (strip(sumo.lane_shape(lane), sumo.lane_width(lane)) for lane in lanes)
+    rings = [ring for ring in strips if len(ring)]
     for junction in sorted(junctions):
         ring = open_ring(sumo.junction_shape(junction))
-        if _area(ring) > 0.0:  # a dead end has none
+        if area(ring) > 0.0:  # a dead end has none
             rings.append(ring)
     index = np.repeat(np.arange(len(rings), dtype=np.int32), [len(ring) for ring in rings])
     return Road(vertex=frozen(np.concatenate([np.zeros((0, 2)), *rings])), index=frozen(index))
@@ -52,9 +53,12 @@ def strip(line: Float, width: float) -> Float:
         width: [m].
 
     Returns:
-        Corners [m], shape (2 p, 2) with p the number of different points; bends are mitred.
+        Corners [m], shape (2 p, 2) with p the number of different points, none if p is 1; bends are
+        mitred.
     """
     line = line[np.concatenate([[True], np.any(np.diff(line, axis=0) != 0.0, axis=1)])]
+    if len(line) < 2:
+        return np.zeros((0, 2))
     along = np.diff(line, axis=0)
     along /= np.hypot(along[:, 0], along[:, 1])[:, None]
     left = np.column_stack([-along[:, 1], along[:, 0]])
@@ -64,8 +68,3 @@ def strip(line: Float, width: float) -> Float:
     offset = 0.5 * width * (before + behind) / np.maximum(bend, _SHARPEST_MITRE)[:, None]
     return np.concatenate([line - offset, (line + offset)[::-1]])
 
-
-def _area(ring: Float) -> float:
-    """The area of a simple polygon [m^2]; 0 with fewer than three corners (Gauss's formula)."""
-    x, y = (ring - ring[:1]).T
-    return abs(0.5 * float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()))

@@ -6,15 +6,18 @@ lidar nor radio can notice; docs/physics-traffic.md says what a real mast would 
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from adapters.sumo.fleet import Part
+from adapters.sumo.entities import Entity
+from adapters.sumo.errors import SumoError
+from adapters.sumo.placement import place_of
 from adapters.sumo.road import Road
-from adapters.sumo.scene import BODIES, Buildings, frozen
-from adapters.sumo.simulation import SumoError
+from adapters.sumo.scene import Buildings, frozen
+from adapters.traffic.bodies import Body
 from adapters.traffic.geometry import Float
 from orchestrator.signal import Array
 
@@ -26,16 +29,60 @@ BODY_SIZE: Final = 0.001
 """Length, width and height of the body [m]."""
 
 
+_ANTENNA_HEIGHT: Final = 5.0
+"""Of roadside units that say none [m]: TR 37.885, table 6.1.4-1."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoadsideUnit:
+    """A radio on a mast.
+
+    Attributes:
+        name: in the scenario.
+        x, y: of the mast [m].
+        antenna_height: above the ground [m].
+        role: which entity of the scenario it is, from 1.
+    """
+
+    name: str
+    x: float
+    y: float
+    antenna_height: float
+    role: int
+
+
+def units_of(entities: Mapping[str, Entity | None]) -> list[RoadsideUnit]:
+    """The roadside units among `entities`, in the order of their declarations.
+
+    Raises:
+        SumoError: one has no place; all of them are named.
+    """
+    units, problems = [], []
+    for role, (name, entity) in enumerate(entities.items(), start=1):
+        if entity is None or not entity.is_roadside_unit or entity.presence <= 0.0:
+            continue
+        place = place_of(entity.position.x, entity.position.y)
+        if place is None:
+            problems.append(f"`entities.{name}`: a roadside unit needs `position.x` and `.y`")
+            continue
+        height = _ANTENNA_HEIGHT if entity.antenna_height is None else entity.antenna_height
+        units.append(
+            RoadsideUnit(name=name, x=place[0], y=place[1], antenna_height=height, role=role)
+        )
+    if problems:
+        raise SumoError("\n".join(problems))
+    return units
+
+
 class RoadsideUnits:
     """All roadside units of a run, joined to the vehicles.
 
     Args:
-        positions: of the masts, x and y [m] each.
-        antenna_height: of all of them, above the ground [m].
+        units: in the order of their numbers.
     """
 
-    def __init__(self, positions: Sequence[Sequence[float]], antenna_height: float) -> None:
-        self._rows = _rows(np.array(positions, dtype=np.float64), antenna_height)
+    def __init__(self, units: Sequence[RoadsideUnit]) -> None:
+        self._rows = _rows(units)
         self._joined: dict[str, tuple[Array, Array]] = {}
 
     def join(self, signals: Mapping[str, Array]) -> dict[str, Array]:
@@ -61,28 +108,23 @@ class RoadsideUnits:
 
 
 def check_places(
-    positions: Sequence[Sequence[float]],
-    antenna_height: float,
-    *,
-    buildings: Buildings,
-    road: Road,
-    tallest: float,
+    units: Sequence[RoadsideUnit], *, buildings: Buildings, road: Road, tallest: float
 ) -> None:
     """Refuse antennas within a building, or where vehicles drive through them.
 
     Args:
-        positions: of the masts, x and y [m] each.
-        antenna_height: of all of them [m].
+        units: at their places.
         buildings: of the scene.
         road: of the scene.
-        tallest: height of the tallest vehicle type [m].
+        tallest: height of the tallest vehicle type of the scene [m].
 
     Raises:
         SumoError: where an antenna cannot be, and what to change; all of them.
     """
     problems = []
-    for k, (x, y) in enumerate(positions):
-        place = f"`rsu_positions`: roadside unit {k} at ({x:g}, {y:g}) m"
+    for unit in units:
+        x, y, antenna_height = unit.x, unit.y, unit.antenna_height
+        place = f"`entities.{unit.name}`: the roadside unit at ({x:g}, {y:g}) m"
         around = [
             float(height)
             for building, height in enumerate(buildings.height)
@@ -92,12 +134,12 @@ def check_places(
         if around and antenna_height <= max(around):
             problems.append(
                 f"{place} is inside a building of {max(around):g} m; move it out, or raise "
-                f"`rsu_antenna_height`, {antenna_height:g} m, above the roof"
+                f"`antenna_height`, {antenna_height:g} m, above the roof"
             )
         elif antenna_height <= tallest and any(contains(ring, x, y) for ring in rings):
             problems.append(
                 f"{place} is on the road, where vehicles are up to {tallest:g} m high; move it off "
-                f"the road, or raise `rsu_antenna_height`, {antenna_height:g} m, above them"
+                f"the road, or raise `antenna_height`, {antenna_height:g} m, above them"
             )
     if problems:
         raise SumoError("\n".join(problems))
@@ -118,20 +160,20 @@ def contains(ring: Float, x: float, y: float) -> bool:
     return bool(np.count_nonzero(straddles & to_the_right) % 2)
 
 
-def _rows(positions: Float, antenna_height: float) -> Mapping[str, npt.NDArray[np.generic]]:
+def _rows(units: Sequence[RoadsideUnit]) -> Mapping[str, npt.NDArray[np.generic]]:
     """The units' rows of each connector `vehicle.*`; nothing if there are no units."""
-    count = len(positions)
+    count = len(units)
     if count == 0:
         return {}
     return {
         "vehicle.id": np.arange(FIRST_NUMBER, FIRST_NUMBER + count, dtype=np.int64),
-        "vehicle.position": np.column_stack([positions, np.zeros(count)]),
+        "vehicle.position": np.array([(unit.x, unit.y, 0.0) for unit in units]),
         "vehicle.heading": np.zeros(count),
         "vehicle.velocity": np.zeros((count, 2)),
         "vehicle.size": np.full((count, 3), BODY_SIZE),
-        "vehicle.antenna_height": np.full(count, antenna_height),
-        "vehicle.body": np.full(count, BODIES["car"], dtype=np.int32),
+        "vehicle.antenna_height": np.array([unit.antenna_height for unit in units]),
+        "vehicle.body": np.full(count, Body.CAR, dtype=np.int32),
         "vehicle.equipped": np.ones(count, dtype=np.bool_),
         "vehicle.lidar": np.zeros(count, dtype=np.bool_),
-        "vehicle.role": np.full(count, Part.ROADSIDE, dtype=np.int32),
+        "vehicle.role": np.array([unit.role for unit in units], dtype=np.int32),
     }

@@ -1,19 +1,17 @@
-"""What the scene consists of: vehicle types, buildings and paths along lanes."""
+"""What the scene consists of: vehicle types, buildings, roads and paths along lanes."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Final, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from adapters.sumo.simulation import Link, Sumo, SumoError
+from adapters.sumo.errors import SumoError
+from adapters.sumo.simulation import Link, Sumo
+from adapters.traffic.bodies import BODIES, Body, body_of
 from adapters.traffic.geometry import Float
 from adapters.traffic.polyline import Polyline
-
-BODIES: Final = MappingProxyType({"car": 0, "suv": 1, "van": 2, "bus": 3, "truck": 4})
-"""Codes of `vehicle.body`, by the names used in vehicle types."""
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
@@ -24,27 +22,97 @@ _SAME_POINT: Final = 0.01
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VehicleType:
-    """What is known about every vehicle of a type.
+    """What is known about every road user of a type.
 
     Attributes:
         size: length, width and height [m].
         antenna_height: above the ground [m].
-        body: one of the codes in `BODIES`.
+        body: its shape.
         share: weight among the background vehicles.
         stop_gap: to the stop line, when the vehicle waits there [m].
+        vehicle_class: SUMO's `vClass`.
     """
 
     name: str
     size: tuple[float, float, float]
     antenna_height: float
-    body: int
+    body: Body
     share: float
     stop_gap: float
+    vehicle_class: str = "passenger"
 
     @property
     def length(self) -> float:
         """The length of the body [m]."""
         return self.size[0]
+
+
+class VehicleTypes:
+    """The vehicle types of a scene, each read when it is first asked for.
+
+    SUMO knows size, height and class of every type, its own built-in ones included. `<param>`
+    elements of a type say what it does not: `antenna_height`, `body` and `share`.
+
+    Args:
+        sumo: the simulation.
+        antenna_above_roof: of types without `antenna_height` [m].
+    """
+
+    def __init__(self, sumo: Sumo, antenna_above_roof: float) -> None:
+        self._sumo = sumo
+        self._above_roof = antenna_above_roof
+        self._known: dict[str, VehicleType] = {}
+
+    def __getitem__(self, name: str) -> VehicleType:
+        """The type `name`.
+
+        Raises:
+            SumoError: a parameter of it is wrong.
+        """
+        found = self._known.get(name)
+        if found is None:
+            problems: list[str] = []
+            found = self._read(name, problems)
+            if problems:
+                raise SumoError("\n".join(problems))
+            self._known[name] = found
+        return found
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._known or self._sumo.has_type(name)
+
+    def declared(self) -> list[VehicleType]:
+        """The types that the scene declares, by name.
+
+        Raises:
+            SumoError: parameters of types are wrong; all of them are named.
+        """
+        problems: list[str] = []
+        for name in self._sumo.types():
+            self._known[name] = self._read(name, problems)
+        if problems:
+            raise SumoError("\n".join(problems))
+        return [self._known[name] for name in self._sumo.types()]
+
+    def _read(self, name: str, problems: list[str]) -> VehicleType:
+        sumo, place = self._sumo, f"vehicle type `{name}`"
+        size, vehicle_class = sumo.type_size(name), sumo.type_class(name)
+        body = sumo.type_parameter(name, "body")
+        if body and body not in BODIES:
+            problems.append(f"{place}: `body` must be one of {', '.join(BODIES)}, got `{body}`")
+        antenna = sumo.type_parameter(name, "antenna_height")
+        share = sumo.type_parameter(name, "share")
+        return VehicleType(
+            name=name,
+            size=size,
+            antenna_height=positive(antenna, f"{place}: `antenna_height`", problems)
+            if antenna
+            else size[2] + self._above_roof,
+            body=BODIES.get(body, body_of(vehicle_class, size[2])),
+            share=positive(share, f"{place}: `share`", problems) if share else 0.0,
+            stop_gap=sumo.stop_gap(name),
+            vehicle_class=vehicle_class,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -55,59 +123,74 @@ class Buildings:
         vertex: corners, open rings one after the other [m], shape (vertex, 2).
         index: the building each corner belongs to, int32, shape (vertex,).
         height: [m], shape (building,).
+        left_out: polygons that are no buildings, how many of each type.
     """
 
     vertex: Float
     index: npt.NDArray[np.int32]
     height: Float
+    left_out: tuple[tuple[str, int], ...] = ()
 
 
-def read_types(sumo: Sumo) -> Mapping[str, VehicleType]:
-    """The vehicle types of the scene, by name.
-
-    Raises:
-        SumoError: a type lacks a parameter or has a wrong one; all of them are named.
-    """
-    problems: list[str] = []
-    types = {name: _read_type(sumo, name, problems) for name in sumo.types()}
-    if not types:
-        problems.append("the scene declares no vehicle type; add `<vType>` elements to it")
-    elif sum(kind.share for kind in types.values()) <= 0.0:
-        problems.append(
-            'no vehicle type has a positive `share`; add `<param key="share" value="1"/>` to one'
-        )
-    if problems:
-        raise SumoError("\n".join(problems))
-    return MappingProxyType(types)
+def is_building(kind: str) -> bool:
+    """Whether polygons of this type are buildings: `building`, or `building.yes` and the like."""
+    return kind == _BUILDING or kind.startswith(f"{_BUILDING}.")
 
 
-def read_buildings(sumo: Sumo) -> Buildings:
-    """The polygons of type `building`, ordered by name.
+def read_buildings(sumo: Sumo, default_height: float) -> Buildings:
+    """The polygons of type `building` or `building.*`, ordered by name.
+
+    Args:
+        sumo: the simulation.
+        default_height: of those without a parameter `height` [m].
 
     Raises:
         SumoError: a building is no polygon or has no height; all of them are named.
     """
     problems: list[str] = []
-    names = [name for name in sumo.polygons() if sumo.polygon_type(name) == _BUILDING]
+    left_out: dict[str, int] = {}
     rings, heights = [], []
-    for name in names:
+    for name in sumo.polygons():
+        kind = sumo.polygon_type(name)
+        if not is_building(kind):
+            left_out[kind] = left_out.get(kind, 0) + 1
+            continue
         ring = open_ring(sumo.polygon_shape(name))
-        if len(ring) < 3:
-            problems.append(f"building `{name}` has {len(ring)} corners, at least 3 are needed")
+        if len(np.unique(ring, axis=0)) < 3 or area(ring) <= 0.0:
+            problems.append(
+                f"building `{name}` encloses no area: it has {len(np.unique(ring, axis=0))} "
+                "different corners, at least 3 that are not on a line are needed"
+            )
         text = sumo.polygon_parameter(name, "height")
-        heights.append(_positive(text, f"building `{name}`: `height`", problems))
+        place = f"building `{name}`: `height`"
+        heights.append(positive(text, place, problems) if text else default_height)
         rings.append(ring)
     if problems:
         raise SumoError("\n".join(problems))
     index = np.repeat(np.arange(len(rings), dtype=np.int32), [len(ring) for ring in rings])
     vertex = np.concatenate([np.zeros((0, 2)), *rings])
-    return Buildings(vertex=frozen(vertex), index=frozen(index), height=frozen(np.array(heights)))
+    return Buildings(
+        vertex=frozen(vertex),
+        index=frozen(index),
+        height=frozen(np.array(heights, dtype=np.float64)),
+        left_out=tuple(sorted(left_out.items())),
+    )
 
 
 def open_ring(ring: Float) -> Float:
     """`ring`, shape (vertex, 2), without a last vertex that repeats the first."""
     closes = len(ring) > 1 and bool(np.hypot(*(ring[0] - ring[-1])) < _SAME_POINT)
     return ring[:-1] if closes else ring
+
+
+def area(ring: Float) -> float:
+    """The area of a simple polygon [m^2]; 0 with fewer than three corners (Gauss's formula).
+
+    Args:
+        ring: corners [m], an open ring, shape (corner, 2).
+    """
+    x, y = (ring - ring[:1]).T
+    return abs(0.5 * float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()))
 
 
 def frozen(array: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
@@ -132,37 +215,47 @@ def straight_on(sumo: Sumo, lane: str) -> Link:
     return (straight or links)[0]
 
 
-def path_over(sumo: Sumo, lane: str, link: Link) -> Polyline:
-    """Centre line along `lane`, over the junction and along the next lane."""
+def path_over(sumo: Sumo, lane: str, links: Iterable[Link]) -> Polyline:
+    """Centre line along `lane`, then over a junction and along the next lane for each link."""
     shapes = [sumo.lane_shape(lane)]
-    inner = link.via
-    while inner.startswith(":"):  # a left turn may wait half-way: two inner lanes
-        shapes.append(sumo.lane_shape(inner))
-        inner = next((step.via or step.to_lane for step in sumo.links(inner)), "")
-    shapes.append(sumo.lane_shape(link.to_lane))
+    for link in links:
+        inner = link.via
+        while inner.startswith(":"):  # a left turn may wait half-way: two inner lanes
+            shapes.append(sumo.lane_shape(inner))
+            inner = next((step.via or step.to_lane for step in sumo.links(inner)), "")
+        shapes.append(sumo.lane_shape(link.to_lane))
     vertices = np.concatenate(shapes)
     step = np.hypot(*np.diff(vertices, axis=0).T)
     return Polyline(vertices[np.concatenate([[True], step > _SAME_POINT])])
 
 
-def _read_type(sumo: Sumo, name: str, problems: list[str]) -> VehicleType:
-    place = f"vehicle type `{name}`"
-    body = sumo.type_parameter(name, "body")
-    if body not in BODIES:
-        problems.append(f"{place}: `body` must be one of {', '.join(BODIES)}, got `{body}`")
-    share = sumo.type_parameter(name, "share")
-    antenna = sumo.type_parameter(name, "antenna_height")
-    return VehicleType(
-        name=name,
-        size=sumo.type_size(name),
-        antenna_height=_positive(antenna, f"{place}: `antenna_height`", problems),
-        body=BODIES.get(body, 0),
-        share=_positive(share, f"{place}: `share`", problems) if share else 0.0,
-        stop_gap=sumo.stop_gap(name),
-    )
+def links_along(sumo: Sumo, lane: str, edges: Sequence[str]) -> list[Link]:
+    """The links that lead from `lane` along `edges` without a change of lanes.
+
+    Where two lanes of an edge can be reached, the one from which the way goes on is taken, of
+    several the rightmost.
+
+    Raises:
+        SumoError: there is no such way.
+    """
+    if not edges:
+        return []
+    for link in sumo.links(lane):
+        if sumo.edge_of(link.to_lane) == edges[0]:
+            try:
+                return [link, *links_along(sumo, link.to_lane, edges[1:])]
+            except SumoError:
+                continue
+    leading = [
+        beside
+        for beside in sumo.lanes_of(sumo.edge_of(lane))
+        if any(sumo.edge_of(link.to_lane) == edges[0] for link in sumo.links(beside))
+    ]
+    hint = f"from {' and '.join(leading)} it does" if leading else "no lane beside it does either"
+    raise SumoError(f"lane `{lane}` does not lead to edge `{edges[0]}` and on; {hint}")
 
 
-def _positive(text: str, what: str, problems: list[str]) -> float:
+def positive(text: str, what: str, problems: list[str]) -> float:
     """The number in `text`; where it is none or not positive, a problem is noted."""
     try:
         value = float(text)

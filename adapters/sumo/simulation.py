@@ -1,26 +1,19 @@
-"""SUMO in this process: the only module that calls libsumo.
+"""SUMO in this process: roads, vehicles and persons, as arrays and paths.
 
-libsumo keeps its simulation in global variables, so there is one per process. `Sumo` owns it
-from `open` to `close` and speaks arrays, paths and this package's errors.
+`connection` says how SUMO is reached; its modules are called here and nowhere else. Positions of
+vehicles are those of the middle of their front bumpers, angles clockwise from north in degrees.
 """
 
-import contextlib
-import itertools
 import math
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
+from adapters.sumo.connection import Connection
+from adapters.sumo.errors import SumoError
 from adapters.traffic.geometry import Float
-from orchestrator.errors import CosimError
-from orchestrator.timebase import Duration, seconds
-
-with contextlib.redirect_stdout(sys.stderr):  # it may print about pyarrow, among our results
-    import libsumo
 
 _ALL_CHECKS_OFF: Final = 0
 """Speed mode: right of way, lights, other vehicles and bounds of acceleration are ignored."""
@@ -31,15 +24,23 @@ _NO_LANE_CHANGES: Final = 0
 _KEEP_ROUTE: Final = 1
 """`moveToXY` maps the vehicle to its route only, never to the nearest other lane."""
 
+_EXACTLY_THERE: Final = 2
+"""`moveToXY` keeps the place that is asked for, on any lane or on none."""
+
 _MATCH_RADIUS: Final = 1000.0
 """How far from its route [m] a moved vehicle may be; SUMO shows it on the nearest lane."""
 
 _RELEASE: Final = -1.0
 """`setSpeed` with this value hands the speed back to the car-following model."""
 
+_STOP_GAP: Final = 1.0
+"""Of types without `jmStoplineGap` [m], SUMO's default."""
 
-class SumoError(CosimError):
-    """SUMO cannot start, or cannot do what the scenario asks for."""
+_PARKED: Final = 1
+"""Flag of a stop beside the road."""
+
+_FOR_EVER: Final = 1e9
+"""Duration of a stop [s] that no run outlasts."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,6 +60,7 @@ class Departure:
     Attributes:
         position: of the front bumper, from the start of the lane [m].
         speed: [m/s]; `None` for the highest that is safe.
+        changes_lanes: whether SUMO may let it change lanes.
     """
 
     name: str
@@ -67,66 +69,73 @@ class Departure:
     lane: int
     position: float
     speed: float | None
+    changes_lanes: bool = False
 
 
 class Sumo:
-    """The SUMO simulation of this process."""
+    """The SUMO simulation of a run.
 
-    def __init__(self, config: Path, step_length: Duration, seed: int) -> None:
-        """Start SUMO.
+    Args:
+        connection: to SUMO, just opened.
 
-        Args:
-            config: SUMO configuration (*.sumocfg) naming the net and additional files.
-            step_length: of SUMO [ns], a whole number of milliseconds.
-            seed: of SUMO's own random numbers, 0..2^31-1.
+    Attributes:
+        watched_vehicles: reads their poses.
+        watched_persons: reads theirs.
+    """
 
-        Raises:
-            SumoError: another simulation is open, or SUMO refuses the files.
-        """
-        if libsumo.simulation.isLoaded():
-            raise SumoError(
-                "SUMO can run once per process, and it is running already; give all but one "
-                "`sumo-traffic` component a `process:` of their own, or close the other one first"
-            )
-        options = {
-            "--configuration-file": str(config),
-            "--step-length": f"{seconds(step_length):.3f}",
-            "--seed": str(seed),
-            "--collision.action": "none",  # bodies are checked here, exactly; SUMO must not act
-            "--time-to-teleport": "-1",  # a blocked vehicle waits; it never jumps
-            "--max-depart-delay": "0",  # a vehicle that does not fit in now is dropped
-            "--eager-insert": "true",  # one that does not fit must not hold up the others
-            "--no-step-log": "true",
-            "--no-warnings": "true",
-            "--duration-log.disable": "true",
-        }
-        try:
-            libsumo.start(["sumo", *(part for option in options.items() for part in option)])
-        except libsumo.TraCIException as error:
-            raise SumoError(
-                f"SUMO cannot load `{config}`: {error} (SUMO's own message is on standard error)"
-            ) from error
-        self._closed = False
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        modules = connection.modules
+        self._edge, self._junction, self._lane = modules.edge, modules.junction, modules.lane
+        self._person, self._polygon = modules.person, modules.polygon
+        self._route, self._simulation = modules.route, modules.simulation
+        self._lights, self._vehicle = modules.trafficlight, modules.vehicle
+        self._type = modules.vehicletype
+        self._lanes: dict[str, None] | None = None
+        self.watched_vehicles = connection.watch(modules.vehicle)
+        self.watched_persons = connection.watch(modules.person, text="getVehicle")
+        self._watched_lights = connection.watch(
+            modules.trafficlight, poses=False, text="getRedYellowGreenState"
+        )
 
     def close(self) -> None:
-        """End the simulation. Calling it twice is harmless."""
-        if not self._closed:
-            self._closed = True
-            libsumo.close()
+        """End the simulation, or leave one that others have started; twice is harmless."""
+        self._connection.close()
 
     def step(self) -> None:
         """Advance by one step; vehicles added since the last one are inserted at its end."""
-        libsumo.simulationStep()
+        self._connection.step()
+
+    @property
+    def time(self) -> float:
+        """SUMO's own time [s]."""
+        return float(self._simulation.getTime())
 
     # ---- the scene
 
     def lanes(self) -> list[str]:
         """Lanes outside junctions, sorted by name."""
-        return sorted(lane for lane in libsumo.lane.getIDList() if not lane.startswith(":"))
+        if self._lanes is None:
+            names = (lane for lane in self._lane.getIDList() if not lane.startswith(":"))
+            self._lanes = dict.fromkeys(sorted(names))
+        return list(self._lanes)
+
+    def has_lane(self, lane: str) -> bool:
+        """Whether the net has `lane`, outside junctions."""
+        self.lanes()
+        return lane in (self._lanes or {})
+
+    def edges(self) -> list[str]:
+        """Edges outside junctions, sorted by name."""
+        return sorted(edge for edge in self._edge.getIDList() if not edge.startswith(":"))
 
     def edge_of(self, lane: str) -> str:
         """The edge that `lane` belongs to."""
-        return str(libsumo.lane.getEdgeID(lane))
+        return str(self._lane.getEdgeID(lane))
+
+    def lanes_of(self, edge: str) -> list[str]:
+        """The lanes of `edge`, from right to left."""
+        return [f"{edge}_{k}" for k in range(self._edge.getLaneNumber(edge))]
 
     def index_of(self, lane: str) -> int:
         """The index of `lane` on its edge; 0 is the rightmost."""
@@ -134,86 +143,112 @@ class Sumo:
 
     def lane_length(self, lane: str) -> float:
         """The length of `lane` [m]."""
-        return float(libsumo.lane.getLength(lane))
+        return float(self._lane.getLength(lane))
 
     def lane_width(self, lane: str) -> float:
         """The width of `lane` [m]."""
-        return float(libsumo.lane.getWidth(lane))
+        return float(self._lane.getWidth(lane))
 
-    def allows_cars(self, lane: str) -> bool:
-        """Whether passenger cars may use `lane`: no sidewalk, no rail."""
-        return "passenger" in libsumo.lane.getAllowed(lane)
+    def allows(self, lane: str, vehicle_class: str) -> bool:
+        """Whether vehicles of SUMO's `vehicle_class` may use `lane`."""
+        return vehicle_class in self._lane.getAllowed(lane)
 
     def ends_of(self, edge: str) -> tuple[str, str]:
         """The junctions that `edge` comes from and leads to."""
-        return libsumo.edge.getFromJunction(edge), libsumo.edge.getToJunction(edge)
+        return self._edge.getFromJunction(edge), self._edge.getToJunction(edge)
 
     def junction_shape(self, junction: str) -> Float:
         """Vertices [m], shape (vertex, 2), as written: open or closed ring; there may be none."""
-        shape = libsumo.junction.getShape(junction)
-        return np.array(shape, dtype=np.float64).reshape(len(shape), -1)[:, :2].reshape(-1, 2)
+        return _in_the_plane(self._junction.getShape(junction))
 
     def lane_shape(self, lane: str) -> Float:
         """Centre line [m], shape (vertex, 2)."""
-        return np.array(libsumo.lane.getShape(lane), dtype=np.float64)[:, :2]
+        return _in_the_plane(self._lane.getShape(lane))
 
     def links(self, lane: str) -> list[Link]:
         """Where `lane` leads, from right to left."""
         return [
             Link(to_lane=to, via=via, direction=letter)
-            for to, _, _, _, via, _, letter, _ in libsumo.lane.getLinks(lane)
+            for to, _, _, _, via, _, letter, _ in self._lane.getLinks(lane)
         ]
 
     def occupancy(self, lane: str) -> int:
         """Number of vehicles on `lane`."""
-        return int(libsumo.lane.getLastStepVehicleNumber(lane))
+        return int(self._lane.getLastStepVehicleNumber(lane))
 
     def speed_limit(self, lane: str) -> float:
         """The speed limit on `lane` [m/s]."""
-        return float(libsumo.lane.getMaxSpeed(lane))
+        return float(self._lane.getMaxSpeed(lane))
+
+    def way_between(self, start: str, end: str, kind: str) -> list[str]:
+        """The edges of the fastest way from edge `start` to edge `end`; none if there is none."""
+        found = self._simulation.findRoute(start, end, kind)
+        return list(found.edges)
 
     def types(self) -> list[str]:
         """Vehicle types of the scene, sorted by name, without SUMO's built-in ones."""
-        return sorted(t for t in libsumo.vehicletype.getIDList() if not t.startswith("DEFAULT_"))
+        return sorted(t for t in self._type.getIDList() if not t.startswith("DEFAULT_"))
+
+    def has_type(self, kind: str) -> bool:
+        """Whether there is a vehicle type `kind`, built-in ones included."""
+        return kind in self._type.getIDList()
 
     def type_size(self, kind: str) -> tuple[float, float, float]:
         """Length, width and height [m]."""
-        domain = libsumo.vehicletype
-        return domain.getLength(kind), domain.getWidth(kind), domain.getHeight(kind)
+        of = self._type
+        return of.getLength(kind), of.getWidth(kind), of.getHeight(kind)
+
+    def type_class(self, kind: str) -> str:
+        """SUMO's `vClass` of a vehicle type."""
+        return str(self._type.getVehicleClass(kind))
 
     def type_parameter(self, kind: str, key: str) -> str:
         """The value of `<param key="...">` in a vehicle type, empty if there is none."""
-        return str(libsumo.vehicletype.getParameter(kind, key))
+        return str(self._type.getParameter(kind, key))
 
     def stop_gap(self, kind: str) -> float:
         """How far before a stop line vehicles of this type come to rest [m]."""
-        return float(libsumo.vehicletype.getParameter(kind, "junctionModel.jmStoplineGap"))
+        return float(self._type.getParameter(kind, "junctionModel.jmStoplineGap") or _STOP_GAP)
 
     def polygons(self) -> list[str]:
         """All polygons, sorted by name."""
-        return sorted(libsumo.polygon.getIDList())
+        return sorted(self._polygon.getIDList())
 
     def polygon_type(self, polygon: str) -> str:
         """What its attribute `type` says."""
-        return str(libsumo.polygon.getType(polygon))
+        return str(self._polygon.getType(polygon))
 
     def polygon_shape(self, polygon: str) -> Float:
         """Vertices [m], shape (vertex, 2), as written: open or closed ring."""
-        return np.array(libsumo.polygon.getShape(polygon), dtype=np.float64)[:, :2]
+        return _in_the_plane(self._polygon.getShape(polygon))
 
     def polygon_parameter(self, polygon: str, key: str) -> str:
         """The value of `<param key="...">` in a polygon, empty if there is none."""
-        return str(libsumo.polygon.getParameter(polygon, key))
+        return str(self._polygon.getParameter(polygon, key))
+
+    # ---- traffic lights
+
+    def lights(self) -> list[str]:
+        """All traffic lights, sorted by name."""
+        return sorted(self._lights.getIDList())
+
+    def controlled_lanes(self, light: str) -> list[str]:
+        """For each signal of `light`, the lane that leads to it; empty where there is none."""
+        return [links[0][0] if links else "" for links in self._lights.getControlledLinks(light)]
+
+    def light_states(self, lights: Sequence[str]) -> list[str]:
+        """For each of `lights`, one of SUMO's letters for each of its signals."""
+        return self._watched_lights.texts(lights)
 
     # ---- vehicles
 
     def add_route(self, name: str, edges: Sequence[str]) -> None:
         """Declare a route, once per name."""
-        libsumo.route.add(name, list(edges))
+        self._route.add(name, list(edges))
 
     def add(self, departure: Departure) -> None:
         """Have a vehicle inserted at the end of the next step, if there is room then."""
-        libsumo.vehicle.add(
+        self._vehicle.add(
             departure.name,
             departure.route,
             departure.type,
@@ -221,56 +256,104 @@ class Sumo:
             departPos=f"{departure.position:.6f}",
             departSpeed="max" if departure.speed is None else f"{departure.speed:.6f}",
         )
-        libsumo.vehicle.setLaneChangeMode(departure.name, _NO_LANE_CHANGES)
+        if not departure.changes_lanes:
+            self._vehicle.setLaneChangeMode(departure.name, _NO_LANE_CHANGES)
+
+    def park(self, name: str, edge: str, lane: int, position: float) -> None:
+        """Have a vehicle that was just added stand beside the road.
+
+        Args:
+            name: of the vehicle.
+            edge: that it is on.
+            lane: index of its lane.
+            position: of its front bumper, from the start of the lane [m].
+        """
+        self._vehicle.setStop(name, edge, position, lane, _FOR_EVER, _PARKED)
+
+    def add_near(self, name: str, kind: str, front: Float) -> None:
+        """Have a vehicle inserted that is moved from then on, on the lane nearest to `front`."""
+        edge, _, _ = self._simulation.convertRoad(front[0], front[1], vClass=self.type_class(kind))
+        self.add_route(name, [edge])
+        self._vehicle.add(name, name, kind, departLane="best", departSpeed="0")
+
+    def add_person(self, name: str, kind: str, front: Float) -> None:
+        """Have a person enter that is moved from then on, on the edge nearest to `front`."""
+        edge, position, _ = self._simulation.convertRoad(front[0], front[1])
+        self._person.add(name, edge, position, typeID=kind)
+        self._person.appendWaitingStage(name, _FOR_EVER)
+
+    def move_person(self, name: str, front: Float, heading: float) -> None:
+        """Put a person with its front at `front` [m] at the end of the next step."""
+        angle = 90.0 - math.degrees(heading)
+        self._person.moveToXY(name, "", front[0], front[1], angle, _EXACTLY_THERE, _MATCH_RADIUS)
+
+    def is_pending(self, name: str) -> bool:
+        """Whether a vehicle waits for room to enter."""
+        return name in self._simulation.getPendingVehicles()
 
     def withdraw(self, name: str) -> None:
         """Take a vehicle out of the simulation, whether or not it was inserted."""
-        libsumo.vehicle.remove(name)
+        self._vehicle.remove(name)
 
     def departed(self) -> frozenset[str]:
         """Vehicles inserted in the last step."""
-        return frozenset(libsumo.simulation.getDepartedIDList())
+        return frozenset(self._simulation.getDepartedIDList())
 
-    def arrived(self) -> frozenset[str]:
-        """Vehicles that left the net in the last step."""
-        return frozenset(libsumo.simulation.getArrivedIDList())
+    def vehicles(self) -> Sequence[str]:
+        """All vehicles on the road or parked beside it, in SUMO's order."""
+        found: Sequence[str] = self._vehicle.getIDList()
+        return found
 
-    def poses(self, names: Sequence[str]) -> Float:
-        """Front bumper x, y [m], SUMO angle [degrees] and speed [m/s], shape (vehicle, 4)."""
-        vehicle, count = libsumo.vehicle, len(names)
-        poses = np.empty((count, 4))
-        places = itertools.chain.from_iterable(map(vehicle.getPosition, names))
-        poses[:, :2] = np.fromiter(places, np.float64, 2 * count).reshape(count, 2)
-        poses[:, 2] = np.fromiter(map(vehicle.getAngle, names), np.float64, count)
-        poses[:, 3] = np.fromiter(map(vehicle.getSpeed, names), np.float64, count)
-        return poses
+    def teleporting(self) -> frozenset[str]:
+        """Vehicles that SUMO has lifted off the road and will put down elsewhere."""
+        return frozenset(self._vehicle.getTeleportingIDList())
+
+    def type_of(self, vehicle: str) -> str:
+        """The type of a vehicle."""
+        return str(self._vehicle.getTypeID(vehicle))
+
+    def persons(self) -> list[str]:
+        """All persons on foot or waiting; who rides is where the vehicle is, and no body."""
+        persons = self._person.getIDList()
+        within = self.watched_persons.texts(persons)
+        return [person for person, ride in zip(persons, within, strict=True) if not ride]
+
+    def type_of_person(self, person: str) -> str:
+        """The type of a person."""
+        return str(self._person.getTypeID(person))
 
     def ignore_everything(self, name: str) -> None:
         """Let `name` drive at the speed it is told, through red lights and other vehicles."""
-        libsumo.vehicle.setSpeedMode(name, _ALL_CHECKS_OFF)
+        self._vehicle.setSpeedMode(name, _ALL_CHECKS_OFF)
 
     def set_speed(self, name: str, speed: float | None) -> None:
         """Speed [m/s] of the next steps; `None` hands it back to the car-following model."""
-        libsumo.vehicle.setSpeed(name, _RELEASE if speed is None else speed)
+        self._vehicle.setSpeed(name, _RELEASE if speed is None else speed)
 
-    def move(self, name: str, front: Float, heading: float) -> None:
+    def move(self, name: str, front: Float, heading: float, *, exactly: bool = False) -> None:
         """Put `name` with its front bumper at `front` [m] at the end of the next step.
 
         Args:
             name: of the vehicle.
             front: centre of the front bumper [m], shape (2,).
             heading: counter-clockwise from east [rad].
+            exactly: whether SUMO's drivers see it right there, on whatever lane or on none,
+                rather than on the lane of its route.
 
         Raises:
             SumoError: its route is too far away.
         """
         angle = 90.0 - math.degrees(heading)
+        keep = _EXACTLY_THERE if exactly else _KEEP_ROUTE
         try:
-            libsumo.vehicle.moveToXY(
-                name, "", -1, front[0], front[1], angle, _KEEP_ROUTE, _MATCH_RADIUS
-            )
-        except libsumo.TraCIException as error:
+            self._vehicle.moveToXY(name, "", -1, front[0], front[1], angle, keep, _MATCH_RADIUS)
+        except self._connection.refusal as error:
             raise SumoError(
                 f"`{name}` has left its route: its front is at ({front[0]:.1f}, {front[1]:.1f}) m "
                 f"and no lane of the route is near ({error})"
             ) from error
+
+
+def _in_the_plane(shape: Any) -> Float:
+    """The first two coordinates of points that may have three [m], shape (vertex, 2)."""
+    return np.array(shape, dtype=np.float64).reshape(len(shape), -1)[:, :2].reshape(-1, 2)

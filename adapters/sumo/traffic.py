@@ -1,34 +1,39 @@
-"""One run: all vehicles, from the first communication point to the last."""
+"""One run: all road users, from the first communication point to the last."""
 
+import json
+import logging
 import math
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from adapters.sumo.cast import COLLIDER, EGO, Cast, assemble
-from adapters.sumo.collision_driver import CollisionDriver
+from adapters.sumo.background import Background, Spawned, kept_clear
+from adapters.sumo.cast import Cast
+from adapters.sumo.census import Census
+from adapters.sumo.connectors import OVER
 from adapters.sumo.ego import Command
-from adapters.sumo.ego_driver import EgoDriver
-from adapters.sumo.fleet import Poses, Roster, Vehicle
-from adapters.sumo.outcome import FinishLine, Instants, Outcome
+from adapters.sumo.equipment import Outfitter
+from adapters.sumo.errors import SumoError
+from adapters.sumo.lights import Lights
+from adapters.sumo.outcome import Instants
 from adapters.sumo.parameters import TrafficParameters
-from adapters.sumo.proximity import NOBODY, Closest, closest_approach
+from adapters.sumo.placement import Placement
+from adapters.sumo.population import Vehicle
 from adapters.sumo.road import read_road
-from adapters.sumo.roadside import RoadsideUnits, check_places
-from adapters.sumo.scene import frozen, read_buildings, read_types
-from adapters.sumo.simulation import Sumo, SumoError
-from adapters.sumo.spawning import Background, Spawned, background_streams
-from adapters.traffic.geometry import Float
-from orchestrator.signal import Array, Signals
+from adapters.sumo.roadside import RoadsideUnits, check_places, units_of
+from adapters.sumo.scene import VehicleTypes, read_buildings
+from adapters.sumo.simulation import Sumo
+from orchestrator.signal import Array, Signal, Signals
 from orchestrator.timebase import Time, nanoseconds
 
-GONE: Final = -1
-"""`ego.id` once the ego vehicle has left the net."""
+logger = logging.getLogger(__name__)
+
+_ROUNDING = 1e-9
+"""A step of SUMO that is longer than its instants by less has no more of them."""
 
 
 class Traffic:
-    """All vehicles of one run and what they signal."""
+    """All road users of one run and what they signal."""
 
     def __init__(
         self, sumo: Sumo, parameters: TrafficParameters, rng: np.random.Generator, start: Time
@@ -48,168 +53,108 @@ class Traffic:
         self._h = parameters.step_length
         self._step_length = nanoseconds(parameters.step_length)
         self._start = start
-        self._instants = math.ceil(parameters.step_length / parameters.collision_step - 1e-9)
+        self._instants = math.ceil(parameters.step_length / parameters.collision_step - _ROUNDING)
         self._steps = 0
-        self._types = read_types(sumo)
-        self._buildings = read_buildings(sumo)
+        types = VehicleTypes(sumo, parameters.antenna_above_roof)
+        self._buildings = read_buildings(sumo, parameters.building_height)
+        for kind, count in self._buildings.left_out:
+            logger.info("%d polygons of type `%s` are no buildings", count, kind)
         self._road = read_road(sumo)
-        self._roadside = self._roadside_units(parameters)
-        spread = parameters.collider_spread * rng.uniform(-1.0, 1.0)
-        cast = assemble(sumo, self._types, parameters, parameters.collider_speed + spread)
-        self._ego = EgoDriver(
-            cast.ego, parameters.ego_speed, parameters.dynamics, parameters.actuation
-        )
-        self._finish = self._finish_line(cast, parameters)
-        self._ego_size = frozen(np.array(cast.ego.vehicle.type.size))
-        self._collider = CollisionDriver(sumo, cast, parameters.speed_control)
-        self._background = self._background_of(cast, parameters, rng)
-        self._roster = Roster.empty().changed(self._populate(cast), frozenset())
-        self._ego_number = int(self._roster.number[self._roster.names.index(EGO)])
-        self._poses = self._read_poses(self._roster)
-        closest = self._closest(self._ego.pose[None], self._roster, self._poses)
-        at_start = Instants(begin=start, duration=0, count=1)
-        self._outcome = Outcome().after(at_start, closest.contact, None)
-        self.outputs = self._signals(closest)
+        self._lights = Lights(sumo)
+        units = units_of(parameters.entities)
+        tallest = max((kind.size[2] for kind in types.declared()), default=0.0)
+        check_places(units, buildings=self._buildings, road=self._road, tallest=tallest)
+        self._roadside = RoadsideUnits(units)
+        placed = Placement(sumo, types, rng).place(parameters.entities)
+        self._cast = Cast(sumo, placed)
+        background, equipment = (np.random.default_rng(rng.integers(2**63)) for _ in range(2))
+        self._background: Background | None = None
+        if parameters.background is not None:
+            clear = kept_clear(sumo, placed)
+            self._background = Background(
+                sumo, types.declared(), parameters.background, clear, background
+            )
+        self._outfitter = Outfitter(parameters.equipment, equipment)
+        self._census = Census(sumo, types, self._outfitter)
+        self._entered: list[tuple[int, str, str]] = []
+        self._populate()
+        self.outputs = self._signals()
 
-    def advance(self, command: Command, count: int) -> None:
-        """Take `count` steps of SUMO while `command` is asked for."""
-        closest = NOBODY
+    def advance(self, commands: Mapping[str, Command], count: int) -> None:
+        """Take `count` steps of SUMO while `commands` are asked for, by the names of the egos."""
+        self._entered = []
+        for ego in self._cast.egos.values():
+            ego.begin_step()
         for _ in range(count):
-            closest = closest.or_closer(self._step(command))
-        self.outputs = self._signals(closest)
+            self._step(commands)
+        self.outputs = self._signals()
 
-    def _finish_line(self, cast: Cast, parameters: TrafficParameters) -> FinishLine:
-        """`finish_distance` beyond the conflict point, or beyond the junction."""
-        path = cast.ego.path
-        beyond = self._sumo.lane_shape(cast.ego.next_lane)[0]
-        station = path.station(*(cast.conflict if cast.encounter else beyond).tolist())
-        length = cast.ego.vehicle.type.length
-        return FinishLine(path, station + parameters.finish_distance, length)
-
-    def _roadside_units(self, parameters: TrafficParameters) -> RoadsideUnits:
-        positions, height = parameters.rsu_positions, parameters.rsu_antenna_height
-        tallest = max(kind.size[2] for kind in self._types.values())
-        check_places(positions, height, buildings=self._buildings, road=self._road, tallest=tallest)
-        return RoadsideUnits(positions, height)
-
-    def _background_of(
-        self, cast: Cast, parameters: TrafficParameters, rng: np.random.Generator
-    ) -> Background:
-        streams = background_streams(
-            self._sumo,
-            reserved=cast.reserved,
-            closed=cast.closed,
-            limits=cast.limits,
-            turning_share=parameters.turning_share,
-        )
-        return Background(streams, self._types, parameters.demand, rng)
-
-    def _populate(self, cast: Cast) -> list[Vehicle]:
-        """Insert everybody; the first step of SUMO moves nobody."""
-        for role in cast.everybody:
-            self._sumo.add(role.departure)
-        entered = self._insert([role.vehicle for role in cast.everybody], self._background.place())
-        missing = [r.vehicle.name for r in cast.everybody if r.vehicle not in entered]
-        if missing:
+    def _populate(self) -> None:
+        """Insert everybody who is there at the start; the first step of SUMO moves nobody."""
+        spawned = [] if self._background is None else self._background.place()
+        self._move_on(spawned, frozenset())
+        if self._cast.missing:
             raise SumoError(
-                f"there is no room for {', '.join(missing)} at the start; change `ego_start`, "
-                "`blocking_count` or the lanes they start on"
+                f"there is no room for {', '.join(self._cast.missing)} at the start; change their "
+                "`position` or `count`, or what others keep clear"
             )
-        if cast.encounter:
-            self._sumo.ignore_everything(COLLIDER)
-        return entered
+        census = self._census
+        for ego in self._cast.egos.values():
+            if ego.is_present:
+                ego.look_around(self._start, census.roster, census.poses)
 
-    def _step(self, command: Command) -> Closest:
-        """One step of SUMO; the smallest distance to the ego vehicle during it."""
-        before, poses = self._roster, self._poses
+    def _step(self, commands: Mapping[str, Command]) -> None:
+        """One step of SUMO."""
+        census, egos = self._census, self._cast.egos
+        before, poses = census.roster, census.poses
         now: Time = self._start + self._steps * self._step_length
-        ego_present = before.row(EGO) is not None
-        track, left = self._ego.pose[None], frozenset[str]()
-        if ego_present:
-            track = self._ego.drive(command, now, self._step_length, self._instants)
-            left = self._show_ego()
-        self._collider.drive(before, poses, self._ego, self._h)
-        newcomers = self._background.enter(self._steps * self._h, self._sumo.occupancy)
-        entered = self._insert([], newcomers)
-        self._steps += 1
-        self._roster = before.changed(entered, left | self._sumo.arrived())
-        self._poses = self._read_poses(self._roster)
-        if not ego_present:
-            return NOBODY
-        closest = self._closest(track, before, poses)
-        self._note(now, track, closest, has_left=bool(left))
-        return closest
-
-    def _note(self, now: Time, track: Float, closest: Closest, *, has_left: bool) -> None:
-        """What the step from `now` [ns] means for the outcome; who leaves is through, too."""
-        instants = Instants(begin=now, duration=self._step_length, count=len(track))
-        passed = None if self._outcome.is_over else self._finish.passed(track)
-        if passed is None and has_left:
-            passed = len(track) - 1
-        self._outcome = self._outcome.after(instants, closest.contact, passed)
-
-    def _show_ego(self) -> frozenset[str]:
-        """Let SUMO's drivers see where the ego vehicle is; its name, once it has left."""
-        if self._ego.at_end:
-            self._sumo.withdraw(EGO)
-            return frozenset((EGO,))
-        self._sumo.move(EGO, self._ego.front, self._ego.state.heading)
-        return frozenset()
-
-    def _insert(self, basic: Sequence[Vehicle], spawned: Sequence[Spawned]) -> list[Vehicle]:
-        """Take one step of SUMO, in which `basic` and `spawned` enter if there is room."""
-        for newcomer in spawned:
-            self._sumo.add(newcomer.departure)
-        self._sumo.step()
-        departed = self._sumo.departed()
-        for newcomer in spawned:
-            if newcomer.vehicle.name in departed:
-                self._collider.watch(newcomer)
-            else:
-                self._sumo.withdraw(newcomer.vehicle.name)
-                self._background.forget(newcomer.vehicle)
-        newcomers = [*basic, *(newcomer.vehicle for newcomer in spawned)]
-        return [vehicle for vehicle in newcomers if vehicle.name in departed]
-
-    def _read_poses(self, roster: Roster) -> Poses:
-        """The poses of a roster from SUMO, and the ego's own state where it is."""
-        poses = Poses.from_sumo(self._sumo.poses(roster.names), roster.size[:, 0])
-        row = roster.row(EGO)
-        if row is not None:
-            poses.center[row] = self._ego.center
-            poses.heading[row] = self._ego.state.heading
-            poses.velocity[row] = self._ego.velocity
-        return poses
-
-    def _closest(self, track: Float, before: Roster, poses: Poses) -> Closest:
-        """The smallest distance between the ego's body along `track` and any other body.
-
-        Others are those who are there both `before` and now.
-        """
-        now = self._roster
-        old = new = np.flatnonzero(now.number != self._ego_number)
-        if now is not before:
-            others = now.number[new]
-            _, old, new = np.intersect1d(
-                before.number, others, assume_unique=True, return_indices=True
-            )
-            new = np.searchsorted(now.number, others[new])
-        return closest_approach(
-            track,
-            self._ego_size[:2],
-            number=now.number[new],
-            size=now.size[new, :2],
-            a=poses.rows(old),
-            b=self._poses.rows(new),
+        elapsed = self._steps * self._h
+        present = [(name, ego) for name, ego in egos.items() if ego.is_present]
+        leaving = frozenset(
+            ego.name
+            for name, ego in present
+            if ego.drive(commands[name], now, self._step_length, self._instants)
         )
+        self._cast.act(before, poses, elapsed, self._h)
+        spawned = [] if self._background is None else self._background.enter(elapsed)
+        self._steps += 1
+        self._move_on(spawned, leaving)
+        instants = Instants(begin=now, duration=self._step_length, count=self._instants)
+        for _, ego in present:
+            ego.look_back(
+                instants, before, poses, census.roster, census.poses, has_left=ego.name in leaving
+            )
 
-    def _signals(self, closest: Closest) -> Signals:
+    def _move_on(self, spawned: Sequence[Spawned], leaving: frozenset[str]) -> None:
+        """Take one step of SUMO, in which entities and `spawned` enter if there is room."""
+        sumo, cast, census = self._sumo, self._cast, self._census
+        expected = dict(cast.call(self._steps * self._h))
+        for newcomer in spawned:
+            sumo.add(newcomer.departure)
+            expected[newcomer.name] = self._outfitter.equip(newcomer.name, newcomer.type)
+        sumo.step()
+        change = census.take(expected, leaving)
+        cast.welcome(census.roster, change.entered)
+        cast.correct(census.roster, census.poses)
+        self._note(change.entered)
+        for newcomer in spawned:
+            if census.roster.row(newcomer.name) is not None:
+                cast.watch(newcomer.name, newcomer.path)
+            else:
+                sumo.withdraw(newcomer.name)
+                self._outfitter.forget(expected[newcomer.name])
+
+    def _note(self, entered: Sequence[Vehicle]) -> None:
+        roster = self._census.roster
+        self._entered += [(roster.number_of(v.key), v.name, v.type.name) for v in entered]
+
+    def _signals(self) -> Signals:
         """The outputs; what did not change is the same object as before."""
-        roster, poses, ego, outcome = self._roster, self._poses, self._ego, self._outcome
-        present = roster.row(EGO) is not None
+        roster, poses = self._census.roster, self._census.poses
+        egos = self._cast.egos
         position = np.zeros((len(roster.names), 3))
         position[:, :2] = poses.center
-        signals: dict[str, Array] = {
+        arrays: dict[str, Array] = {
             "vehicle.id": roster.number,
             "vehicle.position": position,
             "vehicle.heading": poses.heading,
@@ -225,21 +170,13 @@ class Traffic:
             "building.height": self._buildings.height,
             "road.vertex": self._road.vertex,
             "road.index": self._road.index,
-            "ego.id": np.array(self._ego_number if present else GONE),
-            "ego.position": ego.center,
-            "ego.heading": np.array(ego.state.heading),
-            "ego.speed": np.array(ego.state.speed),
-            "ego.size": self._ego_size,
-            "ego.route": ego.route if present else np.zeros((0, 2)),
-            "ego.collision": np.array(outcome.has_collided),
-            "ego.collision_time": np.array(outcome.collision_time),
-            "ego.collision_partner": np.array(outcome.partner),
-            "ego.completion_time": np.array(outcome.completion_time),
-            "ego.gap": np.array(closest.gap),
-            "ego.nearest": np.array(closest.vehicle),
-            "encounter.over": np.array(outcome.is_over),
+            **self._lights.signals(),
+            OVER: np.array(bool(egos) and all(ego.outcome.is_over for ego in egos.values())),
         }
-        signals = self._roadside.join(signals)
-        for signal in signals.values():
-            signal.flags.writeable = False
-        return signals
+        for name, ego in egos.items():
+            arrays |= {f"{name}.{key}": array for key, array in ego.signals().items()}
+        arrays = self._roadside.join(arrays)
+        for array in arrays.values():
+            array.flags.writeable = False
+        entered: Signal = json.dumps(self._entered).encode() if self._entered else b""
+        return {**arrays, "entered": entered}

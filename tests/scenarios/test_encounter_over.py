@@ -12,7 +12,7 @@ from orchestrator.recording import Recording
 
 SCENARIO = Path(scenarios.__file__).with_name("red_light.yaml")
 SHORT = (
-    "components.traffic.parameters.ego_start=60 m",
+    "components.traffic.parameters.entities.ego.position.to_end=60 m",
     "components.policy.type=policy-blind",
     "time.stop=12 s",
 )

@@ -25,7 +25,7 @@ from orchestrator.testing import check_component
 from tests.fmus.relay.world import LEFT, NEIGHBOURS, RIGHT, SHARER, STEP, inputs, started, switches
 
 SCENARIO = Path(scenarios.__file__).with_name("red_light.yaml")
-SETTINGS = ("seed=3", "time.stop=8.3 s", "components.traffic.parameters.spacing=60 m")
+SETTINGS = ("seed=3", "time.stop=8.3 s", "components.traffic.parameters.background.spacing=60 m")
 ORACLE = (
     "components.relay={type: relay-oracle, step: 100 ms, process: true, "
     "parameters: {window: 400 ms, maximum_range: 80 m}}"

@@ -78,7 +78,7 @@ def test_the_constant_rates_are_those_that_their_names_say(name: str) -> None:
         (
             "collision_speed",
             {
-                "components.traffic.parameters.ego_speed": "25 km/h",
+                "components.traffic.parameters.entities.ego.speed": "25 km/h",
                 "components.policy.parameters.cruise_speed": "25 km/h",
             },
         ),

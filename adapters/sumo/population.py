@@ -1,9 +1,10 @@
 """The vehicles present, their numbers and the attributes that never change."""
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
-from enum import IntEnum
+from enum import Enum
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -12,36 +13,49 @@ from adapters.sumo.scene import VehicleType
 from adapters.traffic.geometry import Float, direction, wrap
 
 
-class Part(IntEnum):
-    """The part a vehicle plays in the case study; the numbers are those of `vehicle.role`.
+class Kind(Enum):
+    """What a road user is to SUMO."""
 
-    `studies.red_light.traces`, which reads recordings without SUMO, has them too; a test compares.
-    """
+    VEHICLE = "vehicle"
+    PERSON = "person"
+    UNIT = "roadside unit"
 
-    BACKGROUND = 0
-    EGO = 1
-    COLLISION = 2
-    SHARING = 3
-    BLOCKING = 4
-    ROADSIDE = 5
+
+UNDECLARED: Final = 0
+"""`vehicle.role` of those that are no entities."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Vehicle:
-    """A vehicle and what it carries.
+    """A road user and what it carries.
 
     Attributes:
         name: in SUMO.
         equipped: has a V2X radio.
         lidar: carries a lidar.
-        part: it plays; for evaluation, no unit knows it.
+        role: which entity of the scenario it is, from 1; `UNDECLARED` if none. For evaluation: no
+            unit knows it.
+        antenna_height: above the ground [m].
+        kind: what it is to SUMO.
     """
 
     name: str
     type: VehicleType
     equipped: bool
     lidar: bool
-    part: Part = Part.BACKGROUND
+    antenna_height: float
+    role: int = UNDECLARED
+    kind: Kind = Kind.VEHICLE
+
+    @property
+    def key(self) -> str:
+        """Tells it from all others; vehicles and persons of SUMO may share a name."""
+        return key_of(self.name, self.kind)
+
+
+def key_of(name: str, kind: Kind) -> str:
+    """What tells `name` of a kind from all others."""
+    return name if kind is Kind.VEHICLE else f"{kind.value}\0{name}"
 
 
 class Roster:
@@ -61,6 +75,7 @@ class Roster:
         """
         self.vehicles = tuple(vehicles)
         self.names = tuple(vehicle.name for vehicle in self.vehicles)
+        self._rows = {vehicle.key: row for row, vehicle in enumerate(self.vehicles)}
         self._numbers = tuple(numbers)
         self._following = following
 
@@ -71,21 +86,51 @@ class Roster:
 
     def changed(self, entered: Sequence[Vehicle], left: frozenset[str]) -> "Roster":
         """The roster after `entered`, in this order, came and `left` went."""
-        if not entered and left.isdisjoint(self.names):
+        if not entered and left.isdisjoint(self._rows):
             return self
         stayed = [
             pair
             for pair in zip(self.vehicles, self._numbers, strict=True)
-            if pair[0].name not in left
+            if pair[0].key not in left
         ]
         following = self._following + len(entered)
         vehicles = [vehicle for vehicle, _ in stayed] + list(entered)
         numbers = [number for _, number in stayed] + list(range(self._following, following))
         return Roster(vehicles, numbers, following)
 
-    def row(self, name: str) -> int | None:
-        """The index of the vehicle called `name`, if it is present."""
-        return self.names.index(name) if name in self.names else None
+    @property
+    def keys(self) -> Set[str]:
+        """The keys of all."""
+        return self._rows.keys()
+
+    def row(self, key: str) -> int | None:
+        """The index of the one whose key is `key`, if it is present."""
+        return self._rows.get(key)
+
+    def of(self, key: str) -> Vehicle:
+        """The one whose key is `key`.
+
+        Raises:
+            KeyError: nobody present has it.
+        """
+        return self.vehicles[self._rows[key]]
+
+    def number_of(self, key: str) -> int:
+        """The number of the one whose key is `key`.
+
+        Raises:
+            KeyError: nobody present has it.
+        """
+        return self._numbers[self._rows[key]]
+
+    @cached_property
+    def has_persons(self) -> bool:
+        """Whether somebody is on foot."""
+        return any(vehicle.kind is Kind.PERSON for vehicle in self.vehicles)
+
+    def rows_of(self, kind: Kind) -> npt.NDArray[np.intp]:
+        """The rows of one kind, shape (row,)."""
+        return np.array([k for k, v in enumerate(self.vehicles) if v.kind is kind], dtype=np.intp)
 
     @cached_property
     def number(self) -> npt.NDArray[np.int64]:
@@ -101,7 +146,7 @@ class Roster:
     @cached_property
     def antenna_height(self) -> Float:
         """Heights of the antennas above the ground [m], shape (vehicle,)."""
-        return np.array([v.type.antenna_height for v in self.vehicles], dtype=np.float64)
+        return np.array([v.antenna_height for v in self.vehicles], dtype=np.float64)
 
     @cached_property
     def body(self) -> npt.NDArray[np.int32]:
@@ -120,8 +165,8 @@ class Roster:
 
     @cached_property
     def role(self) -> npt.NDArray[np.int32]:
-        """The part each plays, shape (vehicle,)."""
-        return np.array([vehicle.part for vehicle in self.vehicles], dtype=np.int32)
+        """Which entity each is, shape (vehicle,)."""
+        return np.array([vehicle.role for vehicle in self.vehicles], dtype=np.int32)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -137,6 +182,11 @@ class Poses:
     center: Float
     heading: Float
     velocity: Float
+
+    @classmethod
+    def nobody(cls) -> "Poses":
+        """Of an empty roster."""
+        return cls(center=np.zeros((0, 2)), heading=np.zeros(0), velocity=np.zeros((0, 2)))
 
     @classmethod
     def from_sumo(cls, poses: Float, length: Float) -> "Poses":

@@ -1,0 +1,339 @@
+"""How SUMO is reached: in this process by libsumo, or elsewhere by TraCI.
+
+Both offer the same modules (`vehicle`, `lane`, ...), with the same names and values, so nothing
+else knows which it is. Only the cheapest way of reading many vehicles differs: getters in this
+process, subscriptions over a socket, where every getter would be a round trip.
+"""
+
+import abc
+import contextlib
+import io
+import itertools
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final, Literal
+
+import numpy as np
+from typing_extensions import override
+
+from adapters.sumo.errors import SumoError
+from adapters.traffic.geometry import Float
+from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, seconds
+
+with contextlib.redirect_stdout(sys.stderr):  # it may print about pyarrow, among our results
+    import libsumo
+
+Program = Literal["libsumo", "sumo", "sumo-gui"]
+
+_WAIT: Final = 0.1
+"""Between two attempts to reach a program [s]."""
+
+_ATTEMPTS: Final = 600
+"""To reach a program just started: it loads the net first."""
+
+_ATTEMPTS_TO_JOIN: Final = 20
+"""To reach one that ought to run already."""
+
+_SPEED, _POSITION, _ANGLE = 0x40, 0x42, 0x43
+_POSE: Final = (_POSITION, _ANGLE, _SPEED)
+"""Variables of vehicles and persons that can be subscribed to (SUMO's TraCI constants)."""
+
+_TEXTS: Final[Mapping[str, int]] = MappingProxyType(
+    {"getVehicle": 0xC3, "getRedYellowGreenState": 0x20}
+)
+"""Getters of text, and the variables that they get."""
+
+
+class Watch(abc.ABC):
+    """Reads what changes with every step, of many objects of one module of SUMO."""
+
+    @abc.abstractmethod
+    def poses(self, names: Sequence[str]) -> Float:
+        """Poses of vehicles or persons.
+
+        Returns:
+            Front bumper x, y [m], SUMO's angle [degrees] and speed [m/s], shape (vehicle, 4).
+        """
+
+    @abc.abstractmethod
+    def texts(self, names: Sequence[str]) -> list[str]:
+        """The text of each that is watched."""
+
+
+class Connection(abc.ABC):
+    """A SUMO simulation that is ready for its first step.
+
+    Attributes:
+        modules: has SUMO's modules as attributes: `vehicle`, `lane`, `simulation`, ...
+        refusal: what they raise when SUMO refuses.
+    """
+
+    modules: Any
+    refusal: type[Exception]
+
+    @abc.abstractmethod
+    def step(self) -> None:
+        """Advance by one step of SUMO."""
+
+    @abc.abstractmethod
+    def watch(self, module: Any, *, poses: bool = True, text: str | None = None) -> Watch:
+        """Watch objects of a module: their poses, and a text by the name of its getter."""
+
+    @abc.abstractmethod
+    def close(self) -> None:
+        """End it. Calling it twice is harmless."""
+
+
+class _Getters(Watch):
+    """Calls getters, which cost a microsecond in this process."""
+
+    def __init__(self, module: Any, text: str | None) -> None:
+        self._module = module
+        self._text = None if text is None else getattr(module, text)
+
+    @override
+    def poses(self, names: Sequence[str]) -> Float:
+        module, count = self._module, len(names)
+        poses = np.empty((count, 4))
+        places = itertools.chain.from_iterable(map(module.getPosition, names))
+        poses[:, :2] = np.fromiter(places, np.float64, 2 * count).reshape(count, 2)
+        poses[:, 2] = np.fromiter(map(module.getAngle, names), np.float64, count)
+        poses[:, 3] = np.fromiter(map(module.getSpeed, names), np.float64, count)
+        return poses
+
+    @override
+    def texts(self, names: Sequence[str]) -> list[str]:
+        assert self._text is not None  # noqa: S101 - whoever watches says which
+        return list(map(self._text, names))
+
+
+class _Subscriptions(Watch):
+    """Subscribes to each object when it is first read; all values come with the step."""
+
+    def __init__(self, module: Any, *, poses: bool, text: str | None) -> None:
+        self._module = module
+        self._text = None if text is None else _TEXTS[text]
+        texts = () if self._text is None else (self._text,)
+        self._variables = (*(_POSE if poses else ()), *texts)
+        self._subscribed: set[str] = set()
+
+    @override
+    def poses(self, names: Sequence[str]) -> Float:
+        values = self._values(names)
+        poses = np.empty((len(names), 4))
+        for row, name in enumerate(names):
+            of = values[name]
+            poses[row, :2] = of[_POSITION][:2]
+            poses[row, 2:] = of[_ANGLE], of[_SPEED]
+        return poses
+
+    @override
+    def texts(self, names: Sequence[str]) -> list[str]:
+        values = self._values(names)
+        return [values[name][self._text] for name in names]
+
+    def _values(self, names: Sequence[str]) -> Mapping[str, Mapping[int, Any]]:
+        values: Mapping[str, Mapping[int, Any]] = self._module.getAllSubscriptionResults()
+        self._subscribed.intersection_update(values)  # who left has lost theirs
+        new = [name for name in names if name not in self._subscribed]
+        for name in new:
+            self._module.subscribe(name, self._variables)
+        self._subscribed.update(new)
+        return self._module.getAllSubscriptionResults() if new else values
+
+
+class InProcess(Connection):
+    """SUMO in this process. libsumo keeps its simulation in global variables: one per process.
+
+    Args:
+        options: of SUMO.
+
+    Raises:
+        SumoError: another simulation is open, or SUMO refuses the files.
+    """
+
+    def __init__(self, options: Sequence[str]) -> None:
+        self.modules, self.refusal = libsumo, libsumo.TraCIException
+        if libsumo.simulation.isLoaded():
+            raise SumoError(
+                "SUMO can run once per process, and it is running already; give all but one "
+                "`sumo-traffic` component a `process:` of their own, or close the other one first"
+            )
+        try:
+            libsumo.start(["sumo", *options])
+        except libsumo.TraCIException as error:
+            raise SumoError(_cannot_load(options, error)) from error
+        self._is_closed = False
+
+    @override
+    def step(self) -> None:
+        try:
+            libsumo.simulationStep()
+        except libsumo.TraCIException as error:
+            raise SumoError(f"SUMO gave up: {error}") from error
+
+    @override
+    def watch(self, module: Any, *, poses: bool = True, text: str | None = None) -> Watch:
+        return _Getters(module, text)
+
+    @override
+    def close(self) -> None:
+        if not self._is_closed:
+            self._is_closed = True
+            libsumo.close()
+
+
+class OverTraci(Connection):
+    """SUMO in another process, or on another host, over TraCI.
+
+    Args:
+        connection: of the package `traci`.
+        process: of SUMO, if it was started for this.
+        where: for messages.
+    """
+
+    def __init__(self, connection: Any, process: Any, where: str) -> None:
+        import traci.exceptions as failures  # noqa: PLC0415 - see `_traci`
+
+        self.modules, self.refusal = connection, failures.TraCIException
+        self._lost = (failures.FatalTraCIError, OSError)
+        self._process = process
+        self._where = where
+        self._is_closed = False
+
+    @override
+    def step(self) -> None:
+        try:
+            self.modules.simulationStep()
+        except self._lost as error:
+            raise SumoError(f"SUMO at {self._where} is gone: {error}") from error
+        except self.refusal as error:
+            raise SumoError(f"SUMO gave up: {error}") from error
+
+    @override
+    def watch(self, module: Any, *, poses: bool = True, text: str | None = None) -> Watch:
+        return _Subscriptions(module, poses=poses, text=text)
+
+    @override
+    def close(self) -> None:
+        if self._is_closed:
+            return
+        self._is_closed = True
+        with contextlib.suppress(self.refusal, *self._lost):
+            self.modules.close(wait=False)
+        if self._process is not None:
+            self._process.terminate()
+            try:
+                self._process.wait(timeout=5.0)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+
+
+def start(program: Program, options: Sequence[str]) -> Connection:
+    """Start SUMO.
+
+    Args:
+        program: `libsumo` for this process, or a program that is installed.
+        options: of SUMO.
+
+    Raises:
+        SumoError: it cannot start, or refuses the files.
+    """
+    if program == "libsumo":
+        return InProcess(options)
+    traci = _traci()
+    path = _installed(program)
+    extra = ["--start", "true", "--quit-on-end", "true"] if program == "sumo-gui" else []
+    port = int(traci.getFreeSocketPort())
+    command = [path, *options, *extra, "--remote-port", str(port)]
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)  # noqa: S603
+    try:
+        connection = _reach(traci, "localhost", port, process)
+    except BaseException:
+        process.kill()
+        process.wait()
+        raise
+    return OverTraci(connection, process, f"localhost:{port}")
+
+
+def join(address: str, step_length: Duration) -> Connection:
+    """Join a SUMO that runs already.
+
+    Args:
+        address: `HOST:PORT` of its `--remote-port`.
+        step_length: the step that SUMO must have [ns].
+
+    Raises:
+        SumoError: nobody answers there, or it steps otherwise.
+    """
+    traci = _traci()
+    host, _, port = address.rpartition(":")
+    if not host or not port.isdigit() or not 0 < int(port) < 65536:
+        raise SumoError(f"`traci` is `{address}`; write HOST:PORT, for example localhost:8813")
+    connection = OverTraci(_reach(traci, host, int(port), None), None, address)
+    found = round(connection.modules.simulation.getDeltaT() * NANOSECONDS_PER_SECOND)
+    if found != step_length:
+        connection.close()
+        raise SumoError(
+            f"SUMO at {address} steps every {found / 1e9:g} s, the scenario every "
+            f"{seconds(step_length):g} s; start SUMO with --step-length {seconds(step_length):g} "
+            f"or set `step_length` to {found / 1e9:g} s"
+        )
+    return connection
+
+
+def _traci() -> Any:
+    """The package `traci`, imported where it is needed: it looks for libsumo, too."""
+    if find_spec("traci") is None:
+        raise SumoError("the package `traci` is not installed; run `pip install traci`")
+    import traci  # noqa: PLC0415 - optional
+
+    return traci
+
+
+def _reach(traci: Any, host: str, port: int, process: Any) -> Any:
+    """A connection of `traci`; a `process` that ends meanwhile is not waited for."""
+    attempts = _ATTEMPTS if process is not None else _ATTEMPTS_TO_JOIN
+    try:
+        with contextlib.redirect_stdout(sys.stderr if process is None else io.StringIO()):
+            return traci.connect(port, attempts, host, proc=process, waitBetweenRetries=_WAIT)
+    except (traci.exceptions.FatalTraCIError, traci.exceptions.TraCIException, OSError) as error:
+        if process is not None:
+            raise SumoError(f"SUMO did not start: {error}") from error
+        raise SumoError(
+            f"no SUMO answers at {host}:{port} ({error}); start one with `sumo -c FILE.sumocfg "
+            f"--remote-port {port}`"
+        ) from error
+
+
+def _installed(program: str) -> str:
+    """The path of one of SUMO's programs: of the package eclipse-sumo, SUMO_HOME, or PATH."""
+    folders = []
+    spec = find_spec("sumo")
+    if spec is not None and spec.origin is not None:
+        folders.append(Path(spec.origin).parent / "bin")
+    if "SUMO_HOME" in os.environ:
+        folders.append(Path(os.environ["SUMO_HOME"]) / "bin")
+    for folder in folders:
+        found = shutil.which(program, path=str(folder))
+        if found is not None:
+            return found
+    found = shutil.which(program)
+    if found is None:
+        raise SumoError(
+            f"`{program}` is not installed; run `pip install eclipse-sumo`, or install SUMO and "
+            "set SUMO_HOME"
+        )
+    return found
+
+
+def _cannot_load(options: Sequence[str], error: Exception) -> str:
+    config = options[options.index("--configuration-file") + 1]
+    return f"SUMO cannot load `{config}`: {error} (SUMO's own message is on standard error)"

@@ -1,0 +1,374 @@
+"""From declarations to vehicles at their places: who starts where, and on which way."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from adapters.sumo.entities import Entity, Position
+from adapters.sumo.errors import SumoError
+from adapters.sumo.population import Kind, Vehicle
+from adapters.sumo.scene import VehicleType, VehicleTypes, links_along, path_over, straight_on
+from adapters.sumo.simulation import Departure, Link, Sumo
+from adapters.traffic.bodies import Body
+from adapters.traffic.geometry import Float
+from adapters.traffic.polyline import Polyline
+
+_FREE_ROAD = 10.0
+"""Road behind an entity that background vehicles keep clear at the start [m]."""
+
+_LONGEST_WAY = 20_000.0
+"""A way straight on without an end is followed so far [m]: a ring has no end."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class OnRoad:
+    """Where a vehicle on the road starts and where it goes.
+
+    Attributes:
+        lane: that it starts on.
+        links: to the lanes that it takes.
+        path: centre line of its way.
+        departure: for SUMO.
+    """
+
+    lane: str
+    links: tuple[Link, ...]
+    path: Polyline
+    departure: Departure
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Anywhere:
+    """Where a body starts that is moved from point to point.
+
+    Attributes:
+        center: of the body [m], shape (2,).
+        heading: counter-clockwise from east [rad].
+    """
+
+    center: Float
+    heading: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Placed:
+    """One vehicle of an entity, or the only one, at its place.
+
+    Attributes:
+        entity: its declaration.
+        called: the name of the declaration.
+        vehicle: itself.
+        speed: at the start [m/s].
+        place: where.
+    """
+
+    entity: Entity
+    called: str
+    vehicle: Vehicle
+    speed: float
+    place: OnRoad | Anywhere
+
+    @property
+    def road(self) -> OnRoad:
+        """Its place on the road.
+
+        Raises:
+            SumoError: it is placed by coordinates.
+        """
+        if isinstance(self.place, OnRoad):
+            return self.place
+        raise SumoError(f"`entities.{self.called}` must be placed on a lane: set `position.lane`")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Meeting:
+    """Where two entities meet.
+
+    Attributes:
+        point: of the ground [m], shape (2,).
+        first: of the entity that is waited for: its distance along its path [m].
+        second: the same of the one that adapts its speed [m].
+    """
+
+    point: Float
+    first: float
+    second: float
+
+
+def meeting(first: Placed, second: OnRoad, at: tuple[float, float] | None) -> Meeting | None:
+    """Where the way `second` meets that of `first`: at a place, or where they first cross.
+
+    `None` if no place is given and they do not cross.
+    """
+    path = first.road.path
+    point = path.crossing(second.path) if at is None else np.array(at)
+    if point is None:
+        return None
+    x, y = point.tolist()
+    return Meeting(point=point, first=path.station(x, y), second=second.path.station(x, y))
+
+
+class Placement:
+    """Places entities, one after the other, and notes what is wrong.
+
+    Args:
+        sumo: the simulation; routes are declared in it.
+        types: vehicle types of the scene.
+        rng: draws who takes part and at which speed, in the order of the declarations.
+    """
+
+    def __init__(self, sumo: Sumo, types: VehicleTypes, rng: np.random.Generator) -> None:
+        self._sumo = sumo
+        self._types = types
+        self._rng = rng
+        self._placed: dict[str, list[Placed]] = {}
+
+    def place(self, entities: Mapping[str, Entity | None]) -> list[Placed]:
+        """All vehicles of `entities` that take part, in the order of their declarations.
+
+        Raises:
+            SumoError: a lane, an edge or a type does not exist, or somebody does not fit in; all
+                entities that are wrong are named.
+        """
+        problems: list[str] = []
+        for role, (name, entity) in enumerate(entities.items(), start=1):
+            if entity is None or entity.is_roadside_unit:
+                continue
+            is_open = 0.0 < entity.presence < 1.0
+            takes_part = self._rng.random() < entity.presence if is_open else entity.presence > 0.0
+            speed = entity.speed.draw(self._rng)
+            if takes_part:
+                try:
+                    self._placed[name] = list(self._all_of(name, entity, role, speed))
+                except SumoError as error:
+                    problems.append(f"`entities.{name}`: {error}")
+        if problems:
+            raise SumoError("\n".join(problems))
+        return [placed for queue in self._placed.values() for placed in queue]
+
+    def _all_of(self, name: str, entity: Entity, role: int, speed: float) -> Iterator[Placed]:
+        kind = self._type(entity.type)
+        antenna = entity.antenna_height
+        first = self._place(name, entity, kind, speed)
+        for k in range(entity.count):
+            own_name = name if entity.count == 1 and "." not in name else f"{name}.{k}"
+            vehicle = Vehicle(
+                name=own_name,
+                type=kind,
+                equipped=entity.radio,
+                lidar=entity.lidar,
+                antenna_height=kind.antenna_height if antenna is None else antenna,
+                role=role,
+                kind=Kind.PERSON if kind.body is Body.PEDESTRIAN else Kind.VEHICLE,
+            )
+            place = self._behind(first, own_name, entity, kind, k)
+            yield Placed(entity=entity, called=name, vehicle=vehicle, speed=speed, place=place)
+
+    def _place(
+        self, name: str, entity: Entity, kind: VehicleType, speed: float
+    ) -> OnRoad | Anywhere:
+        at = entity.position
+        if at.x is not None and at.y is not None:
+            if entity.count > 1:
+                raise SumoError("a queue stands on a lane; set `position.lane`, or `count: 1`")
+            return Anywhere(center=np.array([at.x, at.y]), heading=at.h)
+        if not at.lane:
+            raise SumoError("`position` says neither `lane` nor both `x` and `y`")
+        if kind.body is Body.PEDESTRIAN:
+            raise SumoError("who walks is placed by coordinates: `position: {x: .., y: ..}`")
+        lane = self._lane(at.lane)
+        links = self._way(lane, entity)
+        path = path_over(self._sumo, lane, links)
+        front = self._front(name, entity, kind, speed, lane, path)
+        edges = [self._sumo.edge_of(lane), *(self._sumo.edge_of(link.to_lane) for link in links)]
+        self._sumo.add_route(name, edges)
+        return self._on_road(name, name, entity, kind, lane, links, path, front, speed)
+
+    def _on_road(
+        self,
+        name: str,
+        route: str,
+        entity: Entity,
+        kind: VehicleType,
+        lane: str,
+        links: Sequence[Link],
+        path: Polyline,
+        front: float,
+        speed: float,
+    ) -> OnRoad:
+        return OnRoad(
+            lane=lane,
+            links=tuple(links),
+            path=path,
+            departure=Departure(
+                name=name,
+                type=kind.name,
+                route=route,
+                lane=self._sumo.index_of(lane),
+                position=front,
+                speed=min(speed, self._sumo.speed_limit(lane)),  # SUMO refuses faster ones
+                changes_lanes=entity.changes_lanes,
+            ),
+        )
+
+    def _behind(
+        self, first: OnRoad | Anywhere, name: str, entity: Entity, kind: VehicleType, k: int
+    ) -> OnRoad | Anywhere:
+        """The place of vehicle `k` of a queue."""
+        if isinstance(first, Anywhere):
+            return first
+        pitch = kind.length + entity.gap
+        front = first.departure.position
+        fit = int((front - kind.length) // pitch) + 1
+        if entity.count > fit:
+            raise SumoError(f"`count` is {entity.count}, but lane `{first.lane}` has room for {fit}")
+        start = first.departure
+        return self._on_road(
+            name, start.route, entity, kind, first.lane, first.links, first.path,
+            front - k * pitch, start.speed or 0.0,
+        )  # fmt: skip
+
+    def _front(
+        self,
+        name: str,
+        entity: Entity,
+        kind: VehicleType,
+        speed: float,
+        lane: str,
+        path: Polyline,
+    ) -> float:
+        """From the start of the lane to the front bumper [m]."""
+        length, at = self._sumo.lane_length(lane), entity.position
+        if at.s is not None and at.to_end is not None:
+            raise SumoError("`position` has both `s` and `to_end`; leave one out")
+        if at.s is not None:
+            if not kind.length <= at.s <= length:
+                raise SumoError(
+                    f"`position.s` is {at.s:g} m, but on `{lane}` the front bumper can be between "
+                    f"{kind.length:g} m and {length:.1f} m"
+                )
+            return at.s
+        if at.to_end is not None:
+            if at.to_end > length - kind.length:
+                raise SumoError(
+                    f"`position.to_end` is {at.to_end:g} m, but before the end of `{lane}` there "
+                    f"is room for at most {length - kind.length:.1f} m"
+                )
+            return length - at.to_end
+        if entity.synchronise is not None:
+            return self._as_far_in_time(entity, kind, speed, lane, path)
+        if speed > 0.0:
+            raise SumoError(f"`{name}` moves; say where it starts by `position.s` or `.to_end`")
+        return length - kind.stop_gap  # it waits at the stop line
+
+    def _as_far_in_time(
+        self, entity: Entity, kind: VehicleType, speed: float, lane: str, path: Polyline
+    ) -> float:
+        """Where it starts as far from the meeting, in time, as the one it is to meet."""
+        assert entity.synchronise is not None  # noqa: S101 - asked by the caller
+        other = self.master(entity)
+        at = place_of(entity.synchronise.x, entity.synchronise.y)
+        draft = OnRoad(lane=lane, links=(), path=path, departure=other.road.departure)
+        meets = meeting(other, draft, at)
+        if meets is None:
+            raise SumoError(
+                f"the way from `{lane}` does not cross that of `{other.called}`; place them on "
+                "lanes whose ways cross, or give the place of the meeting as `x` and `y`"
+            )
+        if other.speed <= 0.0:
+            raise SumoError(
+                f"`{other.called}` stands at the start, so nobody can start as far in time from the "
+                "meeting as it; set `position.s` or `position.to_end`"
+            )
+        center = other.road.departure.position - 0.5 * other.vehicle.type.length
+        time = (meets.first - center) / other.speed
+        return max(meets.second - time * speed + 0.5 * kind.length, kind.length)
+
+    def master(self, entity: Entity) -> Placed:
+        """The entity that `entity` is synchronised with.
+
+        Raises:
+            SumoError: it is not there.
+        """
+        assert entity.synchronise is not None  # noqa: S101 - asked by the caller
+        wanted = entity.synchronise.entity
+        found = self._placed.get(wanted)
+        if not found:
+            earlier = ", ".join(f"`{name}`" for name in self._placed) or "nobody"
+            raise SumoError(
+                f"`synchronise.entity` is `{wanted}`; the entities declared before this one that "
+                f"take part: {earlier}"
+            )
+        return found[0]
+
+    def _way(self, lane: str, entity: Entity) -> list[Link]:
+        """The links that it follows."""
+        if entity.route and entity.to:
+            raise SumoError("there are both `route` and `to`; leave one out")
+        edges: Sequence[str] = entity.route
+        if entity.to:
+            self._edge(entity.to, "to")
+            start = self._sumo.edge_of(lane)
+            edges = self._sumo.way_between(start, entity.to, entity.type)[1:]
+            if not edges and entity.to != start:
+                raise SumoError(f"`to`: no way leads from `{start}` to `{entity.to}`")
+        if edges or entity.to:
+            for edge in edges:
+                self._edge(edge, "route")
+            return links_along(self._sumo, lane, edges)
+        if not self._sumo.links(lane):
+            return []
+        return list(self._straight(lane))
+
+    def _straight(self, lane: str) -> Iterator[Link]:
+        """Straight on, beyond the first junction while there is one way on."""
+        link, length = straight_on(self._sumo, lane), 0.0
+        seen = {self._sumo.edge_of(lane)}
+        while True:
+            yield link
+            edge = self._sumo.edge_of(link.to_lane)
+            length += self._sumo.lane_length(link.to_lane)
+            if edge in seen or length > _LONGEST_WAY:
+                return
+            seen.add(edge)
+            try:
+                link = straight_on(self._sumo, link.to_lane)
+            except SumoError:
+                return
+
+    def _lane(self, lane: str) -> str:
+        if not self._sumo.has_lane(lane):
+            raise SumoError(f"`position.lane`: {_missing('lane', lane, self._sumo.lanes())}")
+        return lane
+
+    def _edge(self, edge: str, parameter: str) -> None:
+        edges = self._sumo.edges()
+        if edge not in edges:
+            raise SumoError(f"`{parameter}`: {_missing('edge', edge, edges)}")
+
+    def _type(self, name: str) -> VehicleType:
+        if name not in self._types:
+            names = [kind.name for kind in self._types.declared()]
+            raise SumoError(f"`type`: {_missing('vehicle type', name, names)}")
+        return self._types[name]
+
+
+def place_of(x: float | None, y: float | None) -> tuple[float, float] | None:
+    """The point that two parameters say; `None` unless both do."""
+    return None if x is None or y is None else (x, y)
+
+
+def behind(placed: Placed) -> float:
+    """How far background vehicles may be placed on its lane at the start [m]."""
+    return placed.road.departure.position - placed.vehicle.type.length - _FREE_ROAD
+
+
+def is_placed(position: Position) -> bool:
+    """Whether coordinates say where it is."""
+    return place_of(position.x, position.y) is not None
+
+
+def _missing(noun: str, name: str, known: Sequence[str]) -> str:
+    shown = ", ".join(known[:40]) + (f" and {len(known) - 40} more" if len(known) > 40 else "")
+    return f"the scene has no {noun} `{name}`; there are {shown or 'none'}"

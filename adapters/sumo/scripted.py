@@ -1,0 +1,103 @@
+"""Vehicles and persons that do what the scenario says: speeds on their way, or points to follow.
+
+Neither lights nor other vehicles change what they do.
+"""
+
+import math
+
+import numpy as np
+
+from adapters.sumo.errors import SumoError
+from adapters.sumo.placement import Anywhere, Placed
+from adapters.sumo.simulation import Sumo
+from adapters.sumo.stage import Stage, Start
+from adapters.traffic.geometry import Float, direction
+
+
+class SpeedProfile:
+    """Keeps the speeds of a profile on its way; before it begins, the speed at the start.
+
+    Args:
+        sumo: the simulation.
+        placed: a vehicle on the road.
+    """
+
+    def __init__(self, sumo: Sumo, placed: Placed) -> None:
+        points = placed.entity.speed_profile
+        times = [point.time for point in points]
+        if sorted(times) != times:
+            raise SumoError(
+                f"`entities.{placed.called}.speed_profile`: the times must not decrease, got {times}"
+            )
+        self._sumo = sumo
+        self._name = placed.road.departure.name
+        self._initial = placed.road.departure.speed or 0.0
+        self._times = np.array(times)
+        self._speeds = np.array([point.speed for point in points])
+        self._start = Start(placed.entity.trigger, self._name)
+
+    def drive(self, stage: Stage) -> None:
+        """Set the speed of the next step, that of its end."""
+        if stage.roster.row(self._name) is None:
+            return
+        since = self._start.since(stage)
+        speed = self._initial
+        if since is not None:
+            speed = float(np.interp(since + stage.h, self._times, self._speeds))
+        self._sumo.set_speed(self._name, speed)
+
+
+class Trajectory:
+    """Moves a body along given points at given times, on the road or beside it.
+
+    Before it begins the body stands at its first point, after the last one there. SUMO shows it to
+    its drivers where it is; those on the same lane react to it.
+
+    Args:
+        placed: somebody placed by coordinates.
+
+    Raises:
+        SumoError: times do not increase.
+    """
+
+    def __init__(self, placed: Placed) -> None:
+        assert isinstance(placed.place, Anywhere)  # noqa: S101 - the caller asked
+        points = placed.entity.trajectory
+        times = np.array([0.0, *(point.time for point in points)])
+        x, y = placed.place.center.tolist()
+        places = np.array([(x, y), *((point.x, point.y) for point in points)])
+        if len(points) and points[0].time == 0.0:
+            times, places = times[1:], places[1:]
+        if np.any(np.diff(times) <= 0.0):
+            raise SumoError(
+                f"`entities.{placed.called}.trajectory`: the times must increase, got "
+                f"{[point.time for point in points]}"
+            )
+        self.name = placed.vehicle.name
+        self._times, self._places = times, places
+        self._half = 0.5 * placed.vehicle.type.length
+        self._start = Start(placed.entity.trigger, self.name)
+        self.center: Float = places[0]
+        self.heading = placed.place.heading
+        self.velocity: Float = np.zeros(2)
+
+    @property
+    def front(self) -> Float:
+        """The middle of the front [m], shape (2,)."""
+        return self.center + self._half * direction(np.array(self.heading))
+
+    def advance(self, stage: Stage) -> None:
+        """Move on by a step; velocity and heading are those of the piece it ends on."""
+        since = self._start.since(stage)
+        if since is None:
+            return
+        now = since + stage.h
+        self.center = np.array([np.interp(now, self._times, axis) for axis in self._places.T])
+        piece = int(np.searchsorted(self._times, now, side="left"))
+        if piece in {0, len(self._times)}:
+            self.velocity = np.zeros(2)
+            return
+        way = self._places[piece] - self._places[piece - 1]
+        self.velocity = way / (self._times[piece] - self._times[piece - 1])
+        if way.any():
+            self.heading = math.atan2(way[1], way[0])
