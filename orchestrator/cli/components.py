@@ -20,7 +20,8 @@ from orchestrator.parameters import (
     declared,
     description,
 )
-from orchestrator.scenario.values import kind_name, written
+from orchestrator.scenario.kind_names import kind_name
+from orchestrator.scenario.values import written
 from orchestrator.signal import Connector
 
 

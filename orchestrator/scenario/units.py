@@ -223,3 +223,15 @@ def format_duration(time: Duration) -> str:
         if time % length == 0:
             return f"{time // length} {symbol}"
     return f"{time} ns"
+
+
+def difference(symbol: str) -> str:
+    """The unit of differences of values in the unit `symbol`: `dB` for levels, `K` for `degC`.
+
+    Raises:
+        UnitError: the unit does not exist.
+    """
+    unit = parse_unit(symbol)
+    if unit.reference is not None:
+        return "dB"
+    return "K" if unit.offset else symbol
