@@ -122,7 +122,7 @@ def test_all_problems_are_reported_at_once_each_at_its_place(path: Path) -> None
             "(not first)"
         ),
         "20:11: stops[0]: the parameter `after` is missing: number [s], from its beginning",
-        '21:28: stops[1].level: "1 m": expected a power (dBm), got a length (m)',
+        '21:29: stops[1].level: "1 m": expected a power (dBm), got a length (m); for example `0 dBm`',
     ]
 
 
