@@ -292,7 +292,7 @@ def _record(reference: str, fields: Mapping[str, Any]) -> Any:
 
 def _is_frozen(kind: Any) -> bool:
     is_dataclass = isinstance(kind, type) and dataclasses.is_dataclass(kind)
-    return is_dataclass and kind.__dataclass_params__.frozen  # type: ignore[no-any-return,attr-defined]
+    return is_dataclass and kind.__dataclass_params__.frozen
 
 
 def _integers(state: Any) -> Any:

@@ -26,8 +26,8 @@ from orchestrator.scenario.unit_table import (
 )
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration
 
-_NUMBER: Final = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?"
-_QUANTITY: Final = re.compile(rf"(?P<number>{_NUMBER})\s*(?P<unit>.*)", re.DOTALL)
+NUMBER: Final = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?"
+_QUANTITY: Final = re.compile(rf"(?P<number>{NUMBER})\s*(?P<unit>.*)", re.DOTALL)
 _FACTOR: Final = re.compile(r"(?P<symbol>[A-Za-zµμ°%]+)(?:\^?(?P<power>-?[0-9]))?|(?P<one>1)")
 _LONGEST: Final = 100
 """Characters of a quantity; longer ones are not worth reading."""

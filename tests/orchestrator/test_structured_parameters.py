@@ -122,7 +122,10 @@ def test_all_problems_are_reported_at_once_each_at_its_place(path: Path) -> None
             "(not first)"
         ),
         "20:11: stops[0]: the parameter `after` is missing: number [s], from its beginning",
-        '21:29: stops[1].level: "1 m": expected a power (dBm), got a length (m); for example `0 dBm`',
+        (
+            '21:29: stops[1].level: "1 m": expected a power (dBm), got a length (m); '
+            "for example `0 dBm`"
+        ),
     ]
 
 
@@ -275,9 +278,10 @@ ENTITIES = st.builds(
     Entity, speed=DISTRIBUTIONS, kind=choices(DistributedText, TEXTS), start=st.none() | STARTS
 )
 NAMES = st.from_regex(r"\A[A-Za-z0-9_][A-Za-z0-9_-]{0,4}\Z")
+ENTITY_MAPPINGS = st.dictionaries(NAMES, st.none() | ENTITIES, max_size=3).map(FrozenMapping)
 
 
-@given(st.dictionaries(NAMES, st.none() | ENTITIES, max_size=3).map(FrozenMapping))
+@given(ENTITY_MAPPINGS)
 def test_what_is_written_is_read_again(entities: FrozenMapping[Entity | None]) -> None:
     parameter = Parameter(type=Mapping[str, Entity | None], default=REQUIRED)
     text = json.dumps(written(parameter, entities))
