@@ -13,6 +13,12 @@ in its class, whose constructor takes one instance of it:
 
         def __init__(self, parameters: Parameters) -> None: ...
 
+A parameter may have structure: its type may be a record, which is again a frozen dataclass whose
+fields are made by `parameter`, `tuple[Record, ...]`, or `Mapping[str, Record]`; the mapping that
+the component receives is read-only and has the order of the file. `Record | None` takes `null`,
+also in a list or by name. `Distribution` and `DistributedText` (`orchestrator.distribution`) are
+values that the component draws.
+
 Such a class is offered to scenarios by an entry point in the group
 `orchestrator.components`. Other sources of components (FMUs) implement `ComponentType`.
 """
@@ -29,6 +35,7 @@ from typing import Any, Final
 from typing_extensions import override
 
 from orchestrator.component import Component, DecidingComponent
+from orchestrator.kinds import FrozenMapping
 
 REQUIRED: Final = dataclasses.MISSING
 """The default of a parameter that a scenario must set."""
@@ -48,11 +55,13 @@ class Parameter:
 
     Attributes:
         type: `bool`, `int`, `float`, `str`, `pathlib.Path` (relative to the scenario
-            file), a `typing.Literal` of strings, or `tuple[T, ...]` of one of these.
+            file), a `typing.Literal` of strings, `Distribution`, `DistributedText` or a record;
+            `tuple[T, ...]` or `Mapping[str, T]` of one of these; and `T | None`.
         unit: the unit of the value the component receives; scenario files may write any
             unit of the same quantity. `"1"` for pure numbers and for text.
         default: the value when the scenario is silent, or `REQUIRED`, or `DRAWN`.
-        minimum, maximum: inclusive bounds of numbers, in `unit`.
+        minimum, maximum: inclusive bounds of numbers, and of all that a distribution may
+            draw, in `unit`.
         doc: one sentence.
     """
 
@@ -133,6 +142,8 @@ def parameter(
     doc: str,
 ) -> Any:
     """A dataclass field that declares a parameter; see the module docstring."""
+    if isinstance(default, Mapping):
+        default = FrozenMapping(default)
     metadata = {"unit": unit, "minimum": minimum, "maximum": maximum, "doc": doc}
     return dataclasses.field(default=default, metadata=metadata)
 
@@ -149,8 +160,10 @@ def declared(record: type) -> Mapping[str, Parameter]:
 
 
 def description(described: type) -> str:
-    """The first line of the docstring of a class."""
-    return (described.__doc__ or "").strip().split("\n", 1)[0]
+    """The first line of the docstring of a class; empty if nobody wrote one."""
+    text = (described.__doc__ or "").strip().split("\n", 1)[0]
+    is_made_by_dataclass = text.startswith(f"{described.__name__}(")
+    return "" if is_made_by_dataclass else text
 
 
 class PythonComponentType(ComponentType):

@@ -254,3 +254,21 @@ def test_a_component_from_scratch_keeps_the_contract_and_relays(
     component.setup(0, np.random.default_rng(0))
     component.step(inputs, 0, 100_000_000)
     assert component.outputs()["relay"] == 5
+
+
+def test_structured_parameters_reach_a_component(package: Package, tmp_path: Path) -> None:
+    scenario = tmp_path / "beacons.yaml"
+    scenario.write_text(files()["beacons.yaml"])
+    package.nlosim("run", scenario, "--out", tmp_path / "all")
+    *_, position = Recording(tmp_path / "all")["beacons.position"]
+    assert position.tolist() == [50.0, 1000.0, 2000.0]
+    *_, sent = Recording(tmp_path / "all")["beacons.sent"]
+    gate, bridge, tower = sent.tolist()
+    assert gate == 10  # one in 100 ms, from the start on
+    assert 17 <= bridge <= 50
+    assert 15 <= tower <= 25
+    assert "nlosim run beacons.yaml --set components.beacons.parameters.beacons.gate=null" in PAGE
+    gone = "components.beacons.parameters.beacons.gate=null"
+    package.nlosim("run", scenario, "--set", gone, "--out", tmp_path / "fewer")
+    *_, sent = Recording(tmp_path / "fewer")["beacons.sent"]
+    assert sent.tolist() == [bridge, tower]  # the gate draws nothing: they draw as before

@@ -1,6 +1,5 @@
 """`nlosim components`: component types, coupling algorithms and measures."""
 
-import json
 from argparse import Namespace
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,16 +10,9 @@ from typing import Any, Final
 from orchestrator import measure, registry, tables
 from orchestrator.algorithm import base
 from orchestrator.cli.outcome import Outcome
+from orchestrator.cli.parameters import parameter_data, parameter_rows
 from orchestrator.errors import ComponentTypeError, CosimError
-from orchestrator.parameters import (
-    DRAWN,
-    REQUIRED,
-    ComponentType,
-    Parameter,
-    declared,
-    description,
-)
-from orchestrator.scenario.values import kind_name, written
+from orchestrator.parameters import REQUIRED, ComponentType, declared, description
 from orchestrator.signal import Connector
 
 
@@ -96,13 +88,13 @@ def _plugin(kind: _Kind, name: str) -> Outcome:
     found = kind.load(name)
     parameters = declared(found)
     lines = [f"{name}: {description(found)}", "", f"parameters, under {kind.place}:"]
-    lines += tables.lines([_parameter_row(n, p) for n, p in parameters.items()]) or ["  none"]
+    lines += tables.lines(parameter_rows(parameters)) or ["  none"]
     return Outcome(
         text="\n".join(lines),
         data={
             "name": name,
             "description": description(found),
-            "parameters": {n: _parameter_data(p) for n, p in parameters.items()},
+            "parameters": parameter_data(parameters),
         },
     )
 
@@ -116,7 +108,7 @@ def _one(name: str) -> Outcome:
     connectors, reason = _connectors(found, name)
     parameters = found.parameters
     lines = [f"{name}: {found.description}", "", "parameters:"]
-    lines += tables.lines([_parameter_row(n, p) for n, p in parameters.items()])
+    lines += tables.lines(parameter_rows(parameters))
     lines += ["", "connectors:"]
     if reason is not None:
         lines.append(f"  known once the parameters are ({reason})")
@@ -127,7 +119,7 @@ def _one(name: str) -> Outcome:
         data={
             "name": name,
             "description": found.description,
-            "parameters": {n: _parameter_data(p) for n, p in parameters.items()},
+            "parameters": parameter_data(parameters),
             "connectors": None
             if reason is not None
             else {n: _connector_data(c) for n, c in connectors.items()},
@@ -148,49 +140,6 @@ def _connectors(found: ComponentType, name: str) -> tuple[Mapping[str, Connector
         return dict(instance.connectors), None
     finally:
         instance.close()
-
-
-def _bounds(parameter: Parameter) -> str:
-    match parameter.minimum, parameter.maximum:
-        case None, None:
-            return ""
-        case low, None:
-            return f">= {low:g}"
-        case None, high:
-            return f"<= {high:g}"
-        case low, high:
-            return f"{low:g} .. {high:g}"
-
-
-def _parameter_row(name: str, parameter: Parameter) -> tuple[str, ...]:
-    default = "required"
-    if parameter.default is DRAWN:
-        default = "= drawn"
-    elif parameter.default is not REQUIRED:
-        default = f"= {_default(parameter)}"
-    return name, kind_name(parameter.type), default, _bounds(parameter), parameter.doc
-
-
-def _default(parameter: Parameter) -> str:
-    match parameter.default:
-        case float() as number:
-            return f"{number:.9g}{'' if parameter.unit == '1' else ' ' + parameter.unit}"
-        case _:
-            value = written(parameter, parameter.default)
-            return value if isinstance(value, str) else json.dumps(value)
-
-
-def _parameter_data(parameter: Parameter) -> dict[str, Any]:
-    has_default = parameter.default not in (REQUIRED, DRAWN)
-    return {
-        "type": kind_name(parameter.type),
-        "unit": parameter.unit,
-        "required": parameter.default is REQUIRED,
-        "default": written(parameter, parameter.default) if has_default else None,
-        "minimum": parameter.minimum,
-        "maximum": parameter.maximum,
-        "doc": parameter.doc,
-    }
 
 
 def _connector_row(name: str, connector: Connector) -> tuple[str, ...]:

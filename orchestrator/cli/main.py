@@ -18,6 +18,7 @@ _MODULES: Final = {
     "check": "orchestrator.cli.check",
     "graph": "orchestrator.cli.graph",
     "components": "orchestrator.cli.components",
+    "schema": "orchestrator.cli.schema",
     "scenarios": "orchestrator.cli.scenarios",
     "report": "orchestrator.cli.report",
     "experiment": "orchestrator.cli.experiment",

@@ -37,6 +37,15 @@ examples:
   nlosim scenarios
   nlosim scenarios --copy red_light my_study"""
 
+_SCHEMA: Final = """\
+Editors with a YAML language server complete and check with it. It knows the parameters of all that
+is installed; make it again when that changes. The first line of a scenario file then is
+  # yaml-language-server: $schema=scenario.schema.json
+
+examples:
+  nlosim schema
+  nlosim schema --out scenario.schema.json"""
+
 _CHECK: Final = """\
 Prints FILE:LINE:COLUMN: PROBLEM for each, and exits with code 2 if there are any.
 The components are created, to see whether their connections fit, but nothing runs."""
@@ -128,6 +137,7 @@ def parser() -> argparse.ArgumentParser:
     _add_check(commands)
     _add_graph(commands)
     _add_components(commands)
+    _add_schema(commands)
     _add_scenarios(commands)
     _add_report(commands)
     _add_experiment(commands)
@@ -180,6 +190,13 @@ def _add_components(commands: _Commands) -> None:
     components.add_argument(
         "name", metavar="NAME", nargs="?", help="an installed type, or the path of an FMU"
     )
+
+
+def _add_schema(commands: _Commands) -> None:
+    schema = command(
+        commands, "schema", "print the JSON Schema of scenario files, for editors", _SCHEMA
+    )
+    schema.add_argument("--out", metavar="FILE", help="write it to a file instead")
 
 
 def _add_scenarios(commands: _Commands) -> None:

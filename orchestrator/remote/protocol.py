@@ -9,7 +9,9 @@ block of signals: the inputs travel inside the step command, the outputs inside 
     block of signals (`orchestrator.remote.wire`), or nothing
 """
 
+import dataclasses
 import enum
+import importlib
 import json
 import struct
 from collections.abc import Mapping, Sequence
@@ -22,6 +24,8 @@ import numpy as np
 from typing_extensions import Buffer
 
 from orchestrator.errors import ComponentTypeError
+from orchestrator.kinds import FrozenMapping
+from orchestrator.parameters import DRAWN
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError, padding
 from orchestrator.signal import Causality, Connector, Variability
 
@@ -113,7 +117,7 @@ class ComponentSpec:
         type: the name of an installed component type; or `module:Class`; or the path of an
             FMU, as a `Path`.
         values: parameter values, as `ComponentType.create` wants them: bool, int, float,
-            str, `Path` and tuples of these.
+            str, `Path`, records, distributions, and tuples and mappings of these.
     """
 
     name: str
@@ -139,7 +143,11 @@ class ComponentSpec:
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> "ComponentSpec":
-        """What `to_document` described."""
+        """What `to_document` described.
+
+        Raises:
+            ComponentTypeError: a record is not what the sender has; the releases differ.
+        """
         values = {name: _rich(value) for name, value in document["values"].items()}
         return cls(name=document["name"], type=_rich(document["type"]), values=values)
 
@@ -240,7 +248,15 @@ def _plain(value: Any) -> Any:
             return {"path": str(value)}
         case tuple() | list():
             return {type(value).__name__: [_plain(item) for item in value]}
-    raise TypeError
+        case FrozenMapping():
+            return {"mapping": {name: _plain(each) for name, each in value.items()}}
+    if not _is_frozen(type(value)) or "<" in type(value).__qualname__:
+        raise TypeError
+    fields = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
+    return {
+        "record": f"{type(value).__module__}:{type(value).__qualname__}",
+        "fields": {name: _plain(each) for name, each in fields.items() if each is not DRAWN},
+    }
 
 
 def _rich(value: Any) -> Any:
@@ -251,7 +267,32 @@ def _rich(value: Any) -> Any:
             return tuple(map(_rich, items))
         case {"list": items}:
             return list(map(_rich, items))
+        case {"mapping": entries}:
+            return FrozenMapping({name: _rich(each) for name, each in entries.items()})
+        case {"record": reference, "fields": fields}:
+            return _record(reference, {name: _rich(each) for name, each in fields.items()})
     return value
+
+
+def _record(reference: str, fields: Mapping[str, Any]) -> Any:
+    """A frozen dataclass, `module:Class`, with these fields."""
+    module, _, names = reference.partition(":")
+    try:
+        found: Any = importlib.import_module(module)
+        for name in names.split("."):
+            found = getattr(found, name)
+        if not _is_frozen(found):
+            raise ComponentTypeError(f"`{reference}` is not a record")
+        return found(**fields)
+    except (ImportError, AttributeError, TypeError, ValueError) as error:
+        kind = type(error).__name__
+        what = f"cannot make a `{reference}`: {kind}: {error}; install the same release here"
+        raise ComponentTypeError(what) from error
+
+
+def _is_frozen(kind: Any) -> bool:
+    is_dataclass = isinstance(kind, type) and dataclasses.is_dataclass(kind)
+    return is_dataclass and kind.__dataclass_params__.frozen
 
 
 def _integers(state: Any) -> Any:

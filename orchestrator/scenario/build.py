@@ -12,8 +12,9 @@ from orchestrator import registry, report
 from orchestrator.algorithm.base import algorithm_type
 from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
 from orchestrator.measure import measure_type
-from orchestrator.parameters import REQUIRED, ComponentType, Parameter, Parametrised, declared
-from orchestrator.scenario import diagnosis, extension, overrides as overriding, schema, values
+from orchestrator.parameters import ComponentType, Parameter, Parametrised, declared
+from orchestrator.scenario import diagnosis, extension, overrides as overriding, schema
+from orchestrator.scenario.conversion import Conversion
 from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.model import (
     ComponentUse,
@@ -223,22 +224,14 @@ class _Build:
         self, address: Address, declared: Mapping[str, Parameter], given: Mapping[str, Any]
     ) -> Mapping[str, Any]:
         """The parameters given, converted; problems with them, and with those not given."""
-        converted = {}
-        for name, value in given.items():
+        for name in given:
             if name not in declared:
                 self._unknown((*address, name), name, declared)
-                continue
-            try:
-                folder = self.document.folder((*address, name))
-                converted[name] = values.convert(declared[name], value, folder)
-            except values.ValueProblem as problem:
-                self._add((*address, name, *problem.item), str(problem))
-        for name, parameter in declared.items():
-            if parameter.default is REQUIRED and name not in given:
-                kind = values.kind_name(parameter.type)
-                unit = "" if parameter.unit == "1" else f" [{parameter.unit}]"
-                what = f"the parameter `{name}` is missing: {kind}{unit}, {parameter.doc}"
-                self._add(address, what, at_key=True)
+        known = {name: value for name, value in given.items() if name in declared}
+        conversion = Conversion(lambda inner: self.document.folder((*address, *inner)))
+        converted = conversion.parameters(declared, known)
+        for problem in conversion.problems:
+            self._add((*address, *problem.address), problem.what, at_key=problem.at_key)
         return MappingProxyType(converted)
 
     def _unknown(self, address: Address, name: str, declared: Collection[str]) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.errors import Location, Problem, ScenarioError
+from orchestrator.scenario.conversion import DISTRIBUTIONS
 from orchestrator.scenario.diagnosis import show
 from orchestrator.scenario.document import Address, Document, Place
 from orchestrator.scenario.schema import VERSION
@@ -20,9 +21,10 @@ _ORIGINS: Final = ("type", "fmu")
 def read(path: Path) -> Document:
     """The scenario file at `path`, laid over the file that it extends, if any, and so on.
 
-    Mappings are merged key by key; anything else replaces what the base says. A component that
-    gets another `type` or `fmu` loses the parameters that the base gave it. Every value keeps
-    its place in the file that says it, and relative paths start at the folder of that file.
+    Mappings are merged key by key; anything else replaces what the base says, and so does a
+    distribution of another kind. A component that gets another `type` or `fmu` loses the parameters
+    that the base gave it. Every value keeps its place in the file that says it, and relative paths
+    start at the folder of that file.
 
     Raises:
         ScenarioError: a file cannot be read or is not YAML; a base is missing, extends the file
@@ -110,7 +112,8 @@ class _Merging:
 
     def merged(self, base: Any, overlay: Any, address: Address) -> Any:
         """The value at `address`."""
-        if not isinstance(base, dict) or not isinstance(overlay, dict):
+        is_merged = isinstance(base, dict) and isinstance(overlay, dict)
+        if not is_merged or (len(address) > 3 and _is_other_distribution(base, overlay)):
             self._lost.add(address)
             return overlay
         if address == ("components",):
@@ -159,6 +162,12 @@ class _Merging:
             for address, place in self._base.places.items()
             if not any(address[:n] in self._lost for n in range(len(address) + 1))
         }
+
+
+def _is_other_distribution(base: Mapping[str, Any], overlay: Mapping[str, Any]) -> bool:
+    """Whether both are distributions, `{uniform: ...}` and `{normal: ...}`, of unequal kinds."""
+    words = [set(each) for each in (base, overlay)]
+    return words[0] != words[1] and all(len(w) == 1 and w <= {*DISTRIBUTIONS} for w in words)
 
 
 def _error(where: Location, what: str) -> ScenarioError:

@@ -1,10 +1,11 @@
 """`--set PATH=VALUE`: values that replace or add to those of a scenario file."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from orchestrator.errors import Location, Problem, ScenarioError
+from orchestrator import registry
+from orchestrator.errors import ComponentTypeError, Location, Problem, ScenarioError
 from orchestrator.scenario.diagnosis import show, spell
 from orchestrator.scenario.document import Address, Document, Place
 from orchestrator.suggestion import suggestion
@@ -58,7 +59,7 @@ def _apply(document: Document, override: Override) -> Document:
     path, equals, value = override.text.partition("=")
     if not equals:
         raise override.error("expected PATH=VALUE, e.g. `--set time.stop=5s`")
-    keys = _split(path)
+    keys = _split(path, document)
     if not all(keys):
         raise override.error(f"`{path}` is not a path; write keys with dots, e.g. `time.stop`")
     if not value.strip():
@@ -67,10 +68,49 @@ def _apply(document: Document, override: Override) -> Document:
     return _Edit(document, override, new).result(keys)
 
 
-def _split(path: str) -> list[str]:
-    """The keys of a path. What follows `parameters.` is one name, dots included."""
-    head, marker, name = path.partition(".parameters.")
-    return [*head.split("."), "parameters", name] if marker else path.split(".")
+def _split(path: str, document: Document) -> list[str]:
+    """The keys of a path.
+
+    What follows `components.NAME.parameters.` begins with a parameter of that component's type,
+    whose name may have dots; the keys after it lead into its value. If there is no such parameter,
+    all of it is one name.
+    """
+    head, marker, rest = path.partition(".parameters.")
+    if not marker:
+        return path.split(".")
+    keys = [*head.split("."), "parameters"]
+    if "." not in rest:
+        return [*keys, rest]
+    declared = _declared(document, keys[:-1])
+    parts = rest.split(".")
+    names = [".".join(parts[:n]) for n in range(len(parts), 0, -1)]
+    name = next((name for name in names if name in declared), rest)
+    inner = rest[len(name) + 1 :]
+    return [*keys, name, *(inner.split(".") if inner else ())]
+
+
+def _declared(document: Document, address: Sequence[str]) -> Collection[str]:
+    """The parameters of the type of a component; none if the type is unknown, which is found later.
+
+    Args:
+        document: with the component.
+        address: of the component.
+    """
+    entry = document.data
+    for key in address:
+        entry = entry.get(key) if isinstance(entry, dict) else None
+    if len(address) != 2 or address[0] != "components" or not isinstance(entry, dict):
+        return ()
+    name, fmu = entry.get("type"), entry.get("fmu")
+    try:
+        if isinstance(name, str):
+            return registry.component_type(name).parameters
+        if isinstance(fmu, str):
+            folder = document.folder((*address, "fmu"))
+            return registry.fmu_type((folder / fmu).absolute()).parameters
+    except ComponentTypeError:
+        pass
+    return ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,6 +44,9 @@ connections:
 ```
 
 The first line makes editors with a YAML language server complete keys and mark mistakes.
+`nlosim schema --out FILE` writes a schema that also knows the parameters of every component type,
+algorithm and measure that is installed here, with their units, defaults and descriptions; write
+the path of FILE after `$schema=`.
 
 ## Form
 
@@ -53,9 +56,10 @@ are allowed; merge keys (`<<`) and tags are not. Paths are relative to the folde
 
 `nlosim run FILE --set PATH=VALUE` replaces or adds a value: `--set time.stop=5s`,
 `--set components.channel.parameters.transmit_power="20 dBm"`, `--set connections.0.to=channel.x`.
-The part after `parameters.` is the name of one parameter, even if it contains dots. Setting
-`type` of a component removes its `fmu`, and the other way round; parameters in the file that the
-new type does not have are ignored, with a remark. `extends` cannot be set.
+The part after `parameters.` is the name of one parameter, even if it contains dots, and then what
+is beneath it: `--set components.traffic.parameters.entities.ego.speed="25 km/h"`. Setting `type`
+of a component removes its `fmu`, and the other way round; parameters in the file that the new
+type does not have are ignored, with a remark. `extends` cannot be set.
 """
 
 _EXTENDING: Final = """\
@@ -77,7 +81,8 @@ whole has to be complete. What holds:
 
 * Mappings are merged key by key, to any depth: above, `channel` keeps its type, its step size and
   its other parameters. Anything else replaces what the base says; this includes lists, so
-  `connections` in a file are all connections.
+  `connections` in a file are all connections, and distributions of another kind. Where a
+  parameter allows for `null` by name, it takes away what the base has under that name.
 * A component that gets another `type` or another `fmu` starts without the base's parameters; it
   keeps `step` and `process`. What the base says of `type` and `fmu` is gone.
 * A component that the base does not have must say its `type` or `fmu`; one that the base has
@@ -87,6 +92,27 @@ whole has to be complete. What holds:
 * Problems are reported in the file that says the wrong value. `--set` applies to the whole.
 
 `manifest.json` of a run has the whole scenario, so that it can be repeated without these files.
+"""
+
+_DISTRIBUTIONS: Final = """\
+## Distributions
+
+A parameter that `nlosim components` calls "number or distribution" is drawn by its component from
+its random stream. The words are those of the stochastic distributions of ASAM OpenSCENARIO.
+
+| written | drawn |
+|---|---|
+| `30 km/h` | always this; takes no random number |
+| `{uniform: [25 km/h, 35 km/h]}` | evenly between the bounds; takes one random number |
+| `{normal: {mean: 30 km/h, deviation: 2 km/h}}` | normally; the standard deviation |
+| `{normal: {mean: 30 km/h, deviation: 2 km/h, low: 25 km/h}}` | the same, within bounds |
+| `{choice: [20 km/h, 30 km/h]}` | one of them; takes one random number |
+| `{choice: {values: [20 km/h, 30 km/h], weights: [3, 1]}}` | one of them by weight |
+
+A normal distribution may have bounds, `low` and `high`, and has those of the parameter; a draw
+beyond them is repeated. No form may give a value beyond the bounds of the parameter. The deviation
+of a level (dBm) is in dB. A parameter called "text or choice" is a text or has one of the last two
+forms. What is given by name cannot be called `uniform`, `normal` or `choice`.
 """
 
 _UNITS: Final = """\
@@ -116,8 +142,8 @@ def schema_text() -> str:
 
 def reference_text() -> str:
     """The contents of the reference."""
-    sections = [_INTRODUCTION, _EXTENDING, *_sections(whole_schema()), _UNITS, _symbols()]
-    return "\n".join(sections)
+    after = (_UNITS, _symbols(), _DISTRIBUTIONS)
+    return "\n".join([_INTRODUCTION, _EXTENDING, *_sections(whole_schema()), *after])
 
 
 def _sections(schema: Mapping[str, Any]) -> Iterator[str]:

@@ -26,8 +26,8 @@ from orchestrator.scenario.unit_table import (
 )
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration
 
-_NUMBER: Final = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?"
-_QUANTITY: Final = re.compile(rf"(?P<number>{_NUMBER})\s*(?P<unit>.*)", re.DOTALL)
+NUMBER: Final = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?"
+_QUANTITY: Final = re.compile(rf"(?P<number>{NUMBER})\s*(?P<unit>.*)", re.DOTALL)
 _FACTOR: Final = re.compile(r"(?P<symbol>[A-Za-zµμ°%]+)(?:\^?(?P<power>-?[0-9]))?|(?P<one>1)")
 _LONGEST: Final = 100
 """Characters of a quantity; longer ones are not worth reading."""
@@ -223,3 +223,15 @@ def format_duration(time: Duration) -> str:
         if time % length == 0:
             return f"{time // length} {symbol}"
     return f"{time} ns"
+
+
+def difference(symbol: str) -> str:
+    """The unit of differences of values in the unit `symbol`: `dB` for levels, `K` for `degC`.
+
+    Raises:
+        UnitError: the unit does not exist.
+    """
+    unit = parse_unit(symbol)
+    if unit.reference is not None:
+        return "dB"
+    return "K" if unit.offset else symbol

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from orchestrator.parameters import REQUIRED, Parameter, ParameterProblem
-from orchestrator.scenario import values
-from orchestrator.suggestion import suggestion
+from orchestrator.parameters import Parameter, ParameterProblem
+from orchestrator.scenario.conversion import Conversion
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,19 +32,6 @@ def converted(
         given: what the training file says.
         folder: where relative paths start.
     """
-    found, problems = {}, []
-    for name, value in given.items():
-        if name not in declared:
-            what = f"there is no parameter `{name}`; {suggestion(name, declared)}"
-            problems.append(ParameterProblem((name,), what, at_key=True))
-            continue
-        try:
-            found[name] = values.convert(declared[name], value, folder)
-        except values.ValueProblem as problem:
-            problems.append(ParameterProblem((name, *problem.item), str(problem)))
-    for name, parameter in declared.items():
-        if parameter.default is REQUIRED and name not in given:
-            kind = values.kind_name(parameter.type)
-            what = f"the parameter `{name}` is missing: {kind}, {parameter.doc}"
-            problems.append(ParameterProblem((), what, at_key=True))
-    return Converted(values=found, problems=problems)
+    conversion = Conversion(lambda _: folder)
+    found = conversion.parameters(declared, given)
+    return Converted(values=found, problems=conversion.problems)

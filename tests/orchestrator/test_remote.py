@@ -1,9 +1,11 @@
 """A remote component is a component: the same bytes, the same errors, through encoded messages."""
 
 import importlib
+import json
 import logging
 import sys
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -15,6 +17,7 @@ from hypothesis import given, strategies as st
 from orchestrator.algorithm.fixed_point import FixedPoint
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError
+from orchestrator.kinds import FrozenMapping
 from orchestrator.parameters import PythonComponentType
 from orchestrator.randomness import stream
 from orchestrator.remote.component import launch
@@ -31,6 +34,8 @@ from orchestrator.remote.wire import WireError
 from orchestrator.signal import Connector
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
+from tests.orchestrator.packages.structured_units import Start
+from tests.orchestrator.test_structured_parameters import ENTITY_MAPPINGS
 
 
 @pytest.fixture
@@ -169,6 +174,38 @@ def test_parameter_values_keep_value_and_type(values: dict[str, Any]) -> None:
     found = ComponentSpec.from_document(decoded.document)
     assert found == spec
     assert repr(found) == repr(spec)  # True is not 1, and -0.0 is not 0.0
+
+
+def travelled(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Parameter values as they arrive."""
+    document = ComponentSpec(name="x", type="t", values=values).to_document()
+    return ComponentSpec.from_document(json.loads(json.dumps(document))).values
+
+
+@given(ENTITY_MAPPINGS)
+def test_structured_values_keep_their_order_and_type(entities: FrozenMapping[Any]) -> None:
+    values = {"entities": entities, "start": (Start(lane="a"),)}
+    arrived = travelled(values)
+    assert arrived == values
+    assert repr(arrived) == repr(values)
+
+
+def test_what_is_no_record_does_not_travel() -> None:
+    @dataclass(frozen=True)
+    class Local:
+        x: int = 1
+
+    for value in (Local(), object(), {1, 2}):
+        with pytest.raises(ComponentTypeError, match=r"`a` is .* which cannot travel"):
+            travelled({"a": value})
+
+
+@pytest.mark.parametrize("reference", ["no_such_module:X", "pathlib:Path", "os:no.such"])
+def test_what_is_not_a_record_here_is_refused(reference: str) -> None:
+    plain_record = {"record": reference, "fields": {}}
+    document = {"name": "x", "type": "t", "values": {"a": plain_record}}
+    with pytest.raises(ComponentTypeError, match=r"is not a record|install the same release"):
+        ComponentSpec.from_document(document)
 
 
 @given(st.integers(0, 2**63), st.integers(0, 5))
