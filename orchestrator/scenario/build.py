@@ -116,7 +116,7 @@ class _Build:
     def _error(self, connections: Sequence[ConnectionUse]) -> ScenarioError:
         """All problems, in the order of the file; also those that only components can tell."""
         said = {problem.where for problem in self.expansion.problems}
-        between = problems_of_sound_parts(self.document, self.sound, connections)
+        between = problems_of_sound_parts(self.document, self.sound, () if said else connections)
         others = [p for p in (*self.problems, *between) if p.where not in said]
         problems = diagnosis.once(self.document, others)
         problems += self.expansion.problems

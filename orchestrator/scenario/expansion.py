@@ -223,16 +223,19 @@ class _Expanding:
         return bool(unknown)
 
     def _components(self, value: Any, address: Address) -> Any:
-        self._put(address, address)
         if not isinstance(value, dict):
-            return value
+            return self._same(value, address)
+        self._put(address, address)
         copies = {}
         taken = {name: (*address, name) for name in value}
         for name, entry in value.items():
             family, old = self.families.components.get(name), (*address, name)
             bare = _without_family(entry)
             if family is None:
-                copies[name] = self._copied(bare, old, old, {})
+                is_lost = name in self.families.lost
+                copies[name] = (
+                    self._same(bare, old) if is_lost else self._copied(bare, old, old, {})
+                )
                 continue
             for member in self.families.members[family]:
                 copy = instance(name, member)
@@ -252,9 +255,9 @@ class _Expanding:
         return True
 
     def _measures(self, value: Any, address: Address) -> Any:
-        self._put(address, address)
         if not isinstance(value, dict):
-            return value
+            return self._same(value, address)
+        self._put(address, address)
         copies = {}
         taken = {name: (*address, name) for name in value}
         for name, entry in value.items():
@@ -293,9 +296,9 @@ class _Expanding:
         return {**value, "until": self.families.renamed(until, binding)}
 
     def _connections(self, value: Any, address: Address) -> Any:
-        self._put(address, address)
         if not isinstance(value, list):
-            return value
+            return self._same(value, address)
+        self._put(address, address)
         copies: list[Any] = []
         for index, entry in enumerate(value):
             old = (*address, index)
@@ -316,7 +319,7 @@ class _Expanding:
         before, after = self.families.along(source), self.families.along(target)
         self.used.update(before, after)
         joined = [f for f in self.families.several(before) if f not in after]
-        if any(unknown):
+        if any(unknown) or {_component(source), _component(target)} & self.families.lost:
             return ()
         if joined:
             size = len(list(self.families.bindings(joined)))
@@ -345,6 +348,10 @@ def _ends(entry: Any) -> tuple[str, str] | None:
         return None
     source, target = entry.get("from"), entry.get("to")
     return (source, target) if isinstance(source, str) and isinstance(target, str) else None
+
+
+def _component(end: str) -> str:
+    return end.partition(".")[0]
 
 
 def _listed(members: Iterable[str]) -> str:

@@ -29,11 +29,13 @@ class Families:
         declared: every name under `each`, also those whose members are wrong.
         members: by family, in order; of sound families only.
         components: the family of each component that has a sound one.
+        lost: components whose family is not sound, or not there.
     """
 
     declared: frozenset[str]
     members: Mapping[str, tuple[str, ...]]
     components: Mapping[str, str]
+    lost: frozenset[str]
 
     def named(self, text: str) -> tuple[str, ...]:
         """The sound families that have a placeholder in `text`."""
@@ -93,15 +95,15 @@ def read(document: Document) -> tuple[Families, list[Problem]]:
         for name, listed in entries.items()
         if is_family(name) and (found := _members(document, name, listed, problems))
     }
-    components = {}
-    for name, family in _users(data.get("components")).items():
-        if family in members:
-            components[name] = family
-        elif family not in entries:
+    users = _users(data.get("components"))
+    components = {name: family for name, family in users.items() if family in members}
+    for name, family in users.items():
+        if family not in entries:
             address = ("components", name, KEY)
             what = f"{spell(address)}: there is no family `{family}`; {suggestion(family, entries)}"
             problems.append(Problem(document.value(address), what))
-    return Families(frozenset(entries), members, components), problems
+    lost = frozenset(users) - frozenset(components)
+    return Families(frozenset(entries), members, components, lost), problems
 
 
 def _members(
