@@ -7,6 +7,7 @@ from typing import Any, Final
 from orchestrator.errors import Location, Problem, ScenarioError
 from orchestrator.scenario.diagnosis import show, spell
 from orchestrator.scenario.document import Address, Document, Place
+from orchestrator.scenario.families import KEY as FAMILY
 from orchestrator.suggestion import suggestion
 
 _ALTERNATIVES: Final = {"type": "fmu", "fmu": "type"}
@@ -75,7 +76,7 @@ def stop_at(refused: Iterable[Sequence[Problem]]) -> None:
 def changed_component(override: str) -> str | None:
     """The component within which an override changes something; its family is not within it."""
     keys = _split(override.partition("=")[0])
-    return keys[1] if keys[0] == "components" and len(keys) > 2 and keys[2] != "each" else None
+    return keys[1] if keys[0] == "components" and len(keys) > 2 and keys[2] != FAMILY else None
 
 
 def _apply(document: Document, override: Override) -> Document:

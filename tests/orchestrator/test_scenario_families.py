@@ -1,6 +1,8 @@
 """Families: what is said once for each ego is the same as what is written out for all."""
 
 import json
+import re
+import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,7 @@ from orchestrator.cli import main
 from orchestrator.errors import ScenarioError
 from orchestrator.experiment.load import load_experiment
 from orchestrator.recording.reader import Recording
+from orchestrator.scenario import reference
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.document import Document
 from orchestrator.scenario.expansion import expanded
@@ -307,6 +310,16 @@ def test_all_problems_are_reported_at_once(family: Path) -> None:
     ]  # fmt: skip
 
 
+def test_the_example_of_the_reference_is_written_out_as_it_says() -> None:
+    page = Path(__file__).parents[2] / reference.REFERENCE_FILE
+    before, after, *_ = re.findall(
+        r"```yaml\n(.*?)```", page.read_text().split("## Families")[1], re.S
+    )
+    found = expanded(Document.parse(before, "f.yaml"))
+    assert (found.problems, found.remarks) == ((), ())
+    assert found.document.data == Document.parse(after, "f.yaml").data
+
+
 def test_an_experiment_varies_the_members(family: Path, tmp_path: Path) -> None:
     experiment = tmp_path / "experiment.yaml"
     experiment.write_text(
@@ -331,7 +344,16 @@ def test_the_graph_shows_the_instances(family: Path, capsys: pytest.CaptureFixtu
     assert ("driver-blue", "road") in ends
     assert ("guide-blue", "driver-blue") in ends
     assert ("guide-blue", "driver-red") not in ends
-    assert ">driver-green<" in drawing.read_text()
+    assert [each["entry"] for each in graph["components"]][:4] == ["road", *["driver"] * 3]
+    root = ET.fromstring(drawing.read_text())  # noqa: S314 - our own file
+    texts = {element.text for element in root.iter("{http://www.w3.org/2000/svg}text")}
+    assert {"road", "driver \u00d7 3", "guide \u00d7 3"} <= texts
+    labels = [e.findtext("{*}title") for e in root.iterfind("{*}text[@class='label']")]
+    assert labels == [
+        "red.id -> ego.id, red.position -> ego.position, limit -> limit",
+        "command -> wish",
+        "command -> red.command",
+    ]
 
 
 JSON = st.recursive(
@@ -359,6 +381,29 @@ def test_a_document_without_families_stays_as_it_is(data: Any) -> None:
     found = expanded(document)
     assert found.document == document
     assert (found.problems, found.remarks, found.instances) == ((), (), frozenset())
+
+
+BRACES = st.sampled_from(["m", "m.y", "r.{ego}", "{ego}", "{wheel}", "{other}.y", "{}"])
+ANYTHING = st.recursive(
+    BRACES | st.none() | st.integers(0, 3),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(
+            st.sampled_from(["each", "ego", "m", "m-a", "from", "to", "until", "type"]), inner
+        )
+    ),
+    max_leaves=12,
+)
+
+
+@given(st.dictionaries(PART | st.just("each"), ANYTHING))
+def test_families_of_any_shape_are_problems_and_no_failures(data: Any) -> None:
+    data.setdefault("each", {"ego": ["a", "b"], "wheel": ["l"]})
+    found = expanded(Document.parse(json.dumps(data), "f.yaml"))
+    assert all(problem.where.file == "f.yaml" for problem in found.problems)
+    assert len(set(found.problems)) == len(found.problems)
+    if found.document.data:
+        assert "each" not in found.document.data
 
 
 MEMBERS = st.lists(st.sampled_from(["a", "b2", "c_3", "4"]), unique=True, min_size=1)
