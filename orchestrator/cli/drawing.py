@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Final
 from xml.sax.saxutils import escape
 
-from orchestrator.scenario.graph import Edge, Graph, Node, grouped
+from orchestrator.scenario.graph import Edge, Graph, Node, folded, grouped
 from orchestrator.scenario.units import format_duration
 
 _WIDTH: Final = 190  # of a box; all lengths are in pixels
@@ -75,7 +75,8 @@ class _Box:
 
 
 def draw(graph: Graph, title: str) -> str:
-    """An SVG document."""
+    """An SVG document; all instances of one component are one box."""
+    graph = folded(graph)
     layers = {node.name: node.layer for node in graph.nodes}
     near, far, back = _by_route(graph.edges, layers)
     boxes = _boxes(graph, _MARGIN + _TITLE + _RAIL * len(far))
@@ -128,13 +129,20 @@ def _boxes(graph: Graph, top: float) -> dict[str, _Box]:
 def _node(node: Node, box: _Box) -> str:
     kind = ' class="process"' if node.process else ""
     origin = node.origin.replace("\\", "/").rsplit("/", 1)[-1]
-    lines = (("name", node.name), ("", origin), ("", f"every {format_duration(node.step)}"))
+    times = f" \u00d7 {node.copies}" if node.copies > 1 else ""
+    lines = (("name", node.name + times), ("", origin), ("", f"every {format_duration(node.step)}"))
     texts = "".join(
         f'<text class="{style}" x="{box.x + 10:g}" y="{box.y + 20 + 17 * row:g}">'
         f"{escape(text)}</text>"
         for row, (style, text) in enumerate(lines)
     )
+    behind = "".join(
+        f'<rect{kind} x="{box.x + shift:g}" y="{box.y - shift:g}" width="{_WIDTH}" '
+        f'height="{_HEIGHT}" rx="6"/>'
+        for shift in ((6, 3) if node.copies > 1 else ())
+    )
     return (
+        f"{behind}"
         f'<rect{kind} x="{box.x:g}" y="{box.y:g}" width="{_WIDTH}" height="{_HEIGHT}" rx="6"/>'
         f"{texts}"
     )
@@ -143,6 +151,7 @@ def _node(node: Node, box: _Box) -> str:
 def _label(edge: Edge, x: float, y: float) -> str:
     names = grouped(edge.signals)
     shown = ", ".join(names[:2]) + (f" and {len(names) - 2} more" if len(names) > 2 else "")
+    shown += f" (\u00d7 {edge.copies})" if edge.copies > 1 else ""
     title = f"<title>{escape(', '.join(f'{o} -> {i}' for o, i in edge.signals))}</title>"
     return f'<text class="label" x="{x:g}" y="{y:g}">{title}{escape(shown)}</text>'
 

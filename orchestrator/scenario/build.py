@@ -13,9 +13,10 @@ from orchestrator.algorithm.base import algorithm_type
 from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
 from orchestrator.measure import measure_type
 from orchestrator.parameters import ComponentType, Parameter, Parametrised, declared
-from orchestrator.scenario import diagnosis, extension, overrides as overriding, schema
+from orchestrator.scenario import diagnosis, extension, schema
 from orchestrator.scenario.conversion import Conversion
 from orchestrator.scenario.document import Address, Document
+from orchestrator.scenario.expansion import Expansion, overridden
 from orchestrator.scenario.model import (
     ComponentUse,
     ConnectionUse,
@@ -42,8 +43,8 @@ def load_scenario(path: Path, overrides: Sequence[str] = ()) -> Scenario:
         ScenarioError: all problems, each at its place. Whether the connections fit is known
             only once the components exist; see `wiring.assemble`.
     """
-    document = overriding.apply(extension.read(path), overrides)
-    return _Build(path, tuple(overrides), document).scenario()
+    expansion = overridden(extension.read(path), overrides)
+    return _Build(path, tuple(overrides), expansion.document, expansion).scenario()
 
 
 _P = TypeVar("_P", bound=Parametrised)
@@ -58,6 +59,7 @@ class _Build:
     path: Path
     overrides: tuple[str, ...]
     document: Document
+    expansion: Expansion
     problems: list[Problem] = field(default_factory=list)
     sound: dict[str, ComponentUse] = field(default_factory=dict)
     remarks: list[Problem] = field(default_factory=list)
@@ -66,11 +68,7 @@ class _Build:
         if isinstance(self.document.data, dict) and extension.KEY in self.document.data:
             what = "cannot be set; write a file that extends the other one"
             self._add((extension.KEY,), what, at_key=True)
-        try:
-            file = schema.ScenarioFile.model_validate(self.document.data)
-        except ValidationError as error:
-            self.problems += diagnosis.problems(self.document, schema.ScenarioFile, error)
-            file = None
+        file = self._file()
         components = self._components()
         if file is None:
             raise self._error(())
@@ -84,7 +82,7 @@ class _Build:
             except ComponentTypeError as error:
                 self._add(("report",), str(error))
         connections = tuple(ConnectionUse(c.source, c.target) for c in file.connections)
-        if self.problems or coupling is None:
+        if self.problems or self.expansion.problems or coupling is None:
             raise self._error(connections)
         return Scenario(
             path=self.path,
@@ -102,19 +100,33 @@ class _Build:
             exclude=tuple(file.recording.exclude),
             measures=measures,
             report=file.report,
-            remarks=tuple(self.remarks),
+            remarks=(*self.expansion.remarks, *diagnosis.once(self.document, self.remarks)),
             document=self.document,
         )
 
+    def _file(self) -> schema.ScenarioFile | None:
+        """The file after expansion, if it has the right shape before and after it."""
+        try:
+            for document in (self.expansion.source, self.document):
+                file = schema.ScenarioFile.model_validate(document.data)
+        except ValidationError as error:
+            self.problems += diagnosis.problems(document, schema.ScenarioFile, error)
+            return None
+        return file
+
     def _error(self, connections: Sequence[ConnectionUse]) -> ScenarioError:
         """All problems, in the order of the file; also those that only components can tell."""
-        problems = set(self.problems)
-        problems.update(problems_of_sound_parts(self.document, self.sound, connections))
+        said = {problem.where for problem in self.expansion.problems}
+        between = problems_of_sound_parts(self.document, self.sound, () if said else connections)
+        others = [p for p in (*self.problems, *between) if p.where not in said]
+        problems = diagnosis.once(self.document, others)
+        problems += self.expansion.problems
         return ScenarioError(sorted(problems, key=lambda p: (p.where, p.what)))
 
     def _add(self, address: Address, what: str, *, at_key: bool = False) -> None:
         where = self.document.key(address) if at_key else self.document.value(address)
-        self.problems.append(Problem(where, f"{diagnosis.spell(address)}: {what}"))
+        named = diagnosis.spell(self.document.written(address))
+        self.problems.append(Problem(where, f"{named}: {what}"))
 
     def _components(self) -> dict[str, ComponentUse]:
         """The components of a known type, also when others, or other parts, are not."""

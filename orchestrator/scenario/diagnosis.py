@@ -1,6 +1,8 @@
 """What pydantic found, in sentences for the author of the file."""
 
-from collections.abc import Sequence
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
 from types import NoneType
 from typing import Any, get_args
 
@@ -44,8 +46,8 @@ def _problem(
 ) -> Problem:
     address = error["loc"]
     if address[-1:] == ("[key]",):  # pydantic's way to say that the key itself is wrong
-        name = address[-2]
-        what = f"`{name}` cannot be a name; write letters, digits, `_` and `-` (not first)"
+        name, has_reason = address[-2], error["type"] == "value_error"
+        what = _describe(error) if has_reason else _no_name(str(name))
         return Problem(document.key(address[:-1]), f"{spell(address[:-2], whole)}: {what}")
     parent, key = address[:-1], address[-1] if address else ""
     if error["type"] == "missing":
@@ -55,6 +57,28 @@ def _problem(
         what = f"`{key}` is not a key here; {hint}"
         return Problem(document.key(address), f"{spell(parent, whole)}: {what}")
     return Problem(document.value(address), f"{spell(address, whole)}: {_describe(error)}")
+
+
+def once(document: Document, problems: Iterable[Problem]) -> list[Problem]:
+    """The problems without repetition; those that differ in the member of a family only, once."""
+    distinct = dict.fromkeys(problems)
+    if not document.members:
+        return list(distinct)
+    names = "|".join(map(re.escape, sorted(document.members, key=len, reverse=True)))
+    member = re.compile(rf"(?<![A-Za-z0-9_])(?:{names})(?![A-Za-z0-9_])")
+    alike: dict[Problem, list[Problem]] = defaultdict(list)
+    for problem in distinct:
+        alike[Problem(problem.where, member.sub("{}", problem.what))].append(problem)
+    return [
+        found[0]
+        if len(found) == 1
+        else Problem(found[0].where, f"{found[0].what} (and {len(found) - 1} more alike)")
+        for found in alike.values()
+    ]
+
+
+def _no_name(name: str) -> str:
+    return f"`{name}` cannot be a name; write letters, digits, `_` and `-` (not first)"
 
 
 def _inside(document: Document, parent: Address) -> Location:

@@ -38,12 +38,17 @@ class Document:
         data: mappings, lists and scalars of YAML 1.2; keys are strings.
         places: by address; every value of `data` has one.
         folders: where relative paths start, by the name of the file that says them.
+        origins: for a value that stands at another address in the file, because families are
+            written out, that address.
+        members: of all families that are written out.
     """
 
     file: str
     data: Any
     places: Mapping[Address, Place]
     folders: Mapping[str, Path] = field(default_factory=dict)
+    origins: Mapping[Address, Address] = field(default_factory=dict)
+    members: tuple[str, ...] = ()
 
     @classmethod
     def read(cls, path: Path) -> "Document":
@@ -102,6 +107,13 @@ class Document:
             address = address[:-1]
         place = self.places.get(address)
         return place.value if place else Location(self.file, 1, 1)
+
+    def written(self, address: Address) -> Address:
+        """The address in the file of what stands at `address`."""
+        for n in range(len(address), 0, -1):
+            if address[:n] in self.origins:
+                return (*self.origins[address[:n]], *address[n:])
+        return address
 
     def folder(self, address: Address) -> Path:
         """Where a relative path at `address` starts; what no file says, at `file`."""

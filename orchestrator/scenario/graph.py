@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from orchestrator.feedthrough import describe, loops
 from orchestrator.scenario.model import Scenario
@@ -15,6 +15,8 @@ class Node:
     """One component.
 
     Attributes:
+        entry: the name under which the scenario says it; of an instance, that of all of them.
+        copies: how many instances it stands for.
         origin: its installed type, or the path of its FMU.
         step: communication step size [ns].
         process: whether it runs in a process of its own where a transport is given.
@@ -23,6 +25,8 @@ class Node:
     """
 
     name: str
+    entry: str
+    copies: int = 1
     origin: str
     step: Duration
     process: bool
@@ -38,6 +42,7 @@ class Edge:
         signals: pairs of output and input.
         youngest, oldest: the age of the values at the end of the target's steps [ns].
         is_forward: whether the source takes its turn first, and its newest value is seen.
+        copies: how many pairs of instances it stands for.
     """
 
     source: str
@@ -46,6 +51,7 @@ class Edge:
     youngest: Duration
     oldest: Duration
     is_forward: bool
+    copies: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +77,7 @@ def graph_of(scenario: Scenario, assembly: Assembly) -> Graph:
     nodes = tuple(
         Node(
             name=name,
+            entry=str(scenario.document.written(("components", name))[1]),
             origin=scenario.components[name].origin(),
             step=scenario.components[name].step,
             process=scenario.components[name].process,
@@ -124,6 +131,40 @@ def _feedthrough(assembly: Assembly, name: str) -> dict[str, tuple[str, ...]]:
         for output, connector in assembly.system.connectors[name].items()
         if connector.feedthrough
     }
+
+
+def folded(graph: Graph) -> Graph:
+    """The graph with one node for all instances of a component, as the scenario says it.
+
+    An edge has the signals of the first pair of instances, and the ages of all.
+    """
+    entries = {node.name: node.entry for node in graph.nodes}
+    instances: dict[str, list[Node]] = defaultdict(list)
+    for node in graph.nodes:
+        instances[node.entry].append(node)
+    pairs: dict[tuple[str, str], list[Edge]] = defaultdict(list)
+    for edge in graph.edges:
+        pairs[entries[edge.source], entries[edge.target]].append(edge)
+    turns = list(instances)
+    edges = tuple(
+        replace(
+            alike[0],
+            source=source,
+            target=target,
+            youngest=min(edge.youngest for edge in alike),
+            oldest=max(edge.oldest for edge in alike),
+            is_forward=turns.index(source) < turns.index(target)
+            and all(edge.is_forward for edge in alike),
+            copies=len(alike),
+        )
+        for (source, target), alike in pairs.items()
+    )
+    layers = _layers(turns, edges)
+    nodes = tuple(
+        replace(alike[0], name=entry, copies=len(alike), layer=layers[entry])
+        for entry, alike in instances.items()
+    )
+    return Graph(nodes, edges, graph.loops)
 
 
 def grouped(signals: Sequence[tuple[str, str]]) -> list[str]:

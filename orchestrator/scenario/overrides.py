@@ -1,6 +1,6 @@
 """`--set PATH=VALUE`: values that replace or add to those of a scenario file."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -8,6 +8,7 @@ from orchestrator import registry
 from orchestrator.errors import ComponentTypeError, Location, Problem, ScenarioError
 from orchestrator.scenario.diagnosis import show, spell
 from orchestrator.scenario.document import Address, Document, Place
+from orchestrator.scenario.families import KEY as FAMILY
 from orchestrator.suggestion import suggestion
 
 _ALTERNATIVES: Final = {"type": "fmu", "fmu": "type"}
@@ -44,15 +45,39 @@ def apply(document: Document, overrides: Sequence[str]) -> Document:
     Raises:
         ScenarioError: one problem per override that names no place in a scenario.
     """
-    problems: list[Problem] = []
+    document, refused = attempt(document, overrides)
+    stop_at(refused.values())
+    return document
+
+
+def attempt(
+    document: Document, overrides: Sequence[str]
+) -> tuple[Document, Mapping[str, Sequence[Problem]]]:
+    """The document after the overrides that name a place in it, and the problems of the others."""
+    refused: dict[str, Sequence[Problem]] = {}
     for text in overrides:
         try:
             document = _apply(document, Override(text))
         except ScenarioError as error:
-            problems += error.problems
+            refused[text] = error.problems
+    return document, refused
+
+
+def stop_at(refused: Iterable[Sequence[Problem]]) -> None:
+    """Go on only if no override is refused.
+
+    Raises:
+        ScenarioError: all problems.
+    """
+    problems = [problem for each in refused for problem in each]
     if problems:
         raise ScenarioError(problems)
-    return document
+
+
+def changed_component(override: str) -> str | None:
+    """The component within which an override changes something; its family is not within it."""
+    keys = override.partition("=")[0].split(".")
+    return keys[1] if keys[0] == "components" and len(keys) > 2 and keys[2] != FAMILY else None
 
 
 def _apply(document: Document, override: Override) -> Document:

@@ -115,6 +115,58 @@ of a level (dBm) is in dB. A parameter called "text or choice" is a text or has 
 forms. What is given by name cannot be called `uniform`, `normal` or `choice`.
 """
 
+_FAMILIES: Final = """\
+## Families
+
+What a scenario needs once for each ego vehicle is said once. A *family* is a list of names, its
+members; a component with `each` stands for one component for each member:
+
+```yaml
+each:
+  ego: [first, second]
+components:
+  relay: {type: relay-mohed, each: ego, step: 100 ms}
+connections:
+  - {from: "traffic.{ego}", to: relay.ego}
+  - {from: traffic.building, to: relay.building}
+  - {from: relay.relay, to: "facilities.{ego}.relay"}
+```
+
+This is a short form of
+
+```yaml
+components:
+  relay-first: {type: relay-mohed, step: 100 ms}
+  relay-second: {type: relay-mohed, step: 100 ms}
+connections:
+  - {from: traffic.first, to: relay-first.ego}
+  - {from: traffic.second, to: relay-second.ego}
+  - {from: traffic.building, to: relay-first.building}
+  - {from: traffic.building, to: relay-second.building}
+  - {from: relay-first.relay, to: facilities.first.relay}
+  - {from: relay-second.relay, to: facilities.second.relay}
+```
+
+and gives the same bytes. `manifest.json` of a run has the long form. What holds:
+
+* In a component with `each: ego`, `{ego}` is the member, in every text.
+* A connection with such a component at one end, or with `{ego}`, is repeated for each member. Two
+  such ends go in pairs. A single output may drive the inputs of all members; outputs of several
+  members into one input are an error. Two families at the target make every combination.
+* In `coupling.order` and in the patterns of `recording`, the name of such a component stands for
+  all, in the order of the members, and a text with `{ego}` is repeated for each.
+* A measure with `{ego}` is repeated for each member; its names are `NAME-MEMBER`.
+* Elsewhere, an item of a list that has `{ego}` is repeated for each member: `egos: ["{ego}"]`
+  tells a component who there is. A single text, such as `time.until`, may have it only if the
+  family has one member. In a file with families, braces around any other name are an error.
+* One member is named as in the long form: `relay-first.relay`, `traffic.first.id`.
+* `--set each.ego='[a, b, c]'`, an experiment, or a file that extends this one may list others.
+  `--set components.relay.step=50ms` is for all members, `--set components.relay-first.step=50ms`
+  for one, whichever comes first.
+
+Why it is done so: [several egos](architecture.md#several-egos-one-instance-for-each).
+"""
+
 _UNITS: Final = """\
 ## Units
 
@@ -142,8 +194,16 @@ def schema_text() -> str:
 
 def reference_text() -> str:
     """The contents of the reference."""
-    after = (_UNITS, _symbols(), _DISTRIBUTIONS)
-    return "\n".join([_INTRODUCTION, _EXTENDING, *_sections(whole_schema()), *after])
+    sections = [
+        _INTRODUCTION,
+        _EXTENDING,
+        _FAMILIES,
+        *_sections(whole_schema()),
+        _UNITS,
+        _symbols(),
+        _DISTRIBUTIONS,
+    ]
+    return "\n".join(sections)
 
 
 def _sections(schema: Mapping[str, Any]) -> Iterator[str]:

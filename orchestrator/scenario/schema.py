@@ -3,9 +3,10 @@
 The docstrings of the fields are the text of the JSON Schema that editors show.
 """
 
+import re
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
 from orchestrator.scenario import units
 from orchestrator.timebase import Duration
@@ -43,12 +44,46 @@ def _time_schema(*examples: str) -> WithJsonSchema:
 Moment = Annotated[int, BeforeValidator(_duration), _time_schema("0 s", "20 s")]
 StepSize = Annotated[int, BeforeValidator(_positive), _time_schema("50 ms", "0.1 s")]
 
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_-]*$")]
+_NAME: Final = r"^[A-Za-z0-9_][A-Za-z0-9_-]*$"
+_FAMILY: Final = r"^[A-Za-z][A-Za-z0-9_-]*$"
+
+Name = Annotated[str, Field(pattern=_NAME)]
 Port = Annotated[
     str,
-    Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_-]*\.[^.\s].*$", examples=["traffic.vehicle"]),
+    Field(pattern=r"^[A-Za-z0-9_{][A-Za-z0-9_{}-]*\.[^.\s].*$", examples=["traffic.vehicle"]),
 ]
 Text = Annotated[str, Field(min_length=1)]
+
+
+def is_family(text: str) -> bool:
+    """Whether a family may have this name."""
+    return re.fullmatch(_FAMILY, text) is not None
+
+
+def is_member(text: str) -> bool:
+    """Whether a member of a family may have this name."""
+    return re.fullmatch(_NAME, text) is not None
+
+
+def _family(text: str) -> str:
+    if not is_family(text):
+        rest = "write a letter, then letters, digits, `_` and `-`"
+        raise ValueError(f"`{text}` cannot be the name of a family; {rest}")
+    return text
+
+
+def _member(text: str) -> str:
+    if not is_member(text):
+        rest = "write letters, digits, `_` and `-` (not first)"
+        raise ValueError(f"`{text}` cannot be the name of a member; {rest}")
+    return text
+
+
+Family = Annotated[str, AfterValidator(_family), WithJsonSchema({"pattern": _FAMILY})]
+Member = Annotated[
+    str, AfterValidator(_member), WithJsonSchema({"type": "string", "pattern": _NAME})
+]
+Members = Annotated[list[Member], Field(min_length=1, json_schema_extra={"uniqueItems": True})]
 
 
 class _Mapping(BaseModel):
@@ -100,6 +135,10 @@ class ComponentEntry(_Mapping):
 
     fmu: Annotated[Text | None, Field(examples=["units/channel.fmu"])] = None
     """Instead of `type`: an FMU for co-simulation (FMI 2.0 or 3.0), relative to this file."""
+
+    each: Annotated[Text | None, Field(examples=["ego"])] = None
+    """A family: the component stands for one component, `NAME-MEMBER`, for each member. In what
+    it says, `{ego}` is the member."""
 
     step: StepSize
     """The communication step size."""
@@ -160,6 +199,10 @@ class ScenarioFile(_Mapping):
     name. `nlosim run --seed` overrides it."""
 
     coupling: Coupling = Coupling()
+
+    each: Annotated[dict[Family, Members], Field(examples=[{"ego": ["first", "second"]}])] = {}
+    """Families: by name, the members in order, e.g. the ego vehicles. What names a family is
+    written out for each member."""
 
     components: Annotated[dict[Name, ComponentEntry], Field(min_length=1)]
     """The components by name. Their order breaks ties in the order of stepping."""

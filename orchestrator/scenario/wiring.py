@@ -19,7 +19,7 @@ from orchestrator.errors import (
     SystemStructureError,
 )
 from orchestrator.recording.recorder import select
-from orchestrator.scenario.diagnosis import spell
+from orchestrator.scenario.diagnosis import once, spell
 from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.model import ComponentUse, ConnectionUse, Scenario
 from orchestrator.system import Connection, System, expand
@@ -68,26 +68,27 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
     with _closing_on_error() as components:
         problems = _create(scenario.document, scenario.components, place, components)
         if problems:
-            raise ScenarioError(problems)
+            raise _error(scenario, problems)
         problems = _ending_problems(scenario, components)
         origins, wrong = _connections(
             scenario.document, dict(enumerate(scenario.connections)), components
         )
         if wrong:
-            raise ScenarioError([*problems, *wrong])
+            raise _error(scenario, [*problems, *wrong])
         step_sizes = {name: use.step for name, use in scenario.components.items()}
         where = _Places(scenario, origins)
         try:
             system = System(components, step_sizes, tuple(origins))
         except SystemStructureError as error:
-            raise ScenarioError([*problems, *map(where.locate, error.problems)]) from error
+            found = [*problems, *map(where.locate, error.problems)]
+            raise _error(scenario, found) from error
         problems += [
             Problem(scenario.document.key(("components", name)), what)
             for name, use in scenario.components.items()
             for what in branching_problems(system, [name] if use.type.decides else [])
         ]
         if problems:
-            raise ScenarioError(problems)
+            raise _error(scenario, problems)
         try:
             turns = scenario.coupling.algorithm.turns(system)
         except SystemStructureError as error:
@@ -97,6 +98,10 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
         except SystemStructureError as error:
             raise scenario_error(scenario, ("recording",), error) from error
         return Assembly(system, scenario.coupling.algorithm, turns)
+
+
+def _error(scenario: Scenario, problems: Sequence[Problem]) -> ScenarioError:
+    return ScenarioError(once(scenario.document, problems))
 
 
 @contextmanager
@@ -197,16 +202,16 @@ def _connections(
     problems: list[Problem] = []
     for index, use in connections.items():
         address = ("connections", index)
-        where = document.value(address)
+        where, named = document.value(address), spell(document.written(address))
         try:
             expanded = expand(components, use.source, use.target)
         except SystemStructureError as error:
-            problems += [Problem(where, f"{spell(address)}: {what}") for what in error.problems]
+            problems += [Problem(where, f"{named}: {what}") for what in error.problems]
             continue
         for connection in expanded:
             if connection in found:
                 what = f"{connection} is connected in line {found[connection].line} already"
-                problems.append(Problem(where, f"{spell(address)}: {what}"))
+                problems.append(Problem(where, f"{named}: {what}"))
             found[connection] = where
     return found, problems
 

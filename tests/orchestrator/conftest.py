@@ -14,6 +14,8 @@ SAMPLE_UNITS = {
         "receiver": "sample_units:Receiver",
         "alarm": "sample_units:Alarm",
         "broken": "sample_units:Broken",
+        "road": "family_units:Road",
+        "driver": "family_units:Driver",
     },
     measure.GROUP: {
         "span": "sample_units:Span",

@@ -60,6 +60,11 @@ def test_the_schema_accepts_the_scenarios_that_ship(
         {"components": {"a": {"step": 1}}},
         {"components": {"a": {"type": "t"}}},
         {"connections": [{"from": "a", "to": "b.c"}]},
+        {"each": {"ego": []}},
+        {"each": {"ego": "first"}},
+        {"each": {"ego": ["first", "first"]}},
+        {"each": {"ego": ["the first"]}},
+        {"components": {"a": {"type": "t", "step": 0.1, "each": ["ego"]}}},
     ],
 )
 def test_the_schema_refuses_what_is_refused(
@@ -73,3 +78,4 @@ def test_the_schema_refuses_what_is_refused(
     }
     assert validator.is_valid(good)
     assert not validator.is_valid(good | change)
+    assert validator.is_valid(good | {"each": {"ego": ["first", "2"]}})

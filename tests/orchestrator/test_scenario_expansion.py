@@ -1,0 +1,91 @@
+"""Laws of writing out families, for documents of any shape."""
+
+import json
+from typing import Any
+
+from hypothesis import given, strategies as st
+
+from orchestrator.scenario.document import Document
+from orchestrator.scenario.expansion import expanded
+
+JSON = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers(-9, 9)
+    | st.sampled_from(["a", "a.b", "{", "{}", "x{1}"]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from("abc"), inner),
+    max_leaves=9,
+)
+PART = st.sampled_from(
+    ["components", "connections", "measures", "time", "coupling", "recording", "title"]
+)
+ENTRY = st.dictionaries(
+    st.sampled_from(["type", "parameters", "from", "to", "until", "order", "include"]), JSON
+)
+
+
+@given(
+    st.dictionaries(PART, JSON | st.lists(ENTRY) | st.dictionaries(st.sampled_from("ab"), ENTRY))
+    | JSON
+)
+def test_a_document_without_families_stays_as_it_is(data: Any) -> None:
+    document = Document.parse(json.dumps(data), "f.yaml")
+    found = expanded(document)
+    assert found.document == document
+    assert (found.problems, found.remarks, found.instances) == ((), (), frozenset())
+
+
+BRACES = st.sampled_from(["m", "m.y", "r.{ego}", "{ego}", "{wheel}", "{other}.y", "{}"])
+ANYTHING = st.recursive(
+    BRACES | st.none() | st.integers(0, 3),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(
+            st.sampled_from(["each", "ego", "m", "m-a", "from", "to", "until", "type"]), inner
+        )
+    ),
+    max_leaves=12,
+)
+
+
+@given(st.dictionaries(PART | st.just("each"), ANYTHING))
+def test_families_of_any_shape_are_problems_and_no_failures(data: Any) -> None:
+    data.setdefault("each", {"ego": ["a", "b"], "wheel": ["l"]})
+    found = expanded(Document.parse(json.dumps(data), "f.yaml"))
+    assert all(problem.where.file == "f.yaml" for problem in found.problems)
+    assert len(set(found.problems)) == len(found.problems)
+    if found.document.data:
+        assert "each" not in found.document.data
+
+
+MEMBERS = st.lists(st.sampled_from(["a", "b2", "c_3", "4"]), unique=True, min_size=1)
+
+
+@given(MEMBERS, MEMBERS)
+def test_every_value_has_the_place_of_what_it_was_written_out_from(
+    ego: list[str], wheel: list[str]
+) -> None:
+    data = {
+        "each": {"ego": ego, "wheel": wheel},
+        "components": {"m": {"each": "ego", "parameters": {"x": ["{wheel}", 1, ["{ego}"]]}}},
+        "connections": [{"from": "m.y", "to": "m.u"}, {"from": "r.y", "to": "m.u{wheel}"}],
+    }
+    source = Document.parse(json.dumps(data, indent=1), "f.yaml")
+    found = expanded(source).document
+
+    def check(value: Any, address: tuple[str | int, ...]) -> None:
+        assert found.places[address] == source.places[found.written(address)]
+        seen.add(address)
+        children = enumerate(value) if isinstance(value, list) else ()
+        for key, child in value.items() if isinstance(value, dict) else children:
+            check(child, (*address, key))
+
+    seen: set[tuple[str | int, ...]] = set()
+    check(found.data, ())
+    assert seen == set(found.places)
+    assert list(found.data["components"]) == [f"m-{each}" for each in ego]
+    for each in ego:
+        assert found.data["components"][f"m-{each}"]["parameters"]["x"] == [*wheel, 1, [each]]
+    pairs = [(each["from"], each["to"]) for each in found.data["connections"]]
+    assert pairs[: len(ego)] == [(f"m-{each}.y", f"m-{each}.u") for each in ego]
+    assert set(pairs[len(ego) :]) == {("r.y", f"m-{e}.u{w}") for e in ego for w in wheel}
