@@ -1,7 +1,6 @@
 """The files of a SUMO scene: what its configuration names, and what these files name in turn."""
 
 import enum
-import hashlib
 import os
 import zlib
 from collections.abc import Mapping
@@ -16,6 +15,7 @@ from adapters.sumo.checks.configuration import Setting, read_configuration
 from adapters.sumo.checks.options import time
 from adapters.sumo.checks.reading import Attributes, Elements, opened, read
 from orchestrator.errors import Location, Problem
+from orchestrator.input_files import digest
 from orchestrator.timebase import Duration, Time
 
 
@@ -111,7 +111,7 @@ class SceneFiles:
             Hexadecimal digests by path, relative to the folder of the configuration.
         """
         folder = self.config.parent
-        return MappingProxyType({_relative(path, folder): _digest(path) for path in self.paths()})
+        return MappingProxyType({_relative(path, folder): digest(path) for path in self.paths()})
 
     def _of(self, kind: FileKind) -> tuple[Path, ...]:
         return tuple(each.path for each in self.inputs if each.kind is kind)
@@ -127,7 +127,7 @@ _KINDS: Final = MappingProxyType(
         "route-files": FileKind.ROUTES,
     }
 )
-"""In the order in which SUMO reads them."""
+"""What the files of an option are read as, in the order in which SUMO reads them."""
 
 _READ: Final = MappingProxyType(
     {"rerouter": ("file",), "variableSpeedSign": ("file",), "calibrator": ("file",)}
@@ -298,11 +298,6 @@ def _includes(path: Path) -> bool:
     except (EOFError, OSError, zlib.error):
         return True
     return False
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def _relative(path: Path, folder: Path) -> str:

@@ -1,6 +1,6 @@
 """The process in which SUMO opens a scene: `python -m adapters.sumo.probe_main RESULT OPTION ...`.
 
-`RESULT` becomes a JSON file: `stage` is `loading`, `stepping` or `done`, also when the process dies;
+`RESULT` becomes a JSON file: `stage` is `loading`, `stepping` or `done`, also when SUMO crashes;
 `error` is the text of SUMO's exception, or `null`. What SUMO prints goes to standard error.
 """
 

@@ -1,4 +1,4 @@
-"""The same scene without its outputs, for SUMO to open."""
+"""Copies of files that name outputs, so that SUMO opens the same scene and writes nothing."""
 
 import codecs
 import re
