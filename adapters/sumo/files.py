@@ -178,11 +178,6 @@ def read_scene(config: Path) -> tuple[SceneFiles, list[Problem]]:
     return scene, problems
 
 
-def is_written(element: str, attribute: str, value: str) -> bool:
-    """Whether an attribute of an additional file names a file that SUMO writes."""
-    return attribute in _WRITTEN.get(element, ()) and value not in _NOWHERE
-
-
 def _turn(setting: Setting) -> int:
     """When SUMO reads the files of an option."""
     order = list(_KINDS)

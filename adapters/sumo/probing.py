@@ -73,8 +73,8 @@ def probe(
     with tempfile.TemporaryDirectory(prefix="nlosim-scene-") as folder:
         stand_ins = StandIns(files, Path(folder))
         attempt = _attempt(stand_ins.options(), Path(folder), timeout)
-        crash = attempt.signal is not None and attempt.stage == "loading" and files.net is not None
-        is_net = crash and _attempt(_net_only(files), Path(folder), timeout).signal is not None
+        crash = attempt.crashed and attempt.stage == "loading" and files.net is not None
+        is_net = crash and _attempt(_net_only(files), Path(folder), timeout).crashed
     guilty = files.net if is_net and files.net is not None else files.config
     reader = _Reader(files, stand_ins.originals, declared or {})
     return reader.probe(attempt, guilty, timeout)
@@ -88,15 +88,20 @@ class _Attempt:
         stage: `loading`, `stepping`, `done`; empty if it did not get so far.
         error: the text of SUMO's exception.
         printed: what it wrote to standard error.
-        signal: that ended it, or `None`.
+        code: its exit code; negative for a signal that ended it.
         is_late: whether it was ended because time was up.
     """
 
     stage: str
     error: str | None
     printed: str
-    signal: int | None
+    code: int
     is_late: bool
+
+    @property
+    def crashed(self) -> bool:
+        """Whether SUMO ended the process, without a word of its own."""
+        return bool(self.stage) and self.stage != "done" and self.error is None and self.code != 0
 
 
 def _attempt(options: Iterable[str], folder: Path, timeout: float) -> _Attempt:
@@ -122,7 +127,7 @@ def _attempt(options: Iterable[str], folder: Path, timeout: float) -> _Attempt:
         stage=noted.get("stage", ""),
         error=noted.get("error"),
         printed=raw.decode("utf-8", errors="replace"),
-        signal=-code if code < 0 else None,
+        code=code,
         is_late=is_late,
     )
 
@@ -184,9 +189,11 @@ def _end(attempt: _Attempt, guilty: Path, timeout: float) -> str | None:
     doing = "simulating its first step" if stepping else f"loading {guilty.name}"
     if attempt.is_late:
         return f"SUMO was still {doing} after {timeout:g} s"
-    if attempt.signal is not None:
-        name = signal.Signals(attempt.signal).name
-        return f"SUMO crashed while {doing} (signal {attempt.signal}, {name})"
+    if attempt.crashed:
+        number = -attempt.code
+        is_signal = number > 0
+        how = f"signal {number}, {signal.Signals(number).name}" if is_signal else f"code {-number}"
+        return f"SUMO crashed while {doing} ({how})"
     if attempt.stage != "done":
         return f"SUMO could not be started: {attempt.printed.strip().rpartition(chr(10))[2]}"
     return None

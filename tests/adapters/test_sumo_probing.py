@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from adapters.sumo import probing
 from adapters.sumo.checking import check_scene
 from adapters.sumo.files import read_scene
 from adapters.sumo.probing import Probe, probe
@@ -82,6 +83,29 @@ def test_what_sumo_says_of_a_copy_names_the_original(folder: Folder) -> None:
     assert found.problems
     assert all(str(folder.path) in p.where.file for p in found.problems)
     assert not any("nlosim-scene-" in str(p) for p in found.problems)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "iso-8859-1", "utf-16"])
+def test_outputs_are_found_in_any_encoding(encoding: str, folder: Folder) -> None:
+    text = (
+        f'<?xml version="1.0" encoding="{encoding}"?>\r\n<additional>'
+        '<edgeData id="Brücke" file="ü.xml"/><edgeData id="b" file="b.xml"/></additional>'
+    )
+    (folder.path / SHAPES).write_bytes(text.encode(encoding))
+    before = set(folder.path.iterdir())
+    config = folder.config(additional=SHAPES)
+    found = opened(config)
+    assert found.problems == ()
+    assert set(folder.path.iterdir()) == before | {config}
+
+
+def test_a_process_that_does_not_start_is_said(
+    folder: Folder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(probing, "_MODULE", "adapters.sumo.nothing")
+    (problem,) = said(opened(folder.config()).problems)
+    assert problem.startswith("scene.sumocfg:1:1: SUMO could not be started: ")
+    assert problem.endswith("No module named adapters.sumo.nothing")
 
 
 def test_a_scene_that_takes_too_long_is_said(folder: Folder) -> None:

@@ -78,7 +78,7 @@ def test_files_elsewhere_have_absolute_paths_and_folders_no_digest(
     reading: Path, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     elsewhere = tmp_path_factory.mktemp("elsewhere") / "d.txt"
-    elsewhere.write_text("")
+    elsewhere.write_text("\n")
     reading.write_text(READING.replace("a.txt", str(elsewhere)).replace("sub/b.txt", "sub"))
     files = manifest_of(reading, tmp_path / "out")["files"]
     assert files == {"left": {elsewhere.as_posix(): sha256(elsewhere)}}
