@@ -253,7 +253,7 @@ def start(program: Program, options: Sequence[str]) -> Connection:
     extra = ["--start", "true", "--quit-on-end", "true"] if program == "sumo-gui" else []
     port = int(traci.getFreeSocketPort())
     command = [path, *options, *extra, "--remote-port", str(port)]
-    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)  # noqa: S603
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
     try:
         connection = _reach(traci, "localhost", port, process)
     except BaseException:

@@ -7,6 +7,7 @@ import pytest
 
 import scenarios
 from adapters.sumo.simulation import Sumo
+from tests.adapters.scene import Folder
 
 SCENE = Path(scenarios.__file__).parent / "assets" / "red_light" / "red_light.sumocfg"
 
@@ -17,3 +18,9 @@ def sumo() -> Iterator[Sumo]:
     simulation = Sumo(SCENE, 50_000_000, 0)
     yield simulation
     simulation.close()
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Folder:
+    """A folder with the net of the scene."""
+    return Folder.with_net(tmp_path)
