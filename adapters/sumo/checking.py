@@ -6,7 +6,7 @@ from pathlib import Path
 from adapters.sumo.checks.demand import DemandElements, Scene
 from adapters.sumo.checks.findings import Findings
 from adapters.sumo.checks.net import NetElements, Roads
-from adapters.sumo.checks.polygons import PolygonReader
+from adapters.sumo.checks.polygons import HEIGHTS, SHAPES, PolygonReader
 from adapters.sumo.checks.reading import WellFormed, read
 from adapters.sumo.files import FileKind, NamedFile, SceneFiles, read_scene
 from adapters.sumo.probing import probe
@@ -21,9 +21,13 @@ class SceneCheck:
         files: of the scene.
         problems: what keeps it from being simulated, each at its place, in the order of the files.
         remarks: what is not wrong, but may not be meant.
+        roads: edges and lanes of the net.
+        types: vehicle types.
     """
 
     files: SceneFiles
+    roads: Roads
+    types: frozenset[str]
     problems: tuple[Problem, ...]
     remarks: tuple[Problem, ...]
 
@@ -37,20 +41,24 @@ def check_scene(config: Path, *, thorough: bool) -> SceneCheck:
             if nothing else is wrong.
     """
     files, problems = read_scene(config)
-    findings = Findings()
+    forgiven = {SHAPES, HEIGHTS}
+    if files.is_on("ignore-route-errors"):
+        forgiven.add("unknown edges")
+    findings = Findings(forgiven=frozenset(forgiven))
     scene = Scene(findings, Roads(), PolygonReader(findings))
     unreadable = _read_contents(files, scene)
     problems = sorted({*problems, *unreadable, *findings.problems()}, key=_place)
-    remarks = findings.remarks
+    remarks = findings.all_remarks()
     if thorough and not problems:
         seen = probe(files, scene.ids)
         problems, remarks = list(seen.problems), [*remarks, *seen.remarks]
-    return SceneCheck(files=files, problems=tuple(problems), remarks=tuple(remarks))
-
-
-def problems_of(config: Path, *, thorough: bool) -> list[Problem]:
-    """What keeps a scene from being simulated; see `check_scene`."""
-    return list(check_scene(config, thorough=thorough).problems)
+    return SceneCheck(
+        files=files,
+        problems=tuple(problems),
+        remarks=tuple(remarks),
+        roads=scene.roads,
+        types=frozenset(scene.types),
+    )
 
 
 def inputs_of(config: Path) -> tuple[Path, ...]:

@@ -1,22 +1,26 @@
 """The component: SUMO traffic, entities that a scenario declares, and egos that policies drive."""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Final, TypeAlias
 
 import numpy as np
 from typing_extensions import override
 
 from adapters.sumo import connection
+from adapters.sumo.checking import check_scene
+from adapters.sumo.checks.references import missing_references
 from adapters.sumo.connectors import RESERVED, connectors
 from adapters.sumo.driven import driven
 from adapters.sumo.ego import Command
 from adapters.sumo.entities import Entity
+from adapters.sumo.files import read_scene
 from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.traffic import Traffic
-from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
+from orchestrator.input_files import FileCheck, FileReadingComponent
 from orchestrator.signal import Connector, Signals
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, Time, nanoseconds, seconds
 
@@ -27,7 +31,7 @@ _FARTHEST: Final = 1e6
 """From the origin [m]: farther is a mistake in writing."""
 
 
-class SumoTraffic(Component):
+class SumoTraffic(FileReadingComponent):
     """Everybody on the roads of a SUMO scene, entities of the scenario, and egos to be driven.
 
     Every vehicle that SUMO has is signalled, and every person on foot. Each entity whose
@@ -51,6 +55,18 @@ class SumoTraffic(Component):
     @override
     def connectors(self) -> Mapping[str, Connector]:
         return self._connectors
+
+    @classmethod
+    @override
+    def input_files(cls, parameters: TrafficParameters) -> Iterable[Path]:
+        return read_scene(parameters.scene)[0].paths()
+
+    @classmethod
+    @override
+    def check_files(cls, parameters: TrafficParameters, *, thorough: bool) -> FileCheck:
+        found = check_scene(parameters.scene, thorough=thorough and not parameters.traci)
+        missing = tuple(missing_references(parameters.entities, found.roads, found.types))
+        return FileCheck(problems=(*found.problems, *missing), remarks=found.remarks)
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:

@@ -99,6 +99,11 @@ class SceneFiles:
         text = self.settings["seed"].value if "seed" in self.settings else ""
         return int(text) if text.removeprefix("-").isdecimal() else None
 
+    def is_on(self, option: str) -> bool:
+        """Whether a switch is set."""
+        text = self.settings[option].value if option in self.settings else ""
+        return text.strip().lower() in {"true", "1", "yes", "on", "t"}
+
     def paths(self) -> tuple[Path, ...]:
         """The configuration and every input file that exists, each once."""
         named = (each.path for each in self.inputs)

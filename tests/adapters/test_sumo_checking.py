@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, strategies as st
 
-from adapters.sumo.checking import check_scene, problems_of
+from adapters.sumo.checking import check_scene
 from adapters.sumo.checks.findings import MOST
 from tests.adapters.scene import ASSETS, NET, ROUTES, SHAPES, Folder, said
 

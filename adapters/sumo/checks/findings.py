@@ -15,9 +15,11 @@ class Findings:
     """Problems and remarks, as they are found.
 
     Attributes:
+        forgiven: kinds of problems that end no run; they are remarks.
         remarks: what is not wrong, but may not be meant.
     """
 
+    forgiven: frozenset[str] = frozenset()
     remarks: list[Problem] = field(default_factory=list)
     _problems: list[Problem] = field(default_factory=list)
     _counts: Counter[tuple[str, str]] = field(default_factory=Counter)
@@ -28,7 +30,8 @@ class Findings:
         key = (where.file, kind)
         self._counts[key] += 1
         if self._counts[key] <= MOST:
-            self._problems.append(Problem(where, what))
+            found = self.remarks if kind in self.forgiven else self._problems
+            found.append(Problem(where, what))
         elif self._counts[key] == MOST + 1:
             self._last[key] = where
 
@@ -41,5 +44,15 @@ class Findings:
         more = [
             Problem(where, f"... and {self._counts[key] - MOST:,} more {key[1]} from here on")
             for key, where in self._last.items()
+            if key[1] not in self.forgiven
         ]
         return self._problems + more
+
+    def all_remarks(self) -> list[Problem]:
+        """All remarks; where there are more than `MOST` of a kind in a file, their number."""
+        more = [
+            Problem(where, f"... and {self._counts[key] - MOST:,} more {key[1]} from here on")
+            for key, where in self._last.items()
+            if key[1] in self.forgiven
+        ]
+        return self.remarks + more

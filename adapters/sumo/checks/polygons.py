@@ -15,6 +15,9 @@ SAME_POINT: Final = 0.01
 """Corners closer than this [m] are one: SUMO writes coordinates with two decimals."""
 
 _HEIGHT: Final = "height"
+SHAPES: Final = "buildings without a ground plan"
+HEIGHTS: Final = "heights"
+"""Kinds of problems with buildings that end no run: scenes made from maps have some."""
 _THIN: Final = 1e-3
 """An area [m2] below this is none."""
 
@@ -75,21 +78,26 @@ class PolygonReader:
         is_geodetic = attributes.get("geo", "").lower() in {"true", "1", "yes", "on"}
         what = _shape_problem(text, is_geodetic=is_geodetic)
         if what is not None:
-            self._findings.add("shapes", where, f"building `{self._building.name}`: {what}")
+            what = f"building `{self._building.name}` is left out: {what}"
+            self._findings.add(SHAPES, where, what)
 
     def _check_height(self, building: _Polygon) -> None:
-        try:
-            height = math.nan if building.height is None else float(building.height)
-        except ValueError:
-            height = math.nan
-        if 0.0 < height < math.inf:
+        if building.height is None or height_in(building.height) is not None:
             return
-        given = "it has none" if building.height is None else f"got `{building.height}`"
         what = (
-            f"building `{building.name}`: the height [m] is a positive number in "
-            f'`<param key="{_HEIGHT}" value="..."/>`, {given}'
+            f"building `{building.name}` gets the default height: a height [m] is a positive number "
+            f'in `<param key="{_HEIGHT}" value="..."/>`, got `{building.height}`'
         )
-        self._findings.add("heights", building.where, what)
+        self._findings.add(HEIGHTS, building.where, what)
+
+
+def height_in(text: str) -> float | None:
+    """The height of a building [m] that a text says; `None` if it is no positive number."""
+    try:
+        height = float(text)
+    except ValueError:
+        return None
+    return height if 0.0 < height < math.inf else None
 
 
 def _shape_problem(text: str, *, is_geodetic: bool) -> str | None:
