@@ -67,7 +67,7 @@ class _Reader:
 
     def start(self, element: Element) -> None:
         """Take the start of an element."""
-        if not element.path and element.tag != _ROOT:
+        if not element.parent and element.tag != _ROOT:
             what = f"`<{element.tag}>` is no SUMO file of polygons, whose root is `<{_ROOT}>`"
             self._findings.note(element.place, what)
         elif element.tag == "poly":
@@ -76,7 +76,7 @@ class _Reader:
             if self._is_building:
                 self.rings.append(self._ring(element))
                 self.heights.append(self._default)
-        elif self._is_building and element.tag == "param" and element.path[-1] == "poly":
+        elif self._is_building and element.tag == "param" and element.parent == "poly":
             self._take(element)
 
     def _ring(self, element: Element) -> Float:

@@ -52,37 +52,31 @@ class _Reader:
         self._findings = findings
         self._time: Time | None = None
         self._place: Place = (1, 1)
-        self._begin()
-
-    def _begin(self) -> None:
-        self._cells: dict[str, list[Cell]] = {
-            column: [] for column in ("id", "type", *MOTION, *SIZE)
-        }
-        self._places: list[Place] = []
+        self._elements: list[Element] = []
 
     def start(self, element: Element) -> None:
         """Take the start of an element."""
         if self.is_foreign:
             return
         tag, attributes = element.tag, element.attributes
-        if not element.path:
+        if tag in _ROAD_USERS and element.parent == _TIME:
+            if not attributes.get("vehicle"):  # else it rides in that vehicle
+                self._elements.append(element)
+        elif not element.parent:
             self.is_foreign = tag != ROOT
             if self.is_foreign:
                 what = f"`<{tag}>` is not SUMO's FCD output, whose root is `<{ROOT}>`"
                 self._findings.note(element.place, what)
-        elif tag == _TIME and len(element.path) == 1:
-            self._begin()
+        elif tag == _TIME and element.parent == ROOT:
+            self._elements = []
             self._place = element.place
             self._time = file_time(attributes.get("time", ""))
             if self._time is None:
                 shown = attributes.get("time")
                 what = "is missing" if shown is None else f"is `{shown}`, no number of seconds"
                 self._findings.note(element.place, f"`time` {what}")
-        elif tag in _ROAD_USERS and element.path[-1] == _TIME:
-            if not attributes.get("vehicle"):  # else it rides in that vehicle
-                self._add(element)
         else:
-            what = f"`<{tag}>` in `<{element.path[-1]}>` is no element of SUMO's FCD output"
+            what = f"`<{tag}>` in `<{element.parent}>` is no element of SUMO's FCD output"
             self._findings.note(element.place, what)
 
     def end(self, tag: str) -> None:
@@ -91,20 +85,26 @@ class _Reader:
             self.done.append(
                 read_snapshot(
                     self._time,
-                    self._cells,
-                    self._places,
+                    self._cells(),
+                    [element.place for element in self._elements],
                     self._findings,
                     place=self._place,
                     labels=_ATTRIBUTES,
                 )
             )
 
-    def _add(self, element: Element) -> None:
-        attributes, cells = element.attributes, self._cells
-        self._places.append(element.place)
-        cells["id"].append(attributes.get("id"))
-        cells["type"].append(attributes.get("type") or _UNTYPED.get(element.tag))
-        for column in MOTION:
-            cells[column].append(attributes.get(_ATTRIBUTES.get(column, column)))
+    def _cells(self) -> dict[str, list[Cell]]:
+        """The cells of this time by column."""
+        rows = [element.attributes for element in self._elements]
+        cells: dict[str, list[Cell]] = {
+            column: [row.get(_ATTRIBUTES.get(column, column)) for row in rows]
+            for column in ("id", *MOTION)
+        }
+        cells["type"] = [
+            element.attributes.get("type") or _UNTYPED.get(element.tag)
+            for element in self._elements
+        ]
         for column in SIZE:
-            cells[column].append(attributes.get(column))
+            if any(column in row for row in rows):
+                cells[column] = [row.get(column) for row in rows]
+        return cells

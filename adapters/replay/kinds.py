@@ -1,5 +1,6 @@
 """Types of road users: sizes, antennas and bodies."""
 
+import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -113,9 +114,11 @@ class Kinds:
 
     def hint(self, name: str) -> str:
         """What to write instead of an unknown type."""
+        close = difflib.get_close_matches(name, self._kinds, n=1)
+        meant = f"did you mean `{close[0]}`? Or " if close else ""
         return (
-            f"{suggestion(name, self._kinds)} Or declare it in the file of `types_file`, for "
-            f'example `<vType id="{name}" vClass="passenger"/>`'
+            f"{meant}declare it in the file of `types_file`, for example "
+            f'`<vType id="{name}" vClass="passenger"/>`'
         )
 
     def sizes(self, names: Sequence[str], size: Float) -> Float:
@@ -188,7 +191,7 @@ class _TypeReader:
     def start(self, element: Element) -> None:
         """Take the start of an element."""
         attributes, name = element.attributes, element.attributes.get("id", "")
-        if not element.path and element.tag not in _ROOTS:
+        if not element.parent and element.tag not in _ROOTS:
             what = f"`<{element.tag}>` is no SUMO file of types, whose root is `<additional>`"
             self._findings.note(element.place, what)
         elif element.tag == "vType":
@@ -199,7 +202,7 @@ class _TypeReader:
             self._last = name
             self._types[name] = element
             self._params[name] = {}
-        elif element.tag == "param" and element.path[-1] == "vType":
+        elif element.tag == "param" and element.parent == "vType":
             self._params[self._last][attributes.get("key", "")] = element
 
     def kinds(self) -> Mapping[str, Kind]:

@@ -139,7 +139,7 @@ def _sizes(
 def _floats(cells: Sequence[Cell]) -> Float:
     """NaN where there is no number."""
     try:
-        return np.array(cells, dtype=float)
+        return np.array([float(cell) for cell in cells])
     except (TypeError, ValueError):
         return np.array([_float(cell) for cell in cells])
 

@@ -1,9 +1,8 @@
 """XML files read as a stream, with the place of every element."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import Final, NamedTuple, TypeAlias
 from xml.parsers import expat
 
 from adapters.replay.files import noting_faults, opened
@@ -13,20 +12,19 @@ _CHUNK: Final = 1 << 18
 """Bytes that are read at once."""
 
 
-@dataclass(frozen=True, slots=True)
-class Element:
+class Element(NamedTuple):
     """The start of an element.
 
     Attributes:
         tag: its name.
         attributes: by name.
-        path: the names of the elements around it, the root first.
+        parent: the name of the element around it; empty for the root.
         place: where it stands.
     """
 
     tag: str
     attributes: Mapping[str, str]
-    path: tuple[str, ...]
+    parent: str
     place: Place
 
 
@@ -50,11 +48,11 @@ def read_xml(
     """
     parser = expat.ParserCreate()
     parser.buffer_text = True
-    around: list[str] = []
+    around = [""]
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         place = (parser.CurrentLineNumber, parser.CurrentColumnNumber + 1)
-        on_start(Element(tag, attributes, tuple(around), place))
+        on_start(Element(tag, attributes, around[-1], place))
         around.append(tag)
 
     def end(tag: str) -> None:
