@@ -41,7 +41,9 @@ def read_csv(path: Path, findings: Findings) -> Iterator[Snapshot]:
             header = lines.readline()
             delimiter = ";" if ";" in header else ","
             names = [name.strip() for name in next(csv.reader([header], delimiter=delimiter), [])]
-            if _have_columns(names, findings):
+            if not names:
+                findings.note((1, 1), "there is no line that names the columns")
+            elif _have_columns(names, findings):
                 rows = _csv_rows(csv.reader(lines, delimiter=delimiter), len(names), findings)
                 yield from _snapshots(names, rows, findings)
         except UnicodeDecodeError as error:

@@ -5,6 +5,8 @@ import importlib
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -46,13 +48,12 @@ def write_parquet(path: Path, samples: Sequence[Sample]) -> Path:
 
 def write_fcd(path: Path, samples: Sequence[Sample]) -> Path:
     lines = ["<fcd-export>"]
-    for time in sorted({sample.time for sample in samples}):
+    for time, those in groupby(samples, key=attrgetter("time")):
         lines.append(f'<timestep time="{time}">')
         lines += [
             f'<vehicle id="{s.id}" x="{s.x}" y="{s.y}" angle="{s.heading}" speed="{s.speed}" '
             f'type="{s.type}" pos="1.00" lane="a_0" slope="0.00"/>'
-            for s in samples
-            if s.time == time
+            for s in those
         ]
         lines.append("</timestep>")
     text = "\n".join([*lines, "</fcd-export>", ""])
