@@ -1,9 +1,10 @@
 """SUMO's floating car data: the XML file of `--fcd-output`.
 
+Persons and containers that ride in a vehicle are no bodies of their own, and left out.
 https://sumo.dlr.de/docs/Simulation/Output/FCDOutput.html has the format.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
@@ -15,7 +16,9 @@ from orchestrator.timebase import Time
 ROOT: Final = "fcd-export"
 
 _TIME: Final = "timestep"
-_ROAD_USERS: Final = frozenset({"vehicle", "person", "container"})
+_VEHICLE: Final = "vehicle"
+_CARRIED: Final = frozenset({"person", "container"})
+_PLACED: Final = ("x", "y", "angle", "speed")
 _ATTRIBUTES: Final = {"heading": "angle"}
 """Of the columns that SUMO calls otherwise."""
 
@@ -53,14 +56,18 @@ class _Reader:
         self._time: Time | None = None
         self._place: Place = (1, 1)
         self._elements: list[Element] = []
+        self._vehicle: Mapping[str, str] = {}
 
     def start(self, element: Element) -> None:
         """Take the start of an element."""
         if self.is_foreign:
             return
         tag, attributes = element.tag, element.attributes
-        if tag in _ROAD_USERS and element.parent == _TIME:
-            if not attributes.get("vehicle"):  # else it rides in that vehicle
+        if element.parent == _TIME and tag == _VEHICLE:
+            self._vehicle = attributes
+            self._elements.append(element)
+        elif element.parent == _TIME and tag in _CARRIED:
+            if not self._rides(attributes):
                 self._elements.append(element)
         elif not element.parent:
             self.is_foreign = tag != ROOT
@@ -68,7 +75,7 @@ class _Reader:
                 what = f"`<{tag}>` is not SUMO's FCD output, whose root is `<{ROOT}>`"
                 self._findings.note(element.place, what)
         elif tag == _TIME and element.parent == ROOT:
-            self._elements = []
+            self._elements, self._vehicle = [], {}
             self._place = element.place
             self._time = file_time(attributes.get("time", ""))
             if self._time is None:
@@ -92,6 +99,18 @@ class _Reader:
                     labels=_ATTRIBUTES,
                 )
             )
+
+    def _rides(self, attributes: Mapping[str, str]) -> bool:
+        """Whether a person or a container is in a vehicle, and no body of its own.
+
+        SUMO writes those in a vehicle right after it, with its position, angle and speed. Only if
+        it was asked for the attribute does it also name the vehicle, or nothing.
+        """
+        named = attributes.get(_VEHICLE)
+        if named is not None:
+            return bool(named)
+        before = self._vehicle
+        return bool(before) and all(attributes.get(x) == before.get(x) for x in _PLACED)
 
     def _cells(self) -> dict[str, list[Cell]]:
         """The cells of this time by column."""

@@ -87,6 +87,27 @@ def test_equal_traces_give_equal_runs_in_all_formats(
     assert len(set(found)) == 1
 
 
+def test_who_rides_is_no_body_of_its_own(tmp_path: Path) -> None:
+    """As SUMO writes it with the attribute `vehicle`, and without."""
+    place = 'x="1" y="2" angle="3" speed="4"'
+    persons = [
+        f'<person id="p" {place} vehicle="a"/>',
+        f'<person id="p" {place}/>',
+        f'<person id="p" {place} vehicle=""/>',
+        '<person id="p" x="1" y="2" angle="3" speed="0"/>',
+    ]
+    bodies = []
+    for person in persons:
+        file = tmp_path / "a.xml"
+        file.write_text(
+            f'<fcd-export><timestep time="0"><vehicle id="a" {place} type="bus"/>{person}'
+            "</timestep></fcd-export>"
+        )
+        (found,) = states(replay(file), "0.1", 0)
+        bodies.append(array(found, "body").tolist())
+    assert bodies == [[3], [3], [3, 8], [3, 8]]
+
+
 def test_a_large_file_is_read_piece_by_piece(tmp_path: Path) -> None:
     """Of 8,000 times only those within the gap are ever held."""
     samples = [Sample(id=f"v{j // 100}", time=j / 10) for j in range(8_000)]

@@ -1,5 +1,6 @@
 """SUMO's own output, replayed, is what SUMO says of its vehicles and persons."""
 
+import gzip
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,8 +24,10 @@ ROUTES = """
         departLane="best" departSpeed="max"/>
   <flow id="lorry" type="box_truck" begin="1.3" end="30" period="5" from="north_in" to="south_out"
         departLane="best" departSpeed="max"/>
-  <person id="walker" depart="1"><walk from="south_in" to="north_out"/></person>
-  <person id="rider" depart="2"><ride from="south_in" to="north_out" lines="ANY"/></person>
+  <person id="walker" depart="2"><walk from="south_in" to="east_out"/></person>
+  <person id="rider" depart="3"><ride from="south_in" to="north_out" lines="taxi"/></person>
+  <vehicle id="taxi" type="car" depart="triggered"><route edges="south_in north_out"/></vehicle>
+  <person id="waiting" depart="4"><ride from="south_in" to="north_out" lines="none"/></person>
 </routes>
 """
 
@@ -101,7 +104,10 @@ def test_a_replay_shows_what_sumo_says(tmp_path: Path) -> None:
             speed = np.hypot(*array(signals, "velocity")[row])
             assert speed == pytest.approx(seen.speed, abs=0.005 + 1e-9)
             assert array(signals, "size")[row] == pytest.approx(seen.size)
-    assert {"walker", "rider"} < set(names.values())
+    assert {"walker", "waiting", "taxi"} < set(names.values())
+    assert "rider" not in names.values()  # the whole time in the taxi
+    with gzip.open(file, "rt") as written:
+        assert 'person id="rider"' in written.read()
     assert len(names) > 20
 
 
