@@ -9,13 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from adapters.replay.findings import Findings
+from adapters.replay.shapes import open_ring, read_shape
 from adapters.replay.xml_stream import Element, read_xml
 from adapters.traffic.geometry import Float
 
 _BUILDING: Final = "building"
 _ROOT: Final = "additional"
-_SAME_POINT: Final = 0.01
-"""Vertices closer than this [m] are one: SUMO writes coordinates with two decimals."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -80,17 +79,13 @@ class _Reader:
             self._take(element)
 
     def _ring(self, element: Element) -> Float:
-        name, shape = element.attributes.get("id", ""), element.attributes.get("shape", "")
-        try:
-            points = [[float(x) for x in point.split(",")[:2]] for point in shape.split()]
-            ring = np.array(points, dtype=float).reshape(len(points), 2)
-        except ValueError:
-            ring = np.full((3, 2), np.nan)
-        if not np.isfinite(ring).all():
+        name = element.attributes.get("id", "")
+        shape = read_shape(element.attributes.get("shape", ""))
+        if shape is None:
             what = f"`shape` of building `{name}` is no list of points, as in `0,0 10,0 10,5`"
             self._findings.note(element.place, what)
-        if len(ring) > 1 and np.hypot(*(ring[0] - ring[-1])) < _SAME_POINT:
-            ring = ring[:-1]
+            return np.zeros((3, 2))
+        ring = open_ring(shape)
         if len(ring) < 3:
             what = f"building `{name}` has {len(ring)} corners, at least 3 are needed"
             self._findings.note(element.place, what)

@@ -11,11 +11,13 @@ from adapters.replay.buildings import Buildings, read_buildings
 from adapters.replay.findings import Findings, TrafficFileError
 from adapters.replay.kinds import Kind, Kinds, read_kinds
 from adapters.replay.motion import between
+from adapters.replay.net import read_road
 from adapters.replay.parameters import ReplayParameters
 from adapters.replay.source import MOST_SAMPLES, Frame, Source
 from adapters.replay.tracks import Roster, Rows, Window
 from adapters.traffic.connectors import SURROUNDINGS, VEHICLES
 from adapters.traffic.geometry import direction
+from adapters.traffic.road_surface import RoadSurface
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Array, Connector, Signals
@@ -42,6 +44,7 @@ class FcdReplay(Component):
         self._gap = _whole(parameters.maximum_gap, "maximum_gap", problems)
         kinds = Kinds(_declared(parameters, problems), parameters.antenna_above_roof)
         self._buildings = _buildings(parameters, problems)
+        self._road = _road(parameters, problems)
         if problems:
             raise ComponentTypeError("\n".join(problems))
         self._source = Source(parameters.file, kinds, parameters.convention)
@@ -84,7 +87,7 @@ class FcdReplay(Component):
         last, following = self._window.at(time)
         self._check_time(self._window, t, time)
         state = between(last, following, time, self._parameters.interpolation)
-        self._outputs = _signals(state, before, self._buildings)
+        self._outputs = _signals(state, before, self._buildings, self._road)
 
     def _check_time(self, window: Window, t: Time, time: Time) -> None:
         """Refuse a time that the file does not cover, if that is wanted.
@@ -160,7 +163,16 @@ def _buildings(parameters: ReplayParameters, problems: list[str]) -> Buildings:
     return buildings
 
 
-def _signals(state: Rows, before: Array, buildings: Buildings) -> Signals:
+def _road(parameters: ReplayParameters, problems: list[str]) -> RoadSurface:
+    if parameters.net is None:
+        return RoadSurface.of([])
+    findings = Findings(parameters.net)
+    road = read_road(parameters.net, findings)
+    problems += findings.lines(str)
+    return road
+
+
+def _signals(state: Rows, before: Array, buildings: Buildings, road: RoadSurface) -> Signals:
     """The outputs, of who is there now and of who has entered since `before`."""
     position = np.zeros((len(state), 3))
     position[:, :2] = state["center"]
@@ -173,8 +185,8 @@ def _signals(state: Rows, before: Array, buildings: Buildings) -> Signals:
         "building.vertex": buildings.vertex,
         "building.index": buildings.index,
         "building.height": buildings.height,
-        "road.vertex": np.zeros((0, 2)),
-        "road.index": np.zeros(0, np.int32),
+        "road.vertex": road.vertex,
+        "road.index": road.index,
     }
     for name in ("heading", "size", "antenna_height", "body", "equipped", "lidar"):
         arrays[f"vehicle.{name}"] = state[name].copy()

@@ -20,7 +20,7 @@ _VEHICLE: Final = "vehicle"
 _CARRIED: Final = frozenset({"person", "container"})
 _PLACED: Final = ("x", "y", "angle", "speed")
 _ATTRIBUTES: Final = {"heading": "angle"}
-"""Of the columns that SUMO calls otherwise."""
+"""The names of attributes that are not those of columns."""
 
 _UNTYPED: Final = {"person": "DEFAULT_PEDTYPE", "container": "DEFAULT_CONTAINERTYPE"}
 """The types of those whose type the file leaves out."""

@@ -249,6 +249,7 @@ class _TypeReader:
         except ValueError:
             value = 0.0
         if not 0.0 < value < np.inf:
-            message = f"`{what}` is `{written}`, a positive number of metres is needed"
+            shown = "missing" if written is None else f"`{written}`"
+            message = f"`{what}` is {shown}, a positive number of metres is needed"
             self._findings.note(element.place, message)
         return value

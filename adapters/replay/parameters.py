@@ -80,6 +80,9 @@ class ReplayParameters:
     building_height: float = parameter(
         10.0, unit="m", minimum=0.1, maximum=1000.0, doc="of buildings that do not say their own"
     )
+    net: Path | None = parameter(
+        None, doc="SUMO net (*.net.xml), whose lanes and junctions are the roads"
+    )
 
     @property
     def convention(self) -> Convention:

@@ -275,8 +275,8 @@ def test_of_many_problems_twenty_are_shown(tmp_path: Path) -> None:
     assert lines[-1] == "... and 13 more problems in this file"
 
 
-def test_what_is_wrong_with_types_and_buildings_is_said_at_once(tmp_path: Path) -> None:
-    types, drawn = tmp_path / "t.xml", tmp_path / "b.xml"
+def test_what_is_wrong_with_types_and_surroundings_is_said_at_once(tmp_path: Path) -> None:
+    types, drawn, net = (tmp_path / name for name in ("t.xml", "b.xml", "n.xml"))
     types.write_text(
         '<additional>\n<vType id="a" vClass="lorry" length="-1"/>\n<vType id="a"/>\n<vType>\n'
         '<param key="body" value="box"/>\n<param key="antenna_height"/></vType>\n</additional>'
@@ -287,11 +287,16 @@ def test_what_is_wrong_with_types_and_buildings_is_said_at_once(tmp_path: Path) 
         '<param key="height" value="0"/></poly>\n'
         "</additional>"
     )
+    net.write_text(
+        '<net>\n<edge id="e">\n<lane id="e_0" shape="0,0 0,0" width="x"/>\n'
+        '<lane id="e_1" shape="0"/>\n<lane id="e_2" allow="tram" shape="0"/>\n</edge>\n</net>'
+    )
     text = refused(
         {
             "file": tmp_path / "a.csv",
             "types_file": types,
             "buildings": drawn,
+            "net": net,
             "maximum_gap": 0.1234567891,
         }
     ).replace(f"{tmp_path}/", "")
@@ -300,12 +305,16 @@ def test_what_is_wrong_with_types_and_buildings_is_said_at_once(tmp_path: Path) 
         "t.xml:3:1: type `a` is declared twice",
         "t.xml:4:1: `id` of this `<vType>` is missing",
         "t.xml:5:1: `body` is `box`; there are: bicycle, bus",
-        "t.xml:6:1: `antenna_height` is `None`, a positive number of metres is needed",
+        "t.xml:6:1: `antenna_height` is missing, a positive number of metres is needed",
         "b.xml:2:1: building `a` has 2 corners, at least 3 are needed",
         "b.xml:3:1: `shape` of building `b` is no list of points, as in `0,0 10,0 10,5`",
         "b.xml:4:1: `height` is `0`, a positive number of metres is needed",
+        "n.xml:3:1: `shape` of this lane has fewer than two points",
+        "n.xml:3:1: `width` is `x`, a positive number is needed",
+        "n.xml:4:1: `shape` of lane `e_1` is no list of points, as in `0,0 10,0`",
     ):
         assert expected in text
+    assert "e_2" not in text  # no passenger car may use it
 
 
 def test_a_run_outside_of_the_file_is_refused_unless_wanted(tmp_path: Path) -> None:

@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 
 from adapters.replay.kinds import CLASSES, DEFAULT_TYPES
+from adapters.sumo.road import read_road
+from adapters.sumo.scene import read_buildings
+from adapters.sumo.simulation import Sumo
 from adapters.traffic.geometry import wrap
 from tests.adapters.conftest import SCENE
-from tests.adapters.traces import array, entered, replay, states
+from tests.adapters.traces import Sample, array, entered, replay, states, write_csv
 
 STEPS = 300
 ROUTES = """
@@ -109,6 +112,23 @@ def test_a_replay_shows_what_sumo_says(tmp_path: Path) -> None:
     with gzip.open(file, "rt") as written:
         assert 'person id="rider"' in written.read()
     assert len(names) > 20
+
+
+def test_surroundings_are_those_of_sumo(tmp_path: Path, sumo: Sumo) -> None:
+    file = write_csv(tmp_path / "a.csv", [Sample(id="a", time=0.0)])
+    component = replay(
+        file,
+        net=SCENE.parent / "red_light.net.xml",
+        buildings=SCENE.parent / "red_light.poly.xml",
+    )
+    (found,) = states(component, "0.1", 0)
+    road, buildings = read_road(sumo), read_buildings(sumo)
+    vertex = np.asarray(found["road.vertex"], np.float64)
+    np.testing.assert_allclose(vertex, road.vertex, atol=1e-9)
+    np.testing.assert_array_equal(found["road.index"], road.index)
+    heights, corners = (np.asarray(found[f"building.{name}"]) for name in ("height", "vertex"))
+    assert sorted(heights.tolist()) == sorted(buildings.height.tolist())
+    assert sorted(corners.tolist()) == sorted(buildings.vertex.tolist())
 
 
 def test_sizes_of_classes_are_those_of_sumo(tmp_path: Path) -> None:
