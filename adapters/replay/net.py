@@ -100,6 +100,6 @@ def _allows_cars(lane: Element) -> bool:
 
 
 def _area(ring: Float) -> float:
-    """Of a polygon [m^2], by the shoelace formula."""
+    """The area of a polygon [m^2], by the shoelace formula."""
     x, y = ring[:, 0], ring[:, 1]
     return 0.5 * abs(float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()))
