@@ -71,8 +71,10 @@ def test_narrow_bodies_do_not_shadow(library: Library) -> None:
     )
 
     def loss(**parameters: float) -> Array:
-        ends = [[(x, y, 1.3) for y in lanes.values()] for x in (0, 50)]
-        return probe(library, scene, *ends, **parameters)["vehicle_loss"]
+        near, far = ([(x, y, 1.3) for y in lanes.values()] for x in (0, 50))
+        return probe(library, scene, near, far, carrier=None, size=200, **parameters)[
+            "vehicle_loss"
+        ]
 
     h = np.array([SIZES[body][2] for body in lanes]) - 1.3
     v = h * np.sqrt(2 * 5.9e9 / LIGHT_SPEED * (1 / 25 + 1 / 25))
