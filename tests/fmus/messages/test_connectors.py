@@ -37,7 +37,8 @@ def test_native_units_declare_the_same(unit: Interface) -> None:
 
 
 def test_traffic_and_units_number_bodies_alike() -> None:
-    assert dict(traffic.Body.__members__) == dict(Body.__members__)
+    theirs = {body.name: body.value for body in traffic.Body}
+    assert theirs == {body.name: body.value for body in Body}
     assert VEHICLES["vehicle.body"].description == BODY_CODES
     assert SIGNALS["vehicle.body"].description == BODY_CODES
 
