@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from fmus.messages.bodies import BODY_CODES
 from fmus.messages.records import (
     APMS_MIME,
     FEATURES_MIME,
@@ -62,9 +63,7 @@ SIGNALS: Final[Mapping[str, Connector]] = MappingProxyType(
         "vehicle.heading": _numbers("Counter-clockwise from the x axis", "vehicle", unit="rad"),
         "vehicle.velocity": _numbers("In the plane, world frame", "vehicle", 2, unit="m/s"),
         "vehicle.size": _numbers("Length, width, height of the body", "vehicle", 3, unit="m"),
-        "vehicle.body": _numbers(
-            "0 car, 1 SUV or MPV, 2 van, 3 bus, 4 truck", "vehicle", dtype=np.int32
-        ),
+        "vehicle.body": _numbers(BODY_CODES, "vehicle", dtype=np.int32),
         "vehicle.antenna_height": _numbers(
             "Above the ground, at the body's centre", "vehicle", unit="m"
         ),

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Final, Literal, TypeAlias
 
+from fmus.messages.bodies import BODY_CODES
 from fmus.native.interface import Variable, VariableType, discrete_input, length
 
 VehicleField: TypeAlias = Literal[
@@ -26,7 +27,7 @@ _VEHICLE: Final[dict[VehicleField, Variable]] = {
     ),
     "heading": _of_vehicle("heading", "Float64", "Counter-clockwise from the x axis", unit="rad"),
     "size": _of_vehicle("size", "Float64", "Length, width, height of the body", 3, unit="m"),
-    "body": _of_vehicle("body", "Int32", "0 car, 1 SUV or MPV, 2 van, 3 bus, 4 truck"),
+    "body": _of_vehicle("body", "Int32", BODY_CODES),
     "antenna_height": _of_vehicle(
         "antenna_height", "Float64", "Above the ground, at the body's centre", unit="m"
     ),

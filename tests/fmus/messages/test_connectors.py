@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from adapters.traffic import bodies as traffic
+from adapters.traffic.connectors import VEHICLES
 from fmus.channel.interface import INTERFACE as CHANNEL
 from fmus.lidar.interface import INTERFACE as LIDAR
+from fmus.messages.bodies import BODY_CODES, Body
 from fmus.messages.connectors import SIGNALS, inputs, outputs
 from fmus.native.interface import Interface
 from fmus.perception.interface import INTERFACE as PERCEPTION
@@ -31,6 +34,13 @@ def test_native_units_declare_the_same(unit: Interface) -> None:
         else:
             dtype = _DTYPES.get(variable.type, variable.type.lower())
             assert np.dtype(signal.dtype) == np.dtype(dtype), variable.name
+
+
+def test_traffic_and_units_number_bodies_alike() -> None:
+    theirs = {body.name: body.value for body in traffic.Body}
+    assert theirs == {body.name: body.value for body in Body}
+    assert VEHICLES["vehicle.body"].description == BODY_CODES
+    assert SIGNALS["vehicle.body"].description == BODY_CODES
 
 
 def test_what_one_unit_writes_another_can_read() -> None:
