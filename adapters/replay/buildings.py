@@ -1,45 +1,18 @@
 """Buildings from a SUMO file of polygons."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from adapters.replay.findings import Findings
-from adapters.replay.shapes import open_ring, read_shape
+from adapters.replay.shapes import read_shape
 from adapters.replay.xml_stream import Element, read_xml
 from adapters.traffic.geometry import Float
+from adapters.traffic.surroundings import Buildings, open_ring
 
 _BUILDING: Final = "building"
 _ROOT: Final = "additional"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Buildings:
-    """All buildings; the arrays are read-only.
-
-    Attributes:
-        vertex: corners, open rings one after the other [m], shape (vertex, 2).
-        index: the building each corner belongs to, int32, shape (vertex,).
-        height: above the ground [m], shape (building,).
-    """
-
-    vertex: Float
-    index: npt.NDArray[np.int32]
-    height: Float
-
-    @classmethod
-    def of(cls, rings: Sequence[Float], heights: Sequence[float]) -> "Buildings":
-        """Buildings with these outlines, shape (vertex, 2) each, and heights [m]."""
-        vertex = np.concatenate([np.zeros((0, 2)), *rings])
-        index = np.repeat(np.arange(len(rings), dtype=np.int32), [len(ring) for ring in rings])
-        height = np.array(heights, dtype=float)
-        for array in (vertex, index, height):
-            array.flags.writeable = False
-        return cls(vertex=vertex, index=index, height=height)
 
 
 def read_buildings(path: Path, default_height: float, findings: Findings) -> Buildings:

@@ -17,7 +17,7 @@ from adapters.replay.source import MOST_SAMPLES, Frame, Source
 from adapters.replay.tracks import Roster, Rows, Window
 from adapters.traffic.connectors import SURROUNDINGS, VEHICLES
 from adapters.traffic.geometry import direction
-from adapters.traffic.road_surface import RoadSurface
+from adapters.traffic.surroundings import RoadSurface
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Array, Connector, Signals

@@ -9,10 +9,10 @@ from typing import Final
 import numpy as np
 
 from adapters.replay.findings import Findings
-from adapters.replay.shapes import open_ring, read_shape
+from adapters.replay.shapes import read_shape
 from adapters.replay.xml_stream import Element, read_xml
 from adapters.traffic.geometry import Float
-from adapters.traffic.road_surface import RoadSurface, strip
+from adapters.traffic.surroundings import RoadSurface, area, open_ring, strip
 
 ROOT: Final = "net"
 
@@ -66,7 +66,7 @@ class _Reader:
         """The outlines of lanes and junctions, shape (vertex, 2) each."""
         lanes = [strip(*self._lanes[name]) for name in sorted(self._lanes)]
         ends = [self._junctions[name] for name in sorted(self._ends) if name in self._junctions]
-        return [*lanes, *(ring for ring in ends if _area(ring) > 0.0)]  # a dead end has none
+        return [*lanes, *(ring for ring in ends if area(ring) > 0.0)]  # a dead end has none
 
     def _take_lane(self, lane: Element) -> None:
         shape = self._shape(lane)
@@ -97,9 +97,3 @@ def _allows_cars(lane: Element) -> bool:
     if allowed is not None:
         return not {_CARS, "all"}.isdisjoint(allowed.split())
     return {_CARS, "all"}.isdisjoint(lane.attributes.get("disallow", "").split())
-
-
-def _area(ring: Float) -> float:
-    """The area of a polygon [m^2], by the shoelace formula."""
-    x, y = ring[:, 0], ring[:, 1]
-    return 0.5 * abs(float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()))

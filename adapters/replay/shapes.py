@@ -1,13 +1,8 @@
 """Shapes as SUMO writes them: points in the plane, one after the other."""
 
-from typing import Final
-
 import numpy as np
 
 from adapters.traffic.geometry import Float
-
-_SAME_POINT: Final = 0.01
-"""Vertices closer than this [m] are one: SUMO writes coordinates with two decimals."""
 
 
 def read_shape(text: str) -> Float | None:
@@ -22,9 +17,3 @@ def read_shape(text: str) -> Float | None:
     except ValueError:
         return None
     return shape if np.isfinite(shape).all() else None
-
-
-def open_ring(ring: Float) -> Float:
-    """`ring`, shape (vertex, 2), without a last vertex that repeats the first."""
-    closes = len(ring) > 1 and bool(np.hypot(*(ring[0] - ring[-1])) < _SAME_POINT)
-    return ring[:-1] if closes else ring

@@ -46,9 +46,7 @@ def add_command(commands: Any) -> None:
     """
     scene = commands.add_parser("scene", help="a scenario for a SUMO net; a picture of a scenario")
     actions = scene.add_subparsers(dest="action", required=True, metavar="ACTION")
-    maker = command(
-        actions, "new", "write a runnable scenario for a SUMO scene", _NEW, execute=new
-    )
+    maker = command(actions, "new", "write a runnable scenario for a SUMO scene", _NEW, execute=new)
     maker.add_argument("config", type=Path, metavar="FILE.sumocfg", help="SUMO configuration")
     maker.add_argument(
         "--out", type=Path, metavar="FILE.yaml", help="default: beside where you are, NAME.yaml"

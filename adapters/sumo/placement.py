@@ -222,7 +222,9 @@ class Placement:
         front = first.departure.position
         fit = int((front - kind.length) // pitch) + 1
         if entity.count > fit:
-            raise SumoError(f"`count` is {entity.count}, but lane `{first.lane}` has room for {fit}")
+            raise SumoError(
+                f"`count` is {entity.count}, but lane `{first.lane}` has room for {fit}"
+            )
         start = first.departure
         return self._on_road(
             name, start.route, entity, kind, first.lane, first.links, first.path,

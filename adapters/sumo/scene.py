@@ -12,8 +12,8 @@ from adapters.sumo.checks.polygons import height_in, is_building
 from adapters.sumo.errors import SumoError
 from adapters.sumo.simulation import Link, Sumo
 from adapters.traffic.bodies import BODIES, Body, body_of
-from adapters.traffic.geometry import Float
 from adapters.traffic.polyline import Polyline
+from adapters.traffic.surroundings import SAME_POINT, Buildings, area, open_ring
 
 logger = logging.getLogger(__name__)
 
@@ -21,9 +21,6 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 
 _THIN: Final = 1e-3
 """An area [m^2] below this is none."""
-
-_SAME_POINT: Final = 0.01
-"""Vertices closer than this [m] are one: SUMO writes coordinates with two decimals."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,21 +118,6 @@ class VehicleTypes:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Buildings:
-    """All buildings; the arrays are read-only.
-
-    Attributes:
-        vertex: corners, open rings one after the other [m], shape (vertex, 2).
-        index: the building each corner belongs to, int32, shape (vertex,).
-        height: [m], shape (building,).
-    """
-
-    vertex: Float
-    index: npt.NDArray[np.int32]
-    height: Float
-
-
 def read_buildings(sumo: Sumo, default_height: float) -> Buildings:
     """The polygons of type `building` or `building.*`, ordered by name.
 
@@ -163,29 +145,7 @@ def read_buildings(sumo: Sumo, default_height: float) -> Buildings:
             rings.append(ring)
     for kind, count in sorted(left_out.items()):
         logger.info("%d polygons of type `%s` are no buildings", count, kind)
-    index = np.repeat(np.arange(len(rings), dtype=np.int32), [len(ring) for ring in rings])
-    vertex = np.concatenate([np.zeros((0, 2)), *rings])
-    return Buildings(
-        vertex=frozen(vertex),
-        index=frozen(index),
-        height=frozen(np.array(heights, dtype=np.float64)),
-    )
-
-
-def open_ring(ring: Float) -> Float:
-    """`ring`, shape (vertex, 2), without a last vertex that repeats the first."""
-    closes = len(ring) > 1 and bool(np.hypot(*(ring[0] - ring[-1])) < _SAME_POINT)
-    return ring[:-1] if closes else ring
-
-
-def area(ring: Float) -> float:
-    """The area of a simple polygon [m^2]; 0 with fewer than three corners (Gauss's formula).
-
-    Args:
-        ring: corners [m], an open ring, shape (corner, 2).
-    """
-    x, y = (ring - ring[:1]).T
-    return abs(0.5 * float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()))
+    return Buildings.of(rings, heights)
 
 
 def frozen(array: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
@@ -221,7 +181,7 @@ def path_over(sumo: Sumo, lane: str, links: Iterable[Link]) -> Polyline:
         shapes.append(sumo.lane_shape(link.to_lane))
     vertices = np.concatenate(shapes)
     step = np.hypot(*np.diff(vertices, axis=0).T)
-    return Polyline(vertices[np.concatenate([[True], step > _SAME_POINT])])
+    return Polyline(vertices[np.concatenate([[True], step > SAME_POINT])])
 
 
 def links_along(sumo: Sumo, lane: str, edges: Sequence[str]) -> list[Link]:

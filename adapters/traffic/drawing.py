@@ -95,9 +95,7 @@ def _lights(axes: Axes, arrays: Mapping[str, Array]) -> None:
     axes.scatter(place[:, 0], place[:, 1], s=6, c=colours, linewidths=0, zorder=3)
 
 
-def _bodies(
-    axes: Axes, arrays: Mapping[str, Array], names: Mapping[int, str], span: float
-) -> None:
+def _bodies(axes: Axes, arrays: Mapping[str, Array], names: Mapping[int, str], span: float) -> None:
     center, heading = arrays["vehicle.position"][:, :2], arrays["vehicle.heading"]
     size, body = arrays["vehicle.size"][:, :2], arrays["vehicle.body"]
     numbers = arrays["vehicle.id"].tolist()

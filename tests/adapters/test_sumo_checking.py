@@ -36,16 +36,16 @@ def test_a_sound_scene_passes(more: str, folder: Folder) -> None:
 def test_a_left_hand_net_passes(folder: Folder) -> None:
     net = folder.path / NET
     net.write_text(net.read_text().replace("<net ", '<net lefthand="true" ', 1))
-    assert problems_of(folder.config(), thorough=True) == []
+    assert check_scene(folder.config(), thorough=True).problems == ()
 
 
 def test_compressed_files_are_read(folder: Folder) -> None:
     with gzip.open(folder.path / "net.xml.gz", "wb") as stream:
         stream.write((ASSETS / NET).read_bytes())
-    assert problems_of(folder.config(net="net.xml.gz"), thorough=True) == []
+    assert check_scene(folder.config(net="net.xml.gz"), thorough=True).problems == ()
     whole = (folder.path / "net.xml.gz").read_bytes()
     (folder.path / "net.xml.gz").write_bytes(whole[: len(whole) // 2])
-    (problem,) = problems_of(folder.config(net="net.xml.gz"), thorough=False)
+    (problem,) = check_scene(folder.config(net="net.xml.gz"), thorough=False).problems
     assert "net.xml.gz:1:1: the compressed file is damaged" in str(problem)
 
 
@@ -96,7 +96,7 @@ def test_a_cut_net_is_said_once_where_it_ends(folder: Folder) -> None:
 )
 def test_a_wrong_net_is_said(net: str, expected: str, folder: Folder) -> None:
     folder.write(NET, net)
-    (problem,) = problems_of(folder.config(), thorough=False)
+    (problem,) = check_scene(folder.config(), thorough=False).problems
     assert said([problem])[0].startswith(f"{NET}:{expected}")
 
 
@@ -105,7 +105,7 @@ def test_a_wrong_net_is_said(net: str, expected: str, folder: Folder) -> None:
 )
 def test_a_file_of_another_kind_is_said(name: str, *, is_routes: bool, folder: Folder) -> None:
     config = folder.config(routes=name) if is_routes else folder.config(additional=name)
-    (problem,) = problems_of(config, thorough=True)
+    (problem,) = check_scene(config, thorough=True).problems
     wanted = "route file" if is_routes else "additional file"
     assert f"this is no {wanted}: it begins with `<" in problem.what
 
@@ -216,7 +216,7 @@ def test_entities_are_refused_before_they_grow(folder: Folder) -> None:
     laughs = "".join(f'<!ENTITY a{k + 1} "{f"&a{k};" * 10}">' for k in range(9))
     bomb = f'<!DOCTYPE r [<!ENTITY a0 "ha">{laughs}]>\n<routes>&a9;</routes>'
     folder.write(ROUTES, bomb)
-    (problem,) = problems_of(folder.config(routes=ROUTES), thorough=True)
+    (problem,) = check_scene(folder.config(routes=ROUTES), thorough=True).problems
     assert "a document type (`<!DOCTYPE ...>`) is refused" in problem.what
     assert problem.where.line == 1
 
@@ -233,7 +233,7 @@ def test_no_cut_file_raises(data: st.DataObject, tmp_path_factory: pytest.TempPa
     whole = victim.read_bytes()
     end = len(whole.rstrip())
     victim.write_bytes(whole[: data.draw(st.integers(0, end - 1))])
-    found = problems_of(folder / "red_light.sumocfg", thorough=False)
+    found = check_scene(folder / "red_light.sumocfg", thorough=False).problems
     assert [problem.where.file for problem in found] == [str(victim)]
 
 
@@ -249,5 +249,5 @@ def test_no_damaged_file_raises(
     for place in data.draw(st.lists(st.integers(0, len(raw) - 1), min_size=1, max_size=5)):
         raw[place] = data.draw(st.integers(0, 255))
     victim.write_bytes(raw)
-    for problem in problems_of(folder / "red_light.sumocfg", thorough=False):
+    for problem in check_scene(folder / "red_light.sumocfg", thorough=False).problems:
         assert Path(problem.where.file).parent == folder

@@ -18,7 +18,9 @@ from orchestrator.signal import Causality, Signals
 from studies.red_light.traces import EGO, SHARING, Array, Traces
 
 FOLDER = Path(scenarios.__file__).parent
-EARLY = {"components.traffic.parameters.entities.ego.position.to_end": "75 m"}  # fusion begins in the first second
+EARLY = {
+    "components.traffic.parameters.entities.ego.position.to_end": "75 m"
+}  # fusion begins in the first second
 ONLY_THE_UNIT = {
     "components.traffic.parameters.equipment.all.radio": "0",
     "components.relay.type": "relay-random",

@@ -31,7 +31,9 @@ def missing_references(
             yield from _missing((*address, "to"), "edge", entity.to, roads.edges, entity)
         if entity.synchronise is not None:
             other = entity.synchronise.entity
-            yield from _missing((*address, "synchronise", "entity"), "entity", other, entities, None)
+            yield from _missing(
+                (*address, "synchronise", "entity"), "entity", other, entities, None
+            )
         other = entity.trigger.entity
         yield from _missing((*address, "trigger", "entity"), "entity", other, entities, None)
         if entity.finish is not None:
