@@ -13,10 +13,15 @@ from fmus.facilities.layer import FacilitiesLayer
 from fmus.facilities.streams import Streams
 from fmus.messages.apm import read_header, split
 from fmus.messages.records import NO_VEHICLE, REQUEST, SENSOR_DATA
+from fmus.relay import Direct, Mohed
+from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.algorithm.outputs import same
+from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Array, Causality, Signal
-from orchestrator.testing import check_component
+from orchestrator.simulation import simulate
+from orchestrator.system import System, expand
+from orchestrator.testing import FunctionComponent, check_component
 from tests.fmus.facilities.air import Town, asking
 from tests.fmus.facilities.world import H
 
@@ -172,6 +177,44 @@ def test_an_ego_that_is_not_there_asks_nothing_and_knows_nothing() -> None:
     assert not any(lengths().values())
     assert int(np.asarray(town.received("second")["received.sensor_data.count"])) == count
     assert town.objects("first") == [SHARER]
+
+
+def finds(sharers: int, zones: int) -> FunctionComponent:
+    """Stands for a perception unit that reports so many sharers and blind zones, unused."""
+    match: dict[str, Signal] = {
+        "match.sharer": np.full(sharers, NO_VEHICLE),
+        "match.trigger": np.array(False),
+        "blind_zone.center": np.zeros((zones, 2)),
+        "blind_zone.range": np.zeros(zones),
+    }
+    connectors = {name: replace(CONNECTORS[name], causality=Causality.OUTPUT) for name in match}
+    return FunctionComponent(connectors, lambda state, inputs, t: (state, match))
+
+
+def test_units_of_each_ego_are_connected_by_groups() -> None:
+    """Arrays along sharers and blind zones have a length of their own for each ego."""
+    components: dict[str, Component] = {
+        "facilities": KINDS["on demand"](egos=("first", "second")),
+        "perception-first": finds(8, 32),
+        "perception-second": finds(2, 5),
+        "relay-first": Direct(),
+        "relay-second": Mohed(Mohed.Parameters()),
+    }
+    links = [
+        link
+        for ego in ("first", "second")
+        for source, target in (
+            (f"perception-{ego}.match", f"facilities.{ego}.match"),
+            (f"perception-{ego}.blind_zone", f"facilities.{ego}.blind_zone"),
+            (f"perception-{ego}.match", f"relay-{ego}.match"),
+            (f"relay-{ego}.relay", f"facilities.{ego}.relay"),
+            (f"facilities.{ego}.received", f"relay-{ego}.received"),
+        )
+        for link in expand(components, source, target)
+    ]
+    system = System(components, dict.fromkeys(components, H), links)
+    assert len(system.feeds["relay-second"]) == 12 + 2
+    simulate(system, Jacobi(), start=0, stop=5 * H, seed=1)
 
 
 @pytest.mark.parametrize("kind", KINDS)
