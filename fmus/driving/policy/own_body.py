@@ -12,17 +12,17 @@ from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time
 
 ACCURACY: Final = 0.2
-"""Of a lidar [m]: what overlaps a body by less may only touch it."""
+"""Accuracy of a lidar [m]: what overlaps a body by less may only touch it."""
 MARGIN: Final = 0.5
-"""So far beyond the footprint a view of it may reach [m]: errors of the sharer's pose and of its
-box. What is of somebody else is hardly ever as near and as small."""
+"""Distance beyond the footprint that a view of it may reach [m]: errors of the sharer's pose and of
+its box. What is of somebody else is hardly ever as near and as small."""
 _MEMORY: Final[Duration] = 2_000_000_000
-"""How long poses are remembered [ns]; objects are forgotten by the facilities before that."""
+"""Time for which poses are remembered [ns]; facilities forget objects before that."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Pose:
-    """Of the ego vehicle at one time: metres, radians, and metres per second."""
+    """The ego vehicle at one time: metres, radians, and metres per second."""
 
     time: Time
     x: float
