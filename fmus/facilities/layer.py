@@ -1,6 +1,8 @@
 """What all facilities components have in common: BSMs, packets, reception, `received.*`."""
 
 import abc
+import functools
+import operator
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -164,9 +166,12 @@ class FacilitiesLayer(Component):
         rows = rows.compress((rows["outcome"] == _RECEIVED) & (rows["addressed"] == 1))
         self._measurements.measure(rows.compress(rows["kind"] == BSM))
         egos = {ego.vehicle: k for ego, k in zip(inputs.egos, self._listeners, strict=True)}
-        is_at_ego = np.isin(rows["receiver"], list(egos))
-        self._count_sensor_data(rows.compress(is_at_ego & (rows["kind"] == SENSOR_DATA)), egos)
-        rows = rows.compress(is_at_ego | (rows["kind"] == REQUEST))
+        receiver, kind = rows["receiver"], rows["kind"]
+        is_at_ego = functools.reduce(operator.or_, (receiver == ego for ego in egos))
+        is_counted = is_at_ego & (kind == SENSOR_DATA)
+        if is_counted.any():
+            self._count_sensor_data(rows.compress(is_counted), egos)
+        rows = rows.compress(is_at_ego | (kind == REQUEST))
         for arrival in self._outbox.arrivals(rows):
             message = arrival.message
             if message.destination not in {arrival.receiver, NO_VEHICLE}:
