@@ -21,6 +21,7 @@ class SceneCheck:
         files: of the scene.
         problems: what keeps it from being simulated, each at its place, in the order of the files.
         remarks: what is not wrong, but may not be meant.
+        is_empty: whether no vehicle, person or flow is declared.
         roads: edges and lanes of the net.
         types: vehicle types.
     """
@@ -30,6 +31,7 @@ class SceneCheck:
     types: frozenset[str]
     problems: tuple[Problem, ...]
     remarks: tuple[Problem, ...]
+    is_empty: bool
 
 
 def check_scene(config: Path, *, thorough: bool) -> SceneCheck:
@@ -56,6 +58,7 @@ def check_scene(config: Path, *, thorough: bool) -> SceneCheck:
         files=files,
         problems=tuple(problems),
         remarks=tuple(remarks),
+        is_empty=scene.roads.complete and not scene.traffic,
         roads=scene.roads,
         types=frozenset(scene.types),
     )
@@ -80,9 +83,6 @@ def _read_contents(files: SceneFiles, scene: Scene) -> list[Problem]:
     if unreadable or len(present) < len(files.inputs) or not scene.roads.complete:
         return unreadable  # what seems to be missing may be declared where it cannot be read
     scene.finish()
-    if not scene.traffic:
-        top = Location(str(files.config), 1, 1)
-        scene.findings.remark(top, "the scene has no vehicle, person or flow")
     return unreadable
 
 

@@ -19,7 +19,7 @@ from adapters.sumo.files import read_scene
 from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.traffic import Traffic
-from orchestrator.errors import ComponentTypeError
+from orchestrator.errors import ComponentTypeError, Location, Problem
 from orchestrator.input_files import FileCheck, FileReadingComponent
 from orchestrator.signal import Connector, Signals
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, Time, nanoseconds, seconds
@@ -66,12 +66,21 @@ class SumoTraffic(FileReadingComponent):
     def check_files(cls, parameters: TrafficParameters, *, thorough: bool) -> FileCheck:
         found = check_scene(parameters.scene, thorough=thorough and not parameters.traci)
         missing = tuple(missing_references(parameters.entities, found.roads, found.types))
-        return FileCheck(problems=(*found.problems, *missing), remarks=found.remarks)
+        has_own = bool(parameters.entities) or parameters.background is not None
+        remarks = found.remarks
+        if found.is_empty and not has_own:
+            what = "neither the scene nor `entities` or `background` bring a vehicle or a person"
+            remarks = (*remarks, Problem(Location(str(parameters.scene), 1, 1), what))
+        return FileCheck(problems=(*found.problems, *missing), remarks=remarks)
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         self.close()
-        self._sumo = Sumo(self._connect(int(rng.integers(2**31))))
+        at = self._parameters.origin
+        origin = None if at is None else (at.x, at.y)
+        self._sumo = Sumo(self._connect(int(rng.integers(2**31))), origin)
+        if any(self._sumo.origin):
+            logger.info("positions are relative to (%g, %g) m of the net", *self._sumo.origin)
         begin = round(self._sumo.time * NANOSECONDS_PER_SECOND)
         if begin != start:
             logger.info(

@@ -27,7 +27,7 @@ _ROAD, _BUILDING, _ENTITY = "#d9d9d9", "#a89f91", "#d62728"
 
 _COLOURS: Final[Mapping[Body, str]] = {
     Body.CAR: "#1f77b4",
-    Body.SUV: "#1f77b4",
+    Body.SUV: "#7fb2d9",
     Body.VAN: "#17becf",
     Body.BUS: "#9467bd",
     Body.TRUCK: "#8c564b",

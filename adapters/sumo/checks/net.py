@@ -11,9 +11,8 @@ from adapters.sumo.checks.reading import Attributes, Elements
 from adapters.sumo.checks.roots import root_problem
 from orchestrator.errors import Location
 
-FAR: Final = 1e6
-"""Coordinates beyond this [m] are no longer exact to a millimetre in single precision, and no
-scene is as large."""
+FAR: Final = 1e5
+"""Coordinates beyond this [m] are counted from the corner of the net."""
 
 
 @dataclass(slots=True)
@@ -115,7 +114,7 @@ class NetElements(Elements):
             what = f"`convBoundary` is four numbers, got `{text}`"
             self._findings.add("boundaries that are none", where, what)
         elif far := [number for number in numbers if abs(number) > FAR]:
-            self._findings.add("far coordinates", where, far_away(far[0]))
+            self._findings.remark(where, far_away(far[0]))
 
     def _declare(self, kind: str, name: str, known: dict[str, int]) -> None:
         where = self._here()
@@ -129,7 +128,6 @@ class NetElements(Elements):
 def far_away(coordinate: float) -> str:
     """What to say of a coordinate [m] beyond `FAR`."""
     return (
-        f"the coordinate {coordinate:.0f} m is far from the origin; make the net again with "
-        "netconvert, which moves it there and notes by how much in `netOffset`, and apply the "
-        "same offset to everything else"
+        f"the coordinate {coordinate:.0f} m is far from the origin: all positions of the run are "
+        "relative to the corner of the net, or to the parameter `origin`"
     )

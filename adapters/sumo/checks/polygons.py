@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Final
 
 from adapters.sumo.checks.findings import Findings
-from adapters.sumo.checks.net import FAR, far_away
 from adapters.sumo.checks.reading import Attributes
 from orchestrator.errors import Location
 
@@ -108,9 +107,6 @@ def _shape_problem(text: str, *, is_geodetic: bool) -> str | None:
         return f"`shape` is a list of `x,y`, got `{_shortened(text)}`"
     if is_geodetic:  # degrees: SUMO projects them
         return "at least 3 different corners are needed" if len(set(corners)) < 3 else None
-    far = next((c for corner in corners for c in corner if abs(c) > FAR), None)
-    if far is not None:
-        return far_away(far)
     count = _different(corners)
     if count < 3:
         return f"at least 3 different corners are needed, there are {count}"
