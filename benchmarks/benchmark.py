@@ -102,11 +102,6 @@ class Row:
 class Case(abc.ABC):
     """One thing to be measured, again and again."""
 
-    @property
-    @abc.abstractmethod
-    def name(self) -> str:
-        """Unique within its benchmark."""
-
     @abc.abstractmethod
     def measure(self) -> Measurement:
         """Do the work once; every call does the same work.
@@ -148,8 +143,8 @@ class Benchmark(abc.ABC):
         """Raise a `CosimError` if something is missing that the cases need; called first."""
 
     @abc.abstractmethod
-    def cases(self) -> Sequence[Case]:
-        """The cases, prepared to be measured."""
+    def cases(self) -> Mapping[str, Case]:
+        """The cases, prepared to be measured, by name; they are measured in this order."""
 
     @abc.abstractmethod
     def rows(self, measured: Mapping[str, Sequence[Measurement]]) -> Sequence[Row]:
