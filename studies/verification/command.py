@@ -3,7 +3,9 @@
 Each unit that can be verified adds its own parser through the entry points of `VERIFICATIONS`.
 """
 
+import argparse
 from importlib.metadata import entry_points
+from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.cli.command import add_installed
@@ -18,3 +20,9 @@ def add_command(commands: Any) -> None:
     verify = commands.add_parser("verify", help="compare a unit with data or theory from elsewhere")
     units = verify.add_subparsers(dest="unit", required=True, metavar="UNIT")
     add_installed(units, entry_points(group=VERIFICATIONS), "`verify {}`")
+
+
+def add_figures(unit: argparse.ArgumentParser, page: str) -> None:
+    """Add `--figures DIR`, which also writes `page` beside that folder, to the parser of a unit."""
+    help_text = f"draw figures into DIR, and write the page {page} beside it"
+    unit.add_argument("--figures", type=Path, metavar="DIR", help=help_text)

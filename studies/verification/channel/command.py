@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from orchestrator.cli.command import command
 from orchestrator.cli.outcome import Exit, Outcome, failure
+from studies.verification.command import add_figures
 
 _FEWEST_SEEDS: Final = 10
 _EPILOG: Final = """\
@@ -37,12 +38,7 @@ def add_unit(units: Any) -> None:
         metavar="N",
         help="how often runs of the whole stack are repeated with own medium\naccess (default: 20)",
     )
-    channel.add_argument(
-        "--figures",
-        type=Path,
-        metavar="DIR",
-        help="draw figures into DIR, and write the page DIR-channel.md beside it",
-    )
+    add_figures(channel, "DIR-channel.md")
 
 
 def _seeds(text: str) -> int:

@@ -2,12 +2,12 @@
 
 import argparse
 import importlib.util
-from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.cli.command import command
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
+from studies.verification.command import add_figures
 
 SCENES: Final = 500
 """Scenes unless the user says otherwise."""
@@ -59,12 +59,7 @@ def add_unit(units: Any) -> None:
     parser.add_argument(
         "--seed", type=_seed, default=1, metavar="S", help="of the scenes (default: 1)"
     )
-    parser.add_argument(
-        "--figures",
-        type=Path,
-        metavar="DIR",
-        help="draw figures into DIR, and write the page DIR.md beside it",
-    )
+    add_figures(parser, "DIR.md")
 
 
 def _count(text: str) -> int:
