@@ -2,23 +2,19 @@
 
 from dataclasses import dataclass
 
-import numpy as np
 from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE
 from fmus.physics.propagation import wavelength
 from fmus.relay.expectation import Expectation, Losses
-from fmus.relay.inputs import Inputs
+from fmus.relay.obstacle_aware import ObstacleAwareParameters, ObstacleAwareSelection
 from fmus.relay.prediction import Horizon
 from fmus.relay.radio import Radio
-from fmus.relay.selection import RelaySelection, SelectionParameters
 from fmus.relay.situation import Choice, Situation
-from fmus.relay.surroundings import Surroundings
 from orchestrator.parameters import parameter
-from orchestrator.timebase import Time, nanoseconds
 
 
-class ExpectedPrr(RelaySelection):
+class ExpectedPrr(ObstacleAwareSelection):
     """The relay, or the direct link, over which most packets are expected to arrive.
 
     It knows what MoHeD knows, and the powers that signal strength knows. It moves radios and
@@ -29,7 +25,7 @@ class ExpectedPrr(RelaySelection):
     """
 
     @dataclass(frozen=True, slots=True, kw_only=True)
-    class Parameters(SelectionParameters):
+    class Parameters(ObstacleAwareParameters):
         """What the ego believes of radios, medium and its own knowledge."""
 
         gain: float = parameter(
@@ -101,9 +97,6 @@ class ExpectedPrr(RelaySelection):
             doc="share of the packets over a relay that are lost because the sharer sends while "
             "the relay forwards",
         )
-        same_body: float = parameter(
-            1.0, unit="m", minimum=0.0, doc="distance at which two sources mean one obstacle"
-        )
 
     def __init__(self, parameters: Parameters) -> None:
         super().__init__(parameters)
@@ -131,16 +124,6 @@ class ExpectedPrr(RelaySelection):
         )
         horizon = Horizon.over(parameters.window, parameters.sample)
         self._expectation = Expectation(radio, losses, horizon, parameters.correction_time)
-
-    @override
-    def begin(self, rng: np.random.Generator) -> None:
-        self._surroundings = Surroundings(
-            self._given.same_body, nanoseconds(self._given.lost_after)
-        )
-
-    @override
-    def remember(self, known: Inputs, now: Time) -> None:
-        self._surroundings.remember(known, now)
 
     @override
     def choose(self, situation: Situation) -> Choice:

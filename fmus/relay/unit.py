@@ -1,0 +1,32 @@
+"""What every relay unit has: its connectors, and the course of its choices."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from typing_extensions import override
+
+from fmus.relay.connectors import CONNECTORS
+from fmus.relay.course import Course
+from orchestrator.component import Component
+from orchestrator.signal import Connector, Signals
+from orchestrator.timebase import Time
+
+
+class RelayUnit(Component):
+    """Takes in what the ego knows and gives out the choice in force; `step` makes the choices.
+
+    At the start the choice is the direct link, for nobody.
+    """
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return CONNECTORS
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._course = Course()
+
+    @override
+    def outputs(self) -> Signals:
+        return self._course.outputs
