@@ -6,6 +6,7 @@ from ctypes import c_void_p
 from dataclasses import dataclass
 from typing import Any, cast
 
+from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import Guard
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.unpacked import LoadedFmu
@@ -13,8 +14,10 @@ from adapters.fmi.unpacked import LoadedFmu
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LifeFunctions:
-    """What the functions are called that store states and end an instance."""
+    """What the functions are called that make an instance, store its states and end it."""
 
+    instantiate: str
+    exit_initialisation: str
     get_state: str
     set_state: str
     free_state: str
@@ -29,7 +32,6 @@ class Handle:
         fmu: the library, which goes with the instance.
         guard: judges the status of calls.
         address: of the instance, the first argument of its functions.
-        is_initialised: whether it has left initialisation mode, so that it is to be terminated.
     """
 
     def __init__(
@@ -37,7 +39,7 @@ class Handle:
         fmu: LoadedFmu,
         log: MessageLog,
         functions: LifeFunctions,
-        instantiate: Callable[[LoadedFmu], int],
+        instantiate: Callable[[LoadedFmu], int | None],
     ) -> None:
         """Instantiate; the library goes again if that fails.
 
@@ -45,20 +47,34 @@ class Handle:
             fmu: the loaded library.
             log: receives what the FMU says.
             functions: of its FMI version.
-            instantiate: calls the function that makes an instance; its address.
+            instantiate: calls the function that makes an instance; its address, if there is one.
+
+        Raises:
+            FmuError: there is none.
         """
         self.fmu = fmu
         self.guard = Guard(log)
-        self.is_initialised = False
+        self._is_initialised = False
         self._functions = functions
         self._states: set[int] = set()
         self._is_freed = False
         try:
-            self.address = instantiate(fmu)
+            self.address = self._made(instantiate(fmu), log)
         except BaseException:
             fmu.unload()
             fmu.discard()
             raise
+
+    def _made(self, address: int | None, log: MessageLog) -> int:
+        if not address:
+            text = "; ".join(log.recent) or "the FMU logged no reason"
+            raise FmuError(f"{self._functions.instantiate} returned nothing: {text}")
+        return address
+
+    def exit_initialisation(self) -> None:
+        """Leave initialisation mode; from now on the end of the instance is a termination."""
+        self.call(self._functions.exit_initialisation)
+        self._is_initialised = True
 
     def call(self, name: str, *arguments: Any) -> None:
         """Call a function of the instance.
@@ -96,7 +112,7 @@ class Handle:
         if not self.guard.is_dead:
             for state in tuple(self._states):
                 self.forget(state)
-            if self.is_initialised and not self.guard.has_failed:
+            if self._is_initialised and not self.guard.has_failed:
                 self.fmu.call(self._functions.terminate, self.address)
             self.fmu.call(self._functions.free_instance, self.address)
             self.fmu.unload()

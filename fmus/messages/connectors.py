@@ -174,6 +174,9 @@ SIGNALS: Final[Mapping[str, Connector]] = MappingProxyType(
 )
 """Every signal that more than one Python unit takes or gives, declared as an input."""
 
+RECEIVED_BSMS: Final = tuple(name for name in SIGNALS if name.startswith("received.bsm."))
+"""What the ego knows of its neighbours by their BSMs."""
+
 
 def inputs(*names: str, description: str | None = None) -> dict[str, Connector]:
     """Connectors that read these signals.

@@ -1,14 +1,12 @@
 """What every relay unit has: its connectors, and the course of its choices."""
 
-from collections.abc import Mapping
-
 import numpy as np
 from typing_extensions import override
 
 from fmus.relay.connectors import CONNECTORS
 from fmus.relay.course import Course
 from orchestrator.component import Component
-from orchestrator.signal import Connector, Signals
+from orchestrator.signal import Signals
 from orchestrator.timebase import Time
 
 
@@ -18,10 +16,7 @@ class RelayUnit(Component):
     At the start the choice is the direct link, for nobody.
     """
 
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return CONNECTORS
+    connectors = CONNECTORS
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:

@@ -54,11 +54,6 @@ class Counter(ConcurrentComponent):
         self._sum = 0
 
     @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self.begin_step(inputs, t, h)
-        self.finish_step()
-
-    @override
     def begin_step(self, inputs: Signals, t: Time, h: Duration) -> None:
         self._next = (self._sum + int(np.asarray(inputs["u"]))) % 61 + 1
         self._t = t

@@ -37,6 +37,22 @@ def results(plan: Experiment, outcome: Outcome, *, without: int | None = None) -
     return Results(experiment=plan, rows=rows, metrics=[{} for _ in rows], sessions=[SESSION])
 
 
+def check_manual(study: str, page: Callable[[Path, str, Path], str]) -> None:
+    """Whether the page of a study in the manual is what `page` makes of the results beside it.
+
+    Args:
+        study: its name.
+        page: of the folder of results, its name in links, and the analysis.
+    """
+    docs = Path(__file__).parents[2] / "docs"
+    found = docs / f"{study}-study.md"
+    if not found.is_file():
+        pytest.skip("`make paper` has not been run yet")
+    folder = docs / "results"
+    wanted = page(folder, "results", folder / f"{study}-analysis.md")
+    assert found.read_text() == wanted, "run the last line of `make paper`"
+
+
 def refusal(
     main: Callable[[], None], monkeypatch: pytest.MonkeyPatch, *arguments: Path
 ) -> int | str | None:
