@@ -15,7 +15,7 @@ from typing_extensions import override
 
 from adapters.fmi.block import Block, address_of
 from adapters.fmi.errors import FmuError
-from adapters.fmi.handle import LifeFunctions
+from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
@@ -23,15 +23,6 @@ from adapters.fmi.unpacked import LoadedFmu
 from orchestrator.signal import Signal
 
 _VALUES: Final = (c_void_p, c_void_p, c_size_t, c_void_p)
-_FUNCTIONS: Final = LifeFunctions(
-    instantiate="fmi2Instantiate",
-    exit_initialisation="fmi2ExitInitializationMode",
-    get_state="fmi2GetFMUstate",
-    set_state="fmi2SetFMUstate",
-    free_state="fmi2FreeFMUstate",
-    terminate="fmi2Terminate",
-    free_instance="fmi2FreeInstance",
-)
 _STEP: Final = (c_void_p, c_double, c_double, c_int)
 _DTYPES: Final[Mapping[str, npt.DTypeLike]] = {
     "Real": np.float64,
@@ -58,7 +49,7 @@ def _on_message(
 class Fmi2Instance(LoadedInstance):
     """FMI 2.0.4, section 4.2: scalars only, synchronous steps."""
 
-    functions = _FUNCTIONS
+    names = FunctionNames(prefix="fmi2", instantiate="fmi2Instantiate", state="FMUstate")
     dtypes = _DTYPES
 
     @override

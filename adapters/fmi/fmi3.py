@@ -13,7 +13,7 @@ from typing_extensions import override
 from adapters.fmi.block import Block, address_of
 from adapters.fmi.description import DTYPES, FmuDescription
 from adapters.fmi.errors import FmuError
-from adapters.fmi.handle import LifeFunctions
+from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
@@ -22,22 +22,15 @@ from orchestrator.signal import Signal
 
 _ARRAYS: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)
 _BINARIES: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_size_t)
-_FUNCTIONS: Final = LifeFunctions(
-    instantiate="fmi3InstantiateCoSimulation",
-    exit_initialisation="fmi3ExitInitializationMode",
-    get_state="fmi3GetFMUState",
-    set_state="fmi3SetFMUState",
-    free_state="fmi3FreeFMUState",
-    terminate="fmi3Terminate",
-    free_instance="fmi3FreeInstance",
-)
 _STEP: Final = (c_void_p, c_double, c_double, c_bool, c_void_p, c_void_p, c_void_p, c_void_p)
 
 
 class Fmi3Instance(LoadedInstance):
     """FMI 3.0.2, sections 2.2 and 4.2, without event mode, clocks and early return."""
 
-    functions = _FUNCTIONS
+    names = FunctionNames(
+        prefix="fmi3", instantiate="fmi3InstantiateCoSimulation", state="FMUState"
+    )
     dtypes = DTYPES
 
     def __init__(

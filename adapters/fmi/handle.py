@@ -13,16 +13,18 @@ from adapters.fmi.unpacked import LoadedFmu
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LifeFunctions:
-    """What the functions are called that make an instance, store its states and end it."""
+class FunctionNames:
+    """What the functions of an FMI version are called that both versions have.
 
+    Attributes:
+        prefix: of all of them.
+        instantiate: makes an instance.
+        state: what they call an FMU state.
+    """
+
+    prefix: str
     instantiate: str
-    exit_initialisation: str
-    get_state: str
-    set_state: str
-    free_state: str
-    terminate: str
-    free_instance: str
+    state: str
 
 
 class Handle:
@@ -38,7 +40,7 @@ class Handle:
         self,
         fmu: LoadedFmu,
         log: MessageLog,
-        functions: LifeFunctions,
+        names: FunctionNames,
         instantiate: Callable[[LoadedFmu], int | None],
     ) -> None:
         """Instantiate; the library goes again if that fails.
@@ -46,7 +48,7 @@ class Handle:
         Args:
             fmu: the loaded library.
             log: receives what the FMU says.
-            functions: of its FMI version.
+            names: of the functions of its FMI version.
             instantiate: calls the function that makes an instance; its address, if there is one.
 
         Raises:
@@ -55,7 +57,7 @@ class Handle:
         self.fmu = fmu
         self.guard = Guard(log)
         self._is_initialised = False
-        self._functions = functions
+        self._names = names
         self._states: set[int] = set()
         self._is_freed = False
         try:
@@ -68,12 +70,12 @@ class Handle:
     def _made(self, address: int | None, log: MessageLog) -> int:
         if not address:
             text = "; ".join(log.recent) or "the FMU logged no reason"
-            raise FmuError(f"{self._functions.instantiate} returned nothing: {text}")
+            raise FmuError(f"{self._names.instantiate} returned nothing: {text}")
         return address
 
     def exit_initialisation(self) -> None:
         """Leave initialisation mode; from now on the end of the instance is a termination."""
-        self.call(self._functions.exit_initialisation)
+        self.call(f"{self._names.prefix}ExitInitializationMode")
         self._is_initialised = True
 
     def call(self, name: str, *arguments: Any) -> None:
@@ -87,14 +89,14 @@ class Handle:
     def save(self) -> int:
         """Store the FMU state; an address for `restore` and `forget`."""
         state = c_void_p()
-        self.call(self._functions.get_state, ctypes.byref(state))
+        self.call(f"{self._names.prefix}Get{self._names.state}", ctypes.byref(state))
         address = cast("int", state.value)
         self._states.add(address)
         return address
 
     def restore(self, state: int) -> None:
         """Return to a stored state; a failed instance is sound again."""
-        self.call(self._functions.set_state, c_void_p(state))
+        self.call(f"{self._names.prefix}Set{self._names.state}", c_void_p(state))
         self.guard.has_failed = False
 
     def forget(self, state: int) -> None:
@@ -102,7 +104,8 @@ class Handle:
         if state in self._states and not self.guard.is_dead:
             self._states.discard(state)
             pointer = ctypes.byref(c_void_p(state))
-            self.fmu.call(self._functions.free_state, self.address, pointer)
+            function = f"{self._names.prefix}Free{self._names.state}"
+            self.fmu.call(function, self.address, pointer)
 
     def free(self) -> None:
         """Free the states, the instance, the library and the temporary folder, once."""
@@ -113,7 +116,7 @@ class Handle:
             for state in tuple(self._states):
                 self.forget(state)
             if self._is_initialised and not self.guard.has_failed:
-                self.fmu.call(self._functions.terminate, self.address)
-            self.fmu.call(self._functions.free_instance, self.address)
+                self.fmu.call(f"{self._names.prefix}Terminate", self.address)
+            self.fmu.call(f"{self._names.prefix}FreeInstance", self.address)
             self.fmu.unload()
         self.fmu.discard()

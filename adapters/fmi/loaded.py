@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from adapters.fmi.block import Block, blocks
 from adapters.fmi.description import FmuDescription
-from adapters.fmi.handle import Handle, LifeFunctions
+from adapters.fmi.handle import FunctionNames, Handle
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.unpacked import LoadedFmu
@@ -28,8 +28,8 @@ class LoadedInstance(FmuInstance):
         may_restore: whether a step may be followed by a return to a state before it.
     """
 
-    functions: ClassVar[LifeFunctions]
-    """Those of the FMI version."""
+    names: ClassVar[FunctionNames]
+    """Those of the functions of the FMI version."""
     dtypes: ClassVar[Mapping[str, npt.DTypeLike]]
     """The types of its variables."""
 
@@ -43,7 +43,7 @@ class LoadedInstance(FmuInstance):
             v.name: int(v.start[0]) for v in description.of("structuralParameter") if v.start
         }
         instantiate = functools.partial(self._instantiate, name)
-        self._handle = Handle(LoadedFmu(description, name), log, self.functions, instantiate)
+        self._handle = Handle(LoadedFmu(description, name), log, self.names, instantiate)
         self._fmu, self._guard = self._handle.fmu, self._handle.guard
         self._instance = self._handle.address
         self._blocks = [

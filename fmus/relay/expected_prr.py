@@ -12,6 +12,7 @@ from fmus.relay.prediction import Horizon
 from fmus.relay.radio import Radio
 from fmus.relay.situation import Choice, Situation
 from orchestrator.parameters import parameter
+from orchestrator.share import share
 
 
 class ExpectedPrr(ObstacleAwareSelection):
@@ -28,9 +29,7 @@ class ExpectedPrr(ObstacleAwareSelection):
     class Parameters(ObstacleAwareParameters):
         """What the ego believes of radios, medium and its own knowledge."""
 
-        gain: float = parameter(
-            0.03, minimum=0.0, maximum=1.0, doc="expected PRR that another choice must add"
-        )
+        gain: float = share(0.03, doc="expected PRR that another choice must add")
         sample: float = parameter(
             0.25, unit="s", minimum=0.01, doc="longest time between the instants looked at"
         )
@@ -49,10 +48,8 @@ class ExpectedPrr(ObstacleAwareSelection):
         cca_threshold: float = parameter(
             -65.0, unit="dBm", doc="power on air that keeps a radio from sending"
         )
-        missed: float = parameter(
+        missed: float = share(
             0.3,
-            minimum=0.0,
-            maximum=1.0,
             doc="probability that a radio misses the start of a frame, locked on another one",
         )
         capture_margin: float = parameter(
@@ -69,34 +66,39 @@ class ExpectedPrr(ObstacleAwareSelection):
         indoor_loss: float = parameter(
             0.4, unit="dB/m", minimum=0.0, doc="per metre inside buildings"
         )
-        hidden: float = parameter(
+        hidden: float = share(
             0.4,
-            minimum=0.0,
-            maximum=1.0,
             doc="probability that a body that obstructs a hop hides one more behind it",
         )
         hidden_body: float = parameter(12.0, unit="dB", minimum=0.0, doc="what a hidden body costs")
-        bsm_overlap: float = parameter(
+        bsm_overlap: float = share(
             0.0074,
-            minimum=0.0,
-            maximum=1.0,
             doc="probability that a BSM of one neighbour is on the air while a packet is, where "
             "neither radio hears the other: twice 368 us, 10 times a second",
         )
-        apm_overlap: float = parameter(
+        apm_overlap: float = share(
             0.05,
-            minimum=0.0,
-            maximum=1.0,
             doc="the same of the ego's own APM: 4.9 ms somewhere in the 100 ms between scans; 0.4 "
             "where all send within 10 ms of the same scan (`processing_time` of the facilities)",
         )
-        contention: float = parameter(
+        contention: float = share(
             0.05,
-            minimum=0.0,
-            maximum=1.0,
             doc="share of the packets over a relay that are lost because the sharer sends while "
             "the relay forwards",
         )
+
+        @property
+        def losses(self) -> Losses:
+            """What else than noise costs power, or packets."""
+            return Losses(
+                wall=self.wall_loss,
+                indoor=self.indoor_loss,
+                bsm_overlap=self.bsm_overlap,
+                apm_overlap=self.apm_overlap,
+                hidden=self.hidden,
+                hidden_body=self.hidden_body,
+                contention=self.contention,
+            )
 
     def __init__(self, parameters: Parameters) -> None:
         super().__init__(parameters)
@@ -113,17 +115,10 @@ class ExpectedPrr(ObstacleAwareSelection):
             fading_m=parameters.fading_m,
             uncertainty=parameters.uncertainty,
         )
-        losses = Losses(
-            wall=parameters.wall_loss,
-            indoor=parameters.indoor_loss,
-            bsm_overlap=parameters.bsm_overlap,
-            apm_overlap=parameters.apm_overlap,
-            hidden=parameters.hidden,
-            hidden_body=parameters.hidden_body,
-            contention=parameters.contention,
-        )
         horizon = Horizon.over(parameters.window, parameters.sample)
-        self._expectation = Expectation(radio, losses, horizon, parameters.correction_time)
+        self._expectation = Expectation(
+            radio, parameters.losses, horizon, parameters.correction_time
+        )
 
     @override
     def choose(self, situation: Situation) -> Choice:
