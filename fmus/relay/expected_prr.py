@@ -1,6 +1,7 @@
 """The relay of largest expected PRR over the window, from what the ego knows."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 from typing_extensions import override
 
@@ -90,34 +91,24 @@ class ExpectedPrr(ObstacleAwareSelection):
         @property
         def losses(self) -> Losses:
             """What else than noise costs power, or packets."""
-            return Losses(
-                wall=self.wall_loss,
-                indoor=self.indoor_loss,
-                bsm_overlap=self.bsm_overlap,
-                apm_overlap=self.apm_overlap,
-                hidden=self.hidden,
-                hidden_body=self.hidden_body,
-                contention=self.contention,
-            )
+            return Losses(**self._alike(Losses))
+
+        @property
+        def radio(self) -> Radio:
+            """What all radios are believed to be."""
+            return Radio(wavelength=wavelength(self.carrier_frequency), **self._alike(Radio))
+
+        def _alike(self, record: type) -> dict[str, Any]:
+            """The parameters that are fields of `record`, too."""
+            names = {field.name for field in fields(record)}
+            return {f.name: getattr(self, f.name) for f in fields(self) if f.name in names}
 
     def __init__(self, parameters: Parameters) -> None:
         super().__init__(parameters)
         self._given = parameters
-        radio = Radio(
-            transmit_power=parameters.transmit_power,
-            noise_floor=parameters.noise_floor,
-            sensitivity=parameters.sensitivity,
-            cca_threshold=parameters.cca_threshold,
-            missed=parameters.missed,
-            capture_margin=parameters.capture_margin,
-            wavelength=wavelength(parameters.carrier_frequency),
-            frame_size=parameters.packet_size,
-            fading_m=parameters.fading_m,
-            uncertainty=parameters.uncertainty,
-        )
         horizon = Horizon.over(parameters.window, parameters.sample)
         self._expectation = Expectation(
-            radio, parameters.losses, horizon, parameters.correction_time
+            parameters.radio, parameters.losses, horizon, parameters.correction_time
         )
 
     @override

@@ -46,12 +46,7 @@ class CurveName:
     @staticmethod
     def of(condition: Condition) -> "CurveName":
         """The curve that a condition belongs to, if its load and granularity do."""
-        return CurveName(
-            channel=condition.channel,
-            compression=condition.compression,
-            speed_kmh=condition.speed_kmh,
-            maximum_age=condition.maximum_age,
-        )
+        return CurveName(**condition.repeated_in(CurveName))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -294,15 +289,9 @@ def _assumption(point: Point, constant: Sequence[Point]) -> Assumption:
     per = _resampled([point], resampling)[0][:, 0]
     assumed = _assumed(curve_of(constant, resampling).at(per), constant)
     measured = collision_rate(point)
-    condition = point.condition
     return Assumption(
+        **point.condition.repeated_in(Assumption, but=["per"]),
         experiment=point.experiment,
-        relay=condition.relay,
-        compression=condition.compression,
-        speed_kmh=condition.speed_kmh,
-        load=condition.load,
-        granularity=condition.granularity,
-        transmit_power=condition.transmit_power,
         per=interval(per),
         rate=measured,
         assumed=assumed,

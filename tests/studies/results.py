@@ -61,3 +61,16 @@ def refusal(
     with pytest.raises(SystemExit) as stopped:
         main()
     return stopped.value.code
+
+
+def check_missing(
+    file: str,
+    main: Callable[[], None],
+    monkeypatch: pytest.MonkeyPatch,
+    empty: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Whether the command of a study names the `file` that it lacks in an `empty` folder."""
+    assert refusal(main, monkeypatch, empty / "page.md", empty) == 2
+    assert f"{file}`; `make paper` writes it" in capsys.readouterr().err
+    assert not (empty / "page.md").exists()

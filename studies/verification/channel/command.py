@@ -4,9 +4,8 @@ import argparse
 from pathlib import Path
 from typing import Any, Final
 
-from orchestrator.cli.command import command
 from orchestrator.cli.outcome import Exit, Outcome, failure
-from studies.verification.command import add_figures
+from studies.verification.command import unit_parser
 
 _FEWEST_SEEDS: Final = 10
 _EPILOG: Final = """\
@@ -23,10 +22,14 @@ examples:
 
 def add_unit(units: Any) -> None:
     """Add `channel` to the subparsers of `nlosim verify`."""
-    summary = "the channel FMU against Veins"
-    title = "Compare the channel FMU with data that Veins produced."
-    channel = command(
-        units, "channel", summary, _EPILOG, description=title, execute=execute, abbreviated=True
+    channel = unit_parser(
+        units,
+        "channel",
+        summary="the channel FMU against Veins",
+        title="Compare the channel FMU with data that Veins produced.",
+        epilog=_EPILOG,
+        execute=execute,
+        page="DIR-channel.md",
     )
     channel.add_argument(
         "--golden", type=Path, required=True, metavar="DIR", help="directory of golden data"
@@ -38,7 +41,6 @@ def add_unit(units: Any) -> None:
         metavar="N",
         help="how often runs of the whole stack are repeated with own medium\naccess (default: 20)",
     )
-    add_figures(channel, "DIR-channel.md")
 
 
 def _seeds(text: str) -> int:

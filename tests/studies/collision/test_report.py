@@ -22,7 +22,7 @@ from studies.method import records
 from studies.method.style import method_name
 from tests.studies.collision import synthetic
 from tests.studies.collision.synthetic import chance, experiment, run, scenario
-from tests.studies.results import Levels, check_manual, refusal, results
+from tests.studies.results import Levels, check_manual, check_missing, refusal, results
 
 PRR = {"mohed": 0.9, "signal-strength": 0.8, "random": 0.6, "direct": 0.4}
 NAMES = [method_name(method) for method in ("mohed", "direct")]
@@ -192,9 +192,7 @@ def test_an_experiment_that_was_not_run_is_named_and_the_rest_is_there(
 def test_a_folder_without_results_is_an_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert refusal(main, monkeypatch, tmp_path / "page.md", tmp_path) == 2
-    assert "collision_policies_runs.csv`; `make paper` writes it" in capsys.readouterr().err
-    assert not (tmp_path / "page.md").exists()
+    check_missing("collision_policies_runs.csv", main, monkeypatch, tmp_path, capsys)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from studies.relay import RelayStudy
 from studies.relay.__main__ import main
 from studies.relay.page import page
 from tests.studies.relay.synthetic import experiment, run
-from tests.studies.results import Levels, check_manual, refusal, results
+from tests.studies.results import Levels, check_manual, check_missing, results
 
 METHODS = ("mohed", "signal-strength", "random", "direct", "oracle", "my-own")
 
@@ -143,6 +143,4 @@ def test_the_page_in_the_manual_is_that_of_the_results_beside_it() -> None:
 def test_results_that_are_not_there_are_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert refusal(main, monkeypatch, tmp_path / "page.md", tmp_path) == 2
-    assert "relay_provenance.json`; `make paper` writes it" in capsys.readouterr().err
-    assert not (tmp_path / "page.md").exists()
+    check_missing("relay_provenance.json", main, monkeypatch, tmp_path, capsys)
