@@ -91,11 +91,8 @@ class Fmi2Instance(LoadedInstance):
                 self._guard.check(f"fmi2Set{block.kind} of {listed}", status)
 
     @override
-    def write_text(self, values: Mapping[str, str]) -> None:
-        for name, text in values.items():
-            reference = ctypes.c_uint32(self._description.variables[name].reference)
-            pointer = (ctypes.c_char_p * 1)(text.encode())
-            self._handle.call("fmi2SetString", ctypes.byref(reference), 1, pointer)
+    def _write_string(self, reference: Any, pointer: Any) -> None:
+        self._handle.call("fmi2SetString", reference, 1, pointer)
 
     @override
     def enter_initialisation(self, t: float) -> None:

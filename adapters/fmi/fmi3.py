@@ -113,11 +113,8 @@ class Fmi3Instance(LoadedInstance):
         self._guard.check(f"fmi3SetBinary of {_listed(values)}", status)
 
     @override
-    def write_text(self, values: Mapping[str, str]) -> None:
-        for name, text in values.items():
-            reference = ctypes.c_uint32(self._description.variables[name].reference)
-            pointer = (ctypes.c_char_p * 1)(text.encode())
-            self._handle.call("fmi3SetString", ctypes.byref(reference), 1, pointer, 1)
+    def _write_string(self, reference: Any, pointer: Any) -> None:
+        self._handle.call("fmi3SetString", reference, 1, pointer, 1)
 
     @override
     def enter_initialisation(self, t: float) -> None:

@@ -1,10 +1,11 @@
 """An instance in a library that this process loaded: what FMI 2.0 and 3.0 have in common."""
 
 import abc
+import ctypes
 import functools
 from collections import defaultdict
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy.typing as npt
 from typing_extensions import override
@@ -62,6 +63,10 @@ class LoadedInstance(FmuInstance):
     def _write_block(self, block: Block, names: list[str]) -> None:
         """Set the variables `names` to what stands in their block."""
 
+    @abc.abstractmethod
+    def _write_string(self, reference: Any, pointer: Any) -> None:
+        """Set one variable, by pointers to its reference and to its text."""
+
     def _resize_blocks(self) -> None:
         for block in (*self._blocks, *self._output_blocks):
             block.resize(self._lengths)
@@ -77,6 +82,13 @@ class LoadedInstance(FmuInstance):
             groups[block].append(name)
         for block, names in groups.items():
             self._write_block(block, names)
+
+    @override
+    def write_text(self, values: Mapping[str, str]) -> None:
+        for name, text in values.items():
+            reference = ctypes.c_uint32(self._description.variables[name].reference)
+            pointer = (ctypes.c_char_p * 1)(text.encode())
+            self._write_string(ctypes.byref(reference), pointer)
 
     @override
     def exit_initialisation(self) -> None:
