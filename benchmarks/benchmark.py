@@ -2,7 +2,7 @@
 
 import abc
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Self, TypeAlias
 
 from benchmarks.spread import Spread
@@ -80,18 +80,7 @@ class Row:
 
     def as_json(self) -> dict[str, Any]:
         """The row as `nlosim bench --json` prints it."""
-        return {
-            "case": self.case,
-            "ours": self.ours,
-            "low": self.low,
-            "high": self.high,
-            "peer": self.peer,
-            "peer_name": self.peer_name,
-            "ratio": self.ratio,
-            "unit": self.unit,
-            "is_higher_better": self.is_higher_better,
-            "details": dict(self.details),
-        }
+        return {**asdict(self), "ratio": self.ratio}
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Self:

@@ -23,7 +23,7 @@ from fmus.messages.records import (
     RECEPTIONS_MIME,
     TRANSMISSIONS_MIME,
 )
-from orchestrator.signal import Causality, Connector
+from orchestrator.signal import Array, Causality, Connector, Signals
 
 
 def _numbers(
@@ -189,6 +189,24 @@ def inputs(*names: str, description: str | None = None) -> dict[str, Connector]:
     if description is None:
         return declared
     return {name: replace(signal, description=description) for name, signal in declared.items()}
+
+
+def arrays_beneath(signals: Signals, group: str) -> dict[str, Array]:
+    """The arrays of all signals beneath a name, as they are declared.
+
+    Args:
+        signals: have all of these, at least.
+        group: a beginning of names of `SIGNALS`, such as `received.bsm`.
+
+    Returns:
+        By the rest of their names, such as `position`.
+    """
+    first = f"{group}."
+    return {
+        name.removeprefix(first): np.asarray(signals[name], declared.dtype)
+        for name, declared in SIGNALS.items()
+        if name.startswith(first)
+    }
 
 
 def outputs(*names: str, feedthrough: Iterable[str] = ()) -> dict[str, Connector]:
