@@ -199,7 +199,7 @@ def arrays_beneath(signals: Signals, group: str) -> dict[str, Array]:
         group: a beginning of names of `SIGNALS`, such as `received.bsm`.
 
     Returns:
-        By the rest of their names, such as `position`.
+        By the rest of their names, such as `position`; of the declared shapes.
     """
     first = f"{group}."
     return {
