@@ -13,14 +13,13 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import override
 
-from adapters.fmi.block import Block, address_of
+from adapters.fmi.block import Block
 from adapters.fmi.errors import FmuError
 from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.unpacked import LoadedFmu
-from orchestrator.signal import Signal
 
 _VALUES: Final = (c_void_p, c_void_p, c_size_t, c_void_p)
 _STEP: Final = (c_void_p, c_double, c_double, c_int)
@@ -120,17 +119,11 @@ class Fmi2Instance(LoadedInstance):
         return f" (the last successful time is {time.value:.9g} s{ends})"
 
     @override
-    def read(self) -> dict[str, Signal]:
-        found: dict[str, Signal] = {}
-        for block in self._output_blocks:
-            elements = block.fresh()
-            status = self._fmu.function(f"fmi2Get{block.kind}", _VALUES)(
-                self._instance, block.references, len(block.variables), address_of(elements)
-            )
-            if status != OK:
-                self._guard.check(f"fmi2Get{block.kind}", status)
-            found.update(block.split(elements != 0 if block.kind == "Boolean" else elements))
-        return found
+    def _read_block(self, block: Block, elements: Any) -> None:
+        function = self._fmu.function(f"fmi2Get{block.kind}", _VALUES)
+        status = function(self._instance, block.references, len(block.variables), elements)
+        if status != OK:
+            self._guard.check(f"fmi2Get{block.kind}", status)
 
 
 def _format_messages(callbacks: Any) -> None:

@@ -10,7 +10,7 @@ import fmpy.fmi3
 import numpy as np
 from typing_extensions import override
 
-from adapters.fmi.block import Block, address_of
+from adapters.fmi.block import Block
 from adapters.fmi.description import DTYPES, FmuDescription
 from adapters.fmi.errors import FmuError
 from adapters.fmi.handle import FunctionNames
@@ -141,20 +141,16 @@ class Fmi3Instance(LoadedInstance):
             raise FmuError(f"the FMU asks to end the simulation at {t + h:.9g} s")
 
     @override
+    def _read_block(self, block: Block, elements: Any) -> None:
+        function = self._fmu.function(f"fmi3Get{block.kind}", _ARRAYS)
+        count = len(block.variables)
+        status = function(self._instance, block.references, count, elements, block.size)
+        if status != OK:
+            self._guard.check(f"fmi3Get{block.kind}", status)
+
+    @override
     def read(self) -> dict[str, Signal]:
-        found: dict[str, Signal] = {}
-        for block in self._output_blocks:
-            elements = block.fresh()
-            status = self._fmu.function(f"fmi3Get{block.kind}", _ARRAYS)(
-                self._instance,
-                block.references,
-                len(block.variables),
-                address_of(elements),
-                block.size,
-            )
-            if status != OK:
-                self._guard.check(f"fmi3Get{block.kind}", status)
-            found.update(block.split(elements))
+        found = super().read()
         if self._binary_outputs:
             found.update(self._read_binaries())
         return found

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy.typing as npt
 from typing_extensions import override
 
-from adapters.fmi.block import Block, blocks
+from adapters.fmi.block import Block, address_of, blocks
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.handle import FunctionNames, Handle
 from adapters.fmi.instance import FmuInstance
@@ -64,6 +64,10 @@ class LoadedInstance(FmuInstance):
         """Set the variables `names` to what stands in their block."""
 
     @abc.abstractmethod
+    def _read_block(self, block: Block, elements: Any) -> None:
+        """Get the values of a block into the memory at the address `elements`."""
+
+    @abc.abstractmethod
     def _write_string(self, reference: Any, pointer: Any) -> None:
         """Set one variable, by pointers to its reference and to its text."""
 
@@ -82,6 +86,15 @@ class LoadedInstance(FmuInstance):
             groups[block].append(name)
         for block, names in groups.items():
             self._write_block(block, names)
+
+    @override
+    def read(self) -> dict[str, Signal]:
+        found: dict[str, Signal] = {}
+        for block in self._output_blocks:
+            elements = block.fresh()
+            self._read_block(block, address_of(elements))
+            found.update(block.split(elements != 0 if block.kind == "Boolean" else elements))
+        return found
 
     @override
     def write_text(self, values: Mapping[str, str]) -> None:
