@@ -24,7 +24,7 @@ from fmus.messages.records import (
     RECEPTIONS_MIME,
     TRANSMISSIONS_MIME,
 )
-from orchestrator.signal import Causality, Connector
+from orchestrator.signal import Array, Causality, Connector, Signals
 
 
 def _numbers(
@@ -173,6 +173,9 @@ SIGNALS: Final[Mapping[str, Connector]] = MappingProxyType(
 )
 """Every signal that more than one Python unit takes or gives, declared as an input."""
 
+RECEIVED_BSMS: Final = tuple(name for name in SIGNALS if name.startswith("received.bsm."))
+"""What the ego knows of its neighbours by their BSMs."""
+
 
 def inputs(*names: str, description: str | None = None) -> dict[str, Connector]:
     """Connectors that read these signals.
@@ -185,6 +188,24 @@ def inputs(*names: str, description: str | None = None) -> dict[str, Connector]:
     if description is None:
         return declared
     return {name: replace(signal, description=description) for name, signal in declared.items()}
+
+
+def arrays_beneath(signals: Signals, group: str) -> dict[str, Array]:
+    """The arrays of all signals beneath a name, as they are declared.
+
+    Args:
+        signals: have all of these, at least.
+        group: a beginning of names of `SIGNALS`, such as `received.bsm`.
+
+    Returns:
+        By the rest of their names, such as `position`; of the declared shapes.
+    """
+    first = f"{group}."
+    return {
+        name.removeprefix(first): np.asarray(signals[name], declared.dtype)
+        for name, declared in SIGNALS.items()
+        if name.startswith(first)
+    }
 
 
 def outputs(*names: str, feedthrough: Iterable[str] = ()) -> dict[str, Connector]:

@@ -14,13 +14,12 @@ from studies.red_light.polygons import polygon_distance
 
 Array = npt.NDArray[Any]
 
-BACKGROUND: Final = 0
 EGO: Final = 1
 COLLISION: Final = 2
 SHARING: Final = 3
 BLOCKING: Final = 4
 ROADSIDE: Final = 5
-"""Values of `vehicle.role`."""
+"""Values of `vehicle.role`; 0 stands for the background."""
 
 ROLE_WORDS: Final = (
     "background",

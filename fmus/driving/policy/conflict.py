@@ -6,6 +6,7 @@ import numpy as np
 
 from fmus.driving.policy.ego import Ego
 from fmus.driving.policy.route import Box, Segments
+from fmus.messages.columns import rows_of
 from orchestrator.signal import Array
 
 
@@ -25,9 +26,7 @@ class Bodies:
 
     def only(self, rows: Array) -> "Bodies":
         """The bodies in `rows`: their indices, shape (row,), or a mask, shape (body,)."""
-        return Bodies(
-            minimum=self.minimum[rows], maximum=self.maximum[rows], velocity=self.velocity[rows]
-        )
+        return rows_of(self, rows)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
