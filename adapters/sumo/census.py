@@ -79,7 +79,7 @@ class Census:
         if not (departed or leaving) and (vehicles, persons) == (self._vehicles, self._persons):
             return Change(entered=(), left=frozenset())
         self._vehicles, self._persons = vehicles, persons
-        there = {name: Kind.VEHICLE for name in vehicles}
+        there = dict.fromkeys(vehicles, Kind.VEHICLE)
         there |= {key_of(name, _PERSON): _PERSON for name in persons}
         for key in leaving:
             there.pop(key, None)

@@ -31,7 +31,12 @@ class EgoDriver:
     """
 
     def __init__(
-        self, place: OnRoad, length: float, speed: float, dynamics: EgoDynamics, actuation: Actuation
+        self,
+        place: OnRoad,
+        length: float,
+        speed: float,
+        dynamics: EgoDynamics,
+        actuation: Actuation,
     ) -> None:
         """Start at `place` with a body of `length` [m] and `speed` [m/s]."""
         self._path = place.path
@@ -110,9 +115,7 @@ class Ego:
             round(dynamics.steering_delay * NANOSECONDS_PER_SECOND),
         )
         self.name = placed.vehicle.name
-        self.driver = EgoDriver(
-            placed.road, length, placed.speed, dynamics.single_track, actuation
-        )
+        self.driver = EgoDriver(placed.road, length, placed.speed, dynamics.single_track, actuation)
         self._sumo = sumo
         self._finish = finish
         self._size = frozen(np.array(placed.vehicle.type.size))
