@@ -1,3 +1,4 @@
+import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -49,6 +50,12 @@ def array(signals: Signals, name: str) -> Float:
     return np.asarray(signals[name])
 
 
+def entered(signals: Signals) -> list[tuple[int, str, str]]:
+    """Number, name and type of each newcomer."""
+    events = bytes(signals["entered"])
+    return [tuple(each) for each in json.loads(events)] if events else []
+
+
 def row_of(signals: Signals, number: int) -> int:
     return int(np.flatnonzero(array(signals, "vehicle.id") == number)[0])
 
@@ -82,14 +89,19 @@ def test_the_component_keeps_the_contract() -> None:
 
 
 def test_a_step_size_of_several_steps_of_sumo_gives_the_same_traffic() -> None:
-    fine = list(run(3, coast, 2.0))
+    fine = list(run(3, coast, 4.0))
+    newcomers = [each for signals in fine for each in entered(signals)]
     traffic = SumoTraffic(PARAMETERS)
     traffic.setup(0, stream(3, "traffic"))
-    for k in range(10):
+    found = entered(traffic.outputs())
+    for k in range(len(fine) // 4):
         traffic.step({"ego.command": COAST}, k * 4 * H, 4 * H)
+        found += entered(traffic.outputs())
     for name, signal in traffic.outputs().items():
         if name not in {"ego.gap", "ego.nearest", "entered"}:  # those look back over the whole step
             np.testing.assert_array_equal(signal, fine[-1][name], err_msg=name)
+    assert found == newcomers
+    assert len(newcomers) > len(array(fine[0], "vehicle.id")), "somebody enters later"
     traffic.close()
 
 

@@ -15,7 +15,8 @@ from orchestrator.component import Component
 from orchestrator.recording import Recording
 from orchestrator.registry import installed
 from orchestrator.signal import Causality, Signals
-from studies.red_light.traces import EGO, SHARING, Array, Traces
+from studies.red_light.roles import EGO, SHARING
+from studies.red_light.traces import Array, Traces
 
 FOLDER = Path(scenarios.__file__).parent
 EARLY = {"components.traffic.parameters.entities.ego.position.to_end": "75 m"}
