@@ -109,7 +109,8 @@ class Census:
         if not roster.has_persons:
             return Poses.from_sumo(self._sumo.vehicle_poses(roster.names), roster.size[:, 0])
         poses = np.empty((len(roster.names), 4))
-        for kind, read in ((Kind.VEHICLE, self._sumo.vehicle_poses), (_PERSON, self._sumo.person_poses)):
+        readers = {Kind.VEHICLE: self._sumo.vehicle_poses, _PERSON: self._sumo.person_poses}
+        for kind, read in readers.items():
             rows = roster.rows_of(kind)
             poses[rows] = read([roster.names[row] for row in rows])
         return Poses.from_sumo(poses, roster.size[:, 0])

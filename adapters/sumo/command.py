@@ -77,10 +77,8 @@ def new(arguments: argparse.Namespace) -> Outcome:
         out.write_text(made.text, encoding="utf-8")
     except OSError as error:
         return failure("scene", Exit.WRONG_INPUT, f"{out} cannot be written: {error.strerror}")
-    text = "\n".join(
-        [f"{out}: it assumes that", *(f"  * {each}" for each in made.assumptions)]
-        + ["", f"run it with `nlosim run {out}`"]
-    )
+    assumed = [f"  * {each}" for each in made.assumptions]
+    text = "\n".join([f"{out}: it assumes that", *assumed, "", f"run it with `nlosim run {out}`"])
     return Outcome(text=text, data={"out": str(out), "assumptions": list(made.assumptions)})
 
 

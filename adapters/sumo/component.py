@@ -17,6 +17,7 @@ from adapters.sumo.ego import Command
 from adapters.sumo.entities import Entity
 from adapters.sumo.files import read_scene
 from adapters.sumo.parameters import TrafficParameters
+from adapters.sumo.placement import place_of
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.traffic import Traffic
 from orchestrator.errors import ComponentTypeError, Location, Problem
@@ -159,6 +160,7 @@ def _check(parameters: TrafficParameters) -> None:
     for name, entity in parameters.entities.items():
         if entity is not None:
             problems += [f"`entities.{name}`: {what}" for what in _misdeclared(name, entity)]
+    problems += _at_one_place(parameters.entities)
     if problems:
         raise ComponentTypeError("\n".join(problems))
 
@@ -170,7 +172,7 @@ def _misdeclared(name: str, entity: Entity) -> list[str]:
         problems.append("is the name of other connectors; call the entity otherwise")
     at = entity.position
     if (at.x is None) != (at.y is None):
-        problems.append("`position` has only one of `x` and `y`")
+        problems.append("`position` has only one of `x` and `y`; write both")
     if at.lane and at.x is not None:
         problems.append("`position` has both `lane` and `x`, `y`; leave one out")
     if any(not abs(value or 0.0) <= _FARTHEST for value in (at.x, at.y)):  # true for NaN
@@ -178,6 +180,23 @@ def _misdeclared(name: str, entity: Entity) -> list[str]:
     wanted = entity.synchronise
     if wanted is not None and wanted.min_speed > wanted.max_speed:
         problems.append("`synchronise.min_speed` is above `max_speed`")
+    return problems
+
+
+def _at_one_place(entities: Mapping[str, Entity | None]) -> list[str]:
+    """Which roadside units stand where another one does: no radio can be nowhere from another."""
+    problems = []
+    known: dict[tuple[float, float], str] = {}
+    for name, entity in entities.items():
+        if entity is None or not entity.is_roadside_unit:
+            continue
+        at = place_of(entity.position.x, entity.position.y)
+        first = name if at is None else known.setdefault(at, name)
+        if at is not None and first != name:
+            problems.append(
+                f"`entities.{name}`: `position` is ({at[0]:g}, {at[1]:g}) m, the same place as "
+                f"that of `entities.{first}`; leave one out"
+            )
     return problems
 
 

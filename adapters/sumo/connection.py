@@ -135,8 +135,9 @@ class _Subscriptions(Watch):
 
     @override
     def texts(self, names: Sequence[str]) -> list[str]:
-        values = self._values(names)
-        return [values[name][self._text] for name in names]
+        assert self._text is not None  # noqa: S101 - whoever watches says which
+        values, text = self._values(names), self._text
+        return [values[name][text] for name in names]
 
     def _values(self, names: Sequence[str]) -> Mapping[str, Mapping[int, Any]]:
         values: Mapping[str, Mapping[int, Any]] = self._module.getAllSubscriptionResults()

@@ -46,20 +46,21 @@ def draft(files: SceneFiles, folder: Path) -> Draft:
     else:
         stop = files.end - (files.end - start) % step
         assumed.append("time is that of the scene, from its begin to its end")
+    said = "" if files.seed is None else f"; for the scene's own set `sumo_seed: {files.seed}`"
     assumed += [
         "every vehicle with an engine has a radio, nobody a lidar; `equipment` says otherwise",
         "heights, shapes and antennas are those of SUMO's classes where types say nothing",
-        "polygons of type `building` or `building.*` shadow the radio, 10 m high unless they say "
-        "`height`",
+        "polygons of type `building` or `building.*` shadow the radio, 10 m high unless they tell",
         "radio parameters are the defaults of `channel` and `facilities`: BSMs ten times a second",
-        "SUMO's random numbers come from the scenario's seed"
-        + ("" if files.seed is None else f", not from the configuration's, {files.seed}; ")
-        + ("" if files.seed is None else "`sumo_seed` takes it"),
+        f"SUMO's random numbers come from the scenario's seed{said}",
     ]
     if files.outputs:
         names = ", ".join(f"`{each.path.name}`" for each in files.outputs)
         assumed.append(f"SUMO writes the files that the configuration names: {names}")
-    return Draft(text=_text(files, folder, start, stop, step, assumed), assumptions=tuple(assumed))
+    scene = files.config.absolute()
+    scene = scene.relative_to(folder) if scene.is_relative_to(folder) else scene
+    times = f"{{start: {format_duration(start)}, stop: {format_duration(stop)}}}"
+    return Draft(text=_text(scene, times, step, assumed), assumptions=tuple(assumed))
 
 
 def _step(said: Duration | None) -> tuple[Duration, str]:
@@ -72,22 +73,18 @@ def _step(said: Duration | None) -> tuple[Duration, str]:
     return said, f"SUMO's step is that of the scene, {format_duration(said)}"
 
 
-def _text(
-    files: SceneFiles, folder: Path, start: int, stop: int, step: Duration, assumed: list[str]
-) -> str:
-    scene = files.config.absolute()
-    named = scene.relative_to(folder) if scene.is_relative_to(folder) else scene
+def _text(scene: Path, times: str, step: Duration, assumed: list[str]) -> str:
     radio = format_duration(min(_RADIO_STEP, step))
     notes = "\n".join(f"#   * {each}" for each in assumed)
-    title = files.config.name.removesuffix(".sumocfg")
+    title = scene.name.removesuffix(".sumocfg")
     own = format_duration(step)
     return f"""\
-# Made by `nlosim scene new {files.config.name}`. What it takes for granted:
+# Made by `nlosim scene new {scene.name}`. What it takes for granted:
 {notes}
 schema: 1
 title: {_quoted(title)}
-description: {_quoted(f"All traffic of {files.config.name} with radios that send BSMs.")}
-time: {{start: {format_duration(start)}, stop: {format_duration(stop)}}}
+description: {_quoted(f"All traffic of {scene.name} with radios that send BSMs.")}
+time: {times}
 seed: 1
 coupling:
   algorithm: gauss-seidel
@@ -98,7 +95,7 @@ components:
     step: {own}
     process: true
     parameters:
-      scene: {_quoted(str(named))}
+      scene: {_quoted(str(scene))}
       step_length: {own}
       equipment: {{all: {{radio: 1, lidar: 0}}}}
   facilities:

@@ -1,11 +1,11 @@
 """From declarations to vehicles at their places: who starts where, and on which way."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from adapters.sumo.entities import Entity, Position
+from adapters.sumo.entities import Entity
 from adapters.sumo.errors import SumoError
 from adapters.sumo.population import Kind, Vehicle
 from adapters.sumo.scene import VehicleType, VehicleTypes, links_along, path_over, straight_on
@@ -180,23 +180,9 @@ class Placement:
         lane = self._lane(at.lane)
         links = self._way(lane, entity)
         path = path_over(self._sumo, lane, links)
-        front = self._front(name, entity, kind, speed, lane, path)
+        front = self._front(entity, kind, speed, lane, path)
         edges = [self._sumo.edge_of(lane), *(self._sumo.edge_of(link.to_lane) for link in links)]
         self._sumo.add_route(name, edges)
-        return self._on_road(name, name, entity, kind, lane, links, path, front, speed)
-
-    def _on_road(
-        self,
-        name: str,
-        route: str,
-        entity: Entity,
-        kind: VehicleType,
-        lane: str,
-        links: Sequence[Link],
-        path: Polyline,
-        front: float,
-        speed: float,
-    ) -> OnRoad:
         return OnRoad(
             lane=lane,
             links=tuple(links),
@@ -204,7 +190,7 @@ class Placement:
             departure=Departure(
                 name=name,
                 type=kind.name,
-                route=route,
+                route=name,
                 lane=self._sumo.index_of(lane),
                 position=front,
                 speed=min(speed, self._sumo.speed_limit(lane)),  # SUMO refuses faster ones
@@ -225,20 +211,11 @@ class Placement:
             raise SumoError(
                 f"`count` is {entity.count}, but lane `{first.lane}` has room for {fit}"
             )
-        start = first.departure
-        return self._on_road(
-            name, start.route, entity, kind, first.lane, first.links, first.path,
-            front - k * pitch, start.speed or 0.0,
-        )  # fmt: skip
+        departure = replace(first.departure, name=name, position=front - k * pitch)
+        return replace(first, departure=departure)
 
     def _front(
-        self,
-        name: str,
-        entity: Entity,
-        kind: VehicleType,
-        speed: float,
-        lane: str,
-        path: Polyline,
+        self, entity: Entity, kind: VehicleType, speed: float, lane: str, path: Polyline
     ) -> float:
         """From the start of the lane to the front bumper [m]."""
         length, at = self._sumo.lane_length(lane), entity.position
@@ -261,7 +238,7 @@ class Placement:
         if entity.synchronise is not None:
             return self._as_far_in_time(entity, kind, speed, lane, path)
         if speed > 0.0:
-            raise SumoError(f"`{name}` moves; say where it starts by `position.s` or `.to_end`")
+            raise SumoError("it moves; say where it starts by `position.s` or `.to_end`")
         return length - kind.stop_gap  # it waits at the stop line
 
     def _as_far_in_time(
@@ -280,8 +257,8 @@ class Placement:
             )
         if other.speed <= 0.0:
             raise SumoError(
-                f"`{other.called}` stands at the start, so nobody can start as far in time from the "
-                "meeting as it; set `position.s` or `position.to_end`"
+                f"`{other.called}` stands at the start, so nobody can start as far in time from "
+                "the meeting as it; set `position.s` or `position.to_end`"
             )
         center = other.road.departure.position - 0.5 * other.vehicle.type.length
         time = (meets.first - center) / other.speed
@@ -364,11 +341,6 @@ def place_of(x: float | None, y: float | None) -> tuple[float, float] | None:
 def behind(placed: Placed) -> float:
     """How far background vehicles may be placed on its lane at the start [m]."""
     return placed.road.departure.position - placed.vehicle.type.length - _FREE_ROAD
-
-
-def is_placed(position: Position) -> bool:
-    """Whether coordinates say where it is."""
-    return place_of(position.x, position.y) is not None
 
 
 def _missing(noun: str, name: str, known: Sequence[str]) -> str:

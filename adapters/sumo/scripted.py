@@ -27,7 +27,8 @@ class SpeedProfile:
         times = [point.time for point in points]
         if sorted(times) != times:
             raise SumoError(
-                f"`entities.{placed.called}.speed_profile`: the times must not decrease, got {times}"
+                f"`entities.{placed.called}.speed_profile`: the times must not decrease, "
+                f"got {times}"
             )
         self._sumo = sumo
         self._name = placed.road.departure.name

@@ -18,7 +18,10 @@ from orchestrator.timebase import NANOSECONDS_PER_SECOND
 
 SCENARIO: Final = Path(scenarios.__file__).parent / "ten_egos.yaml"
 
-_EGOS: Final = "south follower north south_3 right_1 right_2 right_3 north_2 north_3 north_4".split()
+_EGOS: Final = (
+    "south", "follower", "north", "south_3", "right_1", "right_2", "right_3", "north_2", "north_3",
+    "north_4",
+)  # fmt: skip
 _COUNTS: Final = (1, 2, 5, 10)
 _STOP: Final = "time.stop=10 s"
 

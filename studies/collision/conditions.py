@@ -102,7 +102,7 @@ def condition_of(levels: Mapping[str, str], scenario: Mapping[str, Any], policy:
         policy: the name of the driving policy if no factor is.
 
     Raises:
-        ValueError: the scenario lacks a component that tells the condition.
+        ValueError: the scenario lacks what tells the condition, or leaves it to chance.
     """
     name = levels.get(POLICY, policy)
     drives_by_features = name == COOPERATIVE or name.startswith(f"{COOPERATIVE}-")
@@ -113,7 +113,7 @@ def condition_of(levels: Mapping[str, str], scenario: Mapping[str, Any], policy:
         policy=COOPERATIVE if drives_by_features else name,
         relay=str(_component(scenario, "relay").get("type")).removeprefix("relay-"),
         compression=int(parameters["compression"]) if drives_by_features else None,
-        speed_kmh=round(_quantity(scenario, "traffic", "ego_speed") * 3.6, 6),
+        speed_kmh=round(_speed(scenario) * 3.6, 6),
         channel=CONSTANT if is_constant else SIMULATED,
         per=float(channel["parameters"]["per"]) if is_constant else None,
         load=str(parameters.get("load", "")),
@@ -146,6 +146,26 @@ def _component(scenario: Mapping[str, Any], name: str) -> Mapping[str, Any]:
         what = f"the scenario has no component `{name}`, which tells the condition of a run"
         raise ValueError(what) from None
     return found
+
+
+def _speed(scenario: Mapping[str, Any]) -> float:
+    """The speed of the ego at the start [m/s].
+
+    Raises:
+        ValueError: nobody says it, or it is drawn.
+    """
+    entities = _parameter(scenario, "traffic", "entities")
+    if entities.get("ego") is None:
+        what = "the component `traffic` has no entity `ego`, which tells the condition of a run"
+        raise ValueError(what)
+    match entities["ego"]["speed"]:
+        case str(quantity):
+            return float(parse_quantity(quantity).number)
+        case drawn:
+            raise ValueError(
+                f"the speed of the entity `ego` is drawn from {drawn}; runs are counted together "
+                "where it is the same: write a single one, for example 30 km/h"
+            )
 
 
 def _power(scenario: Mapping[str, Any]) -> float:

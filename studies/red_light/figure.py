@@ -16,15 +16,8 @@ from matplotlib.transforms import Bbox
 from fmus.messages.apm import Apm, decode, split
 from fmus.messages.records import LINKS, NO_VEHICLE, OUTCOMES
 from studies.red_light.metrics import Metrics
-from studies.red_light.traces import (
-    BLOCKING,
-    COLLISION,
-    EGO,
-    ROADSIDE,
-    SHARING,
-    Scene,
-    Traces,
-)
+from studies.red_light.roles import BLOCKING, COLLISION, EGO, ROADSIDE, SHARING
+from studies.red_light.traces import Scene, Traces
 
 ROLE_COLOURS: Final = {
     EGO: "#1f77b4",

@@ -9,7 +9,8 @@ import numpy as np
 from fmus.messages.records import LINKS, NO_VEHICLE, OBJECT, OUTCOMES, unframe
 from studies.red_light.delivery import Reception, Session, packet_reception, session
 from studies.red_light.identity import Roles, vehicles_of
-from studies.red_light.traces import COLLISION, EGO, ROLE_WORDS, SHARING, Array, Traces
+from studies.red_light.roles import COLLISION, EGO, ROLE_WORDS, SHARING
+from studies.red_light.traces import Array, Traces
 
 _RECEIVED: Final = OUTCOMES.index("R")
 _PEDAL: Final = 0.1

@@ -18,7 +18,8 @@ from fmus.messages.records import OUTCOMES, SENSOR_DATA
 from orchestrator.recording import Recording as RecordedRun
 from studies.method.text import markdown
 from studies.red_light.metrics import compute
-from studies.red_light.traces import COLLISION, EGO, Array, Recording, Traces
+from studies.red_light.roles import COLLISION, EGO
+from studies.red_light.traces import Array, Recording, Traces
 
 MAX_BRAKING: Final = 8.0
 """Deceleration of the ego under full brakes [m/s^2], the default of `sumo-traffic`."""

@@ -16,7 +16,8 @@ from fmus.messages.records import BSM, SENSOR_DATA
 from orchestrator.recording import Recording as RecordedRun
 from orchestrator.tables import CLOSE, left, markdown
 from studies.red_light import metrics
-from studies.red_light.traces import SHARING, Array, Recording, Traces
+from studies.red_light.roles import SHARING
+from studies.red_light.traces import Array, Recording, Traces
 
 COLUMNS: Final = left(
     "collision",

@@ -1,6 +1,6 @@
 """The recording of a red-light run, read into tables."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final, Protocol
@@ -11,25 +11,9 @@ import numpy.typing as npt
 from fmus.messages.records import OBJECT, PACKET, RECEPTION, SENSOR_DATA, unframe
 from fmus.physics.boxes import corners
 from studies.red_light.polygons import polygon_distance
+from studies.red_light.roles import COLLISION, EGO, roles_of
 
 Array = npt.NDArray[Any]
-
-EGO: Final = 1
-COLLISION: Final = 2
-SHARING: Final = 3
-BLOCKING: Final = 4
-ROADSIDE: Final = 5
-"""Values of `vehicle.role`; 0 stands for the background."""
-
-ROLE_WORDS: Final = (
-    "background",
-    "ego",
-    "collision vehicle",
-    "sharing node",
-    "blocking vehicle",
-    "roadside unit",
-)
-"""What they are called, by value."""
 
 
 class Series(Protocol):
@@ -52,6 +36,10 @@ class Series(Protocol):
 class Recording(Protocol):
     """Recorded signals by name, `component.connector`."""
 
+    @property
+    def manifest(self) -> Mapping[str, Any]:
+        """What was run: `scenario` is the resolved one."""
+
     def __getitem__(self, name: str) -> Series:
         """One signal."""
 
@@ -68,7 +56,7 @@ class Scene:
         heading: counter-clockwise from east [rad], shape (vehicle,).
         velocity: towards east and north [m/s], shape (vehicle, 2).
         size: length, width and height [m], shape (vehicle, 3).
-        role: values of `vehicle.role`, shape (vehicle,).
+        role: one of `studies.red_light.roles` each, shape (vehicle,).
     """
 
     time: int
@@ -95,17 +83,27 @@ _SCENE: Final = {
     "heading": "traffic.vehicle.heading",
     "velocity": "traffic.vehicle.velocity",
     "size": "traffic.vehicle.size",
-    "role": "traffic.vehicle.role",
 }
-"""The signal of each array of a `Scene`."""
+"""The signal of each array of a `Scene` that is as recorded."""
+
+
+_ROLE: Final = "traffic.vehicle.role"
 
 
 class Traces:
-    """A recording with its signals opened once and its events read once."""
+    """A recording with its signals opened once and its events read once.
+
+    Args:
+        recording: the signals, and the manifest with the resolved scenario.
+
+    Raises:
+        ValueError: when roles are read: vehicles are entities that the scenario does not declare.
+    """
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
         self._series: dict[str, Series] = {}
+        self._roles = roles_of(recording.manifest)
 
     def series(self, name: str) -> Series:
         """The recorded signal called `name`."""
@@ -125,30 +123,30 @@ class Traces:
     def scene(self, time: int) -> Scene:
         """The scene at the last communication point of traffic at or before `time` [ns]."""
         fields = {field: np.asarray(self.at(name, time)) for field, name in _SCENE.items()}
-        return Scene(time=time, **fields)
+        return Scene(time=time, role=self._role(self.at(_ROLE, time)), **fields)
 
     def scenes(self) -> Iterator[Scene]:
         """Every scene, in order of time."""
         for k, time in enumerate(self.series("traffic.vehicle.id").times.tolist()):
             fields = {field: np.asarray(self.series(name)[k]) for field, name in _SCENE.items()}
-            yield Scene(time=time, **fields)
+            yield Scene(time=time, role=self._role(self.series(_ROLE)[k]), **fields)
 
     def vehicle_with(self, role: int) -> int | None:
         """The id of the first vehicle that has `role` in the run."""
-        roles, ids = self.series("traffic.vehicle.role"), self.series("traffic.vehicle.id")
+        roles, ids = self.series(_ROLE), self.series("traffic.vehicle.id")
         for k in range(len(roles)):
-            rows = np.flatnonzero(np.asarray(roles[k]) == role)
+            rows = np.flatnonzero(self._role(roles[k]) == role)
             if len(rows):
                 return int(np.asarray(ids[k])[rows[0]])
         return None
 
     def role_of(self, vehicle: int) -> int | None:
         """The role of the vehicle with id `vehicle`; `None` if it never entered."""
-        roles, ids = self.series("traffic.vehicle.role"), self.series("traffic.vehicle.id")
+        roles, ids = self.series(_ROLE), self.series("traffic.vehicle.id")
         for k in reversed(range(len(roles))):
             rows = np.flatnonzero(np.asarray(ids[k]) == vehicle)
             if len(rows):
-                return int(np.asarray(roles[k])[rows[0]])
+                return int(self._role(roles[k])[rows[0]])
         return None
 
     @cached_property
@@ -182,6 +180,16 @@ class Traces:
         series = self.series(name)
         values = np.array([np.asarray(series[k]) for k in range(len(series))])
         return np.asarray(series.times) / 1e9, values
+
+    def _role(self, numbers: Any) -> Array:
+        """The roles for which values of `vehicle.role` stand, shape (vehicle,)."""
+        recorded = np.asarray(numbers)
+        if recorded.size and recorded.max() >= len(self._roles):
+            raise ValueError(
+                f"`{_ROLE}` has {recorded.max()}, but the scenario of the recording declares "
+                f"{len(self._roles) - 1} entities; repeat the run with this version of nlosim"
+            )
+        return np.asarray(self._roles[recorded])
 
     def _table(self, name: str, magic: str, dtype: np.dtype[Any], kind: int | None = None) -> Array:
         series = self.series(name)

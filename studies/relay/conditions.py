@@ -27,14 +27,14 @@ def vehicles_per_km(scenario: Mapping[str, Any]) -> float:
     """Vehicles per km and lane, 1000 / N with the spacing of N metres, of a resolved scenario.
 
     Raises:
-        ValueError: not exactly one component has a parameter `spacing`.
+        ValueError: not exactly one component has `background` traffic with a `spacing`.
     """
     found = [
-        component["parameters"]["spacing"]
+        background["spacing"]
         for component in scenario["components"].values()
-        if "spacing" in component["parameters"]
+        if (background := component["parameters"].get("background")) is not None
     ]
     if len(found) != 1:
-        what = f"{len(found)} components of the scenario have a parameter `spacing`"
+        what = f"{len(found)} components of the scenario have a parameter `background.spacing`"
         raise ValueError(f"{what}; one should, to know the density of traffic")
     return 1000.0 / float(parse_quantity(found[0]).number)  # resolved scenarios are in SI units

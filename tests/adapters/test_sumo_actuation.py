@@ -2,8 +2,6 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,14 +17,16 @@ from adapters.sumo.ego import (
     advance,
     stopping_distance,
 )
+from adapters.sumo.parameters import TrafficParameters
 from orchestrator.errors import CosimError
 from orchestrator.randomness import stream
+from tests.adapters.red_light import ALONE, STEP, ego_speed, entity, red_light
 
-SCENE = Path(__file__).parents[2] / "scenarios" / "assets" / "red_light" / "red_light.sumocfg"
-PARAMETERS = SumoTraffic.Parameters(scene=SCENE, spacing=60.0, encounter=False)
-DYNAMICS = PARAMETERS.dynamics
+SPARSE = {"spacing": 60.0}
+PARAMETERS = red_light(background=SPARSE, entities=ALONE)
+DYNAMICS = entity(PARAMETERS, "ego").dynamics.single_track
 MILLISECOND = 1_000_000
-STEP, PARTS = 50 * MILLISECOND, 5
+PARTS = 5
 BRAKE = Command(accelerate=0.0, brake=1.0, steer=0.0)
 
 delays = st.integers(0, 700 * MILLISECOND)
@@ -129,13 +129,19 @@ def test_the_pieces_cover_every_part_and_only_take_effect_when_due(
                 t += piece.duration * 1e9
 
 
+def with_pedals(delay: float) -> TrafficParameters:
+    """The ego vehicle alone; its pedals have a dead time of `delay` [s]."""
+    slow = {"ego": {"dynamics": {"pedal_delay": delay}}, **ALONE}
+    return red_light(background=SPARSE, entities=slow)
+
+
 def stopped_at(pedal_delay: float) -> float:
     """Where the ego of the component stands that is asked to brake from the first step on."""
-    traffic = SumoTraffic(replace(PARAMETERS, pedal_delay=pedal_delay))
+    traffic = SumoTraffic(with_pedals(pedal_delay))
     traffic.setup(0, stream(1, "traffic"))
     try:
         for k in range(60):
-            traffic.step({"command": np.array([0.0, 1.0, 0.0])}, k * STEP, STEP)
+            traffic.step({"ego.command": np.array([0.0, 1.0, 0.0])}, k * STEP, STEP)
         outputs = traffic.outputs()
     finally:
         traffic.close()
@@ -146,7 +152,7 @@ def stopped_at(pedal_delay: float) -> float:
 def test_the_component_brakes_later_by_its_dead_time() -> None:
     prompt = stopped_at(0.0)
     for delay in (0.25, 0.1234567):
-        way = PARAMETERS.ego_speed * delay
+        way = ego_speed(PARAMETERS) * delay
         assert stopped_at(delay) - prompt == pytest.approx(way, abs=1e-8)
 
 
@@ -158,10 +164,10 @@ def test_steering_and_pedals_have_dead_times_of_their_own() -> None:
 
 
 def test_the_component_refuses_what_is_no_command_whenever_it_would_act() -> None:
-    traffic = SumoTraffic(replace(PARAMETERS, pedal_delay=1.0))
+    traffic = SumoTraffic(with_pedals(1.0))
     traffic.setup(0, stream(1, "traffic"))
     try:
         with pytest.raises((ValueError, CosimError), match="must be finite"):
-            traffic.step({"command": np.array([0.0, math.nan, 0.0])}, 0, STEP)
+            traffic.step({"ego.command": np.array([0.0, math.nan, 0.0])}, 0, STEP)
     finally:
         traffic.close()

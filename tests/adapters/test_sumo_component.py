@@ -1,3 +1,4 @@
+import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -8,19 +9,20 @@ import numpy.typing as npt
 import pytest
 
 from adapters.sumo import SumoTraffic
-from adapters.sumo.fleet import Part
-from adapters.sumo.simulation import SumoError
+from adapters.sumo.entities import Dynamics, Entity, Finish, Position, Synchronise, Trigger
+from adapters.sumo.errors import SumoError
+from adapters.sumo.parameters import Background, Equipment
 from adapters.traffic.geometry import Boxes, box_distance
 from orchestrator.errors import ComponentTypeError
-from orchestrator.parameters import PythonComponentType
+from orchestrator.parameters import PythonComponentType, declared
 from orchestrator.randomness import stream
 from orchestrator.signal import Signals
 from orchestrator.testing import check_component
-from studies.red_light import traces
+from tests.adapters.red_light import ALONE, STEP as H, entity, red_light
 
-SCENE = Path(__file__).parents[2] / "scenarios" / "assets" / "red_light" / "red_light.sumocfg"
-PARAMETERS = SumoTraffic.Parameters(scene=SCENE, spacing=60.0)
-H = 50_000_000
+SPARSE = {"spacing": 60.0}
+PARAMETERS = red_light(background=SPARSE)
+TRUCKS = entity(PARAMETERS, "blocking").count
 EGO, COLLIDER = 0, 1
 COAST = np.zeros(3)
 BRAKE = np.array([0.0, 1.0, 0.0])
@@ -38,7 +40,7 @@ def run(
     try:
         yield traffic.outputs()
         for k in range(round(seconds * 1e9) // H):
-            traffic.step({"command": policy(k * H / 1e9)}, k * H, H)
+            traffic.step({"ego.command": policy(k * H / 1e9)}, k * H, H)
             yield traffic.outputs()
     finally:
         traffic.close()
@@ -46,6 +48,12 @@ def run(
 
 def array(signals: Signals, name: str) -> Float:
     return np.asarray(signals[name])
+
+
+def entered(signals: Signals) -> list[tuple[int, str, str]]:
+    """Number, name and type of each newcomer."""
+    events = bytes(signals["entered"])
+    return [tuple(each) for each in json.loads(events)] if events else []
 
 
 def row_of(signals: Signals, number: int) -> int:
@@ -76,19 +84,24 @@ def test_the_component_keeps_the_contract() -> None:
         SumoTraffic(PARAMETERS),
         steps=20,
         h=H,
-        inputs=lambda _: {"command": np.array([0.3, 0.0, 0.1])},
+        inputs=lambda _: {"ego.command": np.array([0.3, 0.0, 0.1])},
     )
 
 
 def test_a_step_size_of_several_steps_of_sumo_gives_the_same_traffic() -> None:
-    fine = list(run(3, coast, 2.0))
+    fine = list(run(3, coast, 4.0))
+    newcomers = [each for signals in fine for each in entered(signals)]
     traffic = SumoTraffic(PARAMETERS)
     traffic.setup(0, stream(3, "traffic"))
-    for k in range(10):
-        traffic.step({"command": COAST}, k * 4 * H, 4 * H)
+    found = entered(traffic.outputs())
+    for k in range(len(fine) // 4):
+        traffic.step({"ego.command": COAST}, k * 4 * H, 4 * H)
+        found += entered(traffic.outputs())
     for name, signal in traffic.outputs().items():
-        if name not in {"ego.gap", "ego.nearest"}:  # those look back over the whole step
+        if name not in {"ego.gap", "ego.nearest", "entered"}:  # those look back over the whole step
             np.testing.assert_array_equal(signal, fine[-1][name], err_msg=name)
+    assert found == newcomers
+    assert len(newcomers) > len(array(fine[0], "vehicle.id")), "somebody enters later"
     traffic.close()
 
 
@@ -122,7 +135,7 @@ def test_braking_in_time_avoids_it_and_everybody_else_gives_way(seed: int, lead:
 
 
 def test_bodies_of_the_background_never_overlap() -> None:
-    parameters = replace(PARAMETERS, spacing=25.0)
+    parameters = red_light(background={"spacing": 25.0})
     for k, signals in enumerate(run(5, coast, 60.0, parameters)):
         if k % 10 == 0:
             others = np.flatnonzero(array(signals, "vehicle.id") > COLLIDER)
@@ -139,14 +152,14 @@ def test_nobody_is_ahead_of_the_ego_on_its_way_and_the_trucks_stand() -> None:
         ahead = (np.abs(position[:, 0] - 7.0) < 1.75) & (position[:, 1] < 8.0)
         ahead &= position[:, 1] > array(signals, "ego.position")[1]
         assert not ahead.any()
-        for number in range(2, 3 + PARAMETERS.blocking_count):
+        for number in range(2, 3 + TRUCKS):
             place = position[row_of(signals, number)]
             np.testing.assert_array_equal(place, at_start.setdefault(number, place))
 
 
 def test_followers_react_to_the_ego() -> None:
     """It brakes to a standstill on the open road; those behind it stop, too."""
-    parameters = replace(PARAMETERS, spacing=20.0, encounter=False)
+    parameters = red_light(background={"spacing": 20.0}, entities=ALONE)
     *_, signals = run(2, brake_from(1.0), 20.0, parameters)
     position, ego = array(signals, "vehicle.position"), array(signals, "ego.position")
     behind = (np.abs(position[:, 0] - 7.0) < 0.1) & (position[:, 1] < ego[1])
@@ -203,22 +216,23 @@ def test_the_background_has_the_density_asked_for() -> None:
     free = 212.0 * 7 + 206.0 * 6 + 190.0 + 62.0  # NB right, SB, departing; WB; sharer's; ego's
     counts = []
     for seed in range(10):
-        signals = next(run(seed, coast, 0.0, replace(PARAMETERS, spacing=40.0)))
-        counts.append(len(array(signals, "vehicle.id")) - 3 - PARAMETERS.blocking_count)
+        signals = next(run(seed, coast, 0.0, red_light(background={"spacing": 40.0})))
+        counts.append(len(array(signals, "vehicle.id")) - 3 - TRUCKS)
     assert np.mean(counts) == pytest.approx(free / 40.0, rel=0.12)
 
 
 def test_another_share_of_radios_leaves_the_traffic_as_it_is() -> None:
     *_, everybody = run(8, coast, 5.0)
-    *_, half = run(8, coast, 5.0, replace(PARAMETERS, equipped_share=0.5))
+    parameters = red_light(background=SPARSE, equipment={"all": {"radio": 0.5}})
+    *_, half = run(8, coast, 5.0, parameters)
     np.testing.assert_array_equal(everybody["vehicle.position"], half["vehicle.position"])
-    background = slice(3 + PARAMETERS.blocking_count, None)
+    background = slice(3 + TRUCKS, None)
     assert array(everybody, "vehicle.equipped")[background].all()
     assert 0.2 < array(half, "vehicle.equipped")[background].mean() < 0.8
 
 
 def test_lidars_are_capped() -> None:
-    parameters = replace(PARAMETERS, lidar_share=1.0, lidar_limit=3)
+    parameters = red_light(background=SPARSE, equipment={"all": {"lidar": 1.0, "lidar_limit": 3}})
     for signals in run(9, coast, 20.0, parameters):
         lidar = array(signals, "vehicle.lidar")
         assert lidar.sum() <= 2 + 3
@@ -226,28 +240,21 @@ def test_lidars_are_capped() -> None:
     assert lidar[row_of(signals, 2)], "the sharing node"
 
 
-def test_reports_know_the_roles_by_the_same_numbers() -> None:
-    assert {part.name: part.value for part in Part} == {
-        part.name: getattr(traces, part.name) for part in Part
-    }
-    assert len(traces.ROLE_WORDS) == len(Part)
-
-
 def test_roles_follow_the_vehicles_also_when_others_leave() -> None:
-    """0 background, 1 ego, 2 collision vehicle, 3 sharing node, 4 blocking."""
-    blocking = PARAMETERS.blocking_count
+    """0 background, 1 ego, 2 collider, 3 sharer, 4 blocking: the order of the declarations."""
+    assert list(PARAMETERS.entities) == ["ego", "collider", "sharer", "blocking"]
     role_of: dict[int, int] = {}
     for signals in run(3, coast, 25.0):
         roles, numbers = array(signals, "vehicle.role"), array(signals, "vehicle.id")
         for number, role in zip(numbers.tolist(), roles.tolist(), strict=True):
             assert role_of.setdefault(number, role) == role
-    basic = [role_of.pop(number) for number in range(3 + blocking)]
-    assert basic == [1, 2, 3] + [4] * blocking
+    basic = [role_of.pop(number) for number in range(3 + TRUCKS)]
+    assert basic == [1, 2, 3] + [4] * TRUCKS
     assert set(role_of.values()) == {0}
 
 
 def test_without_the_encounter_nobody_runs_the_red_light() -> None:
-    parameters = replace(PARAMETERS, encounter=False)
+    parameters = red_light(background=SPARSE, entities=ALONE)
     for signals in run(0, coast, 20.0, parameters):
         assert not signals["ego.collision"]
     assert array(signals, "ego.position")[1] > 8.0
@@ -262,7 +269,8 @@ def test_the_route_leads_from_the_ego_to_the_end_of_the_road() -> None:
 
 
 def test_the_ego_leaves_at_the_end_of_its_route() -> None:
-    parameters = replace(PARAMETERS, encounter=False, ego_start=0.0)
+    at_the_line = {"ego": {"position": {"to_end": 0.0}}, **ALONE}
+    parameters = red_light(background=SPARSE, entities=at_the_line)
     full_speed = np.array([1.0, 0.0, 0.0])
     signals: Signals = {}
     for signals in run(0, lambda _: full_speed, 12.0, parameters):
@@ -280,7 +288,7 @@ def test_a_second_simulation_in_the_process_is_refused_until_the_first_is_closed
     with pytest.raises(SumoError, match="once per process, and it is running already"):
         second.setup(0, stream(0, "traffic"))
     second.close()  # was never set up: must not end the first one
-    first.step({"command": COAST}, 0, H)
+    first.step({"ego.command": COAST}, 0, H)
     first.close()
     second.setup(0, stream(0, "traffic"))
     second.close()
@@ -288,6 +296,7 @@ def test_a_second_simulation_in_the_process_is_refused_until_the_first_is_closed
 
 @dataclass(frozen=True)
 class Wrong:
+    entity: str
     change: dict[str, Any]
     message: str
 
@@ -295,17 +304,42 @@ class Wrong:
 @pytest.mark.parametrize(
     "wrong",
     [
-        Wrong({"ego_lane": "south_in_7"}, "`ego_lane`: the scene has no lane `south_in_7`"),
-        Wrong({"sharer_type": "tram"}, "`sharer_type`: the scene has no type `tram`; there are"),
-        Wrong({"ego_start": 500.0}, "`ego_start` is 500 m, but before the stop line"),
-        Wrong({"blocking_count": 40}, "`blocking_count` is 40, but lane `south_in_2` has room"),
-        Wrong({"collider_lane": "north_in_0"}, "does not cross that from `north_in_0`"),
-        Wrong({"sharer_lane": "south_in_2"}, "there is no room for blocking.0"),
+        Wrong(
+            "ego",
+            {"position": {"lane": "south_in_7"}},
+            "`entities.ego`: `position.lane`: the scene has no lane `south_in_7`; there are",
+        ),
+        Wrong(
+            "sharer",
+            {"type": "tram"},
+            "`entities.sharer`: `type`: the scene has no vehicle type `tram`; there are",
+        ),
+        Wrong(
+            "ego",
+            {"position": {"to_end": 500.0}},
+            "`entities.ego`: `position.to_end` is 500 m, but before the end of `south_in_1` there "
+            r"is room for at most 20\d\.\d m",
+        ),
+        Wrong(
+            "blocking",
+            {"count": 40},
+            "`entities.blocking`: `count` is 40, but lane `south_in_2` has room for",
+        ),
+        Wrong(
+            "collider",
+            {"position": {"lane": "north_in_0"}},
+            "`entities.collider`: the way from `north_in_0` does not cross that of `ego`; place",
+        ),
+        Wrong(
+            "sharer",
+            {"position": {"lane": "south_in_2"}},
+            r"there is no room for blocking\.0 at the start; change their `position` or `count`",
+        ),
     ],
-    ids=lambda wrong: next(iter(wrong.change)),
+    ids=lambda wrong: f"{wrong.entity}-{next(iter(wrong.change))}",
 )
 def test_what_does_not_fit_the_scene_is_said(wrong: Wrong) -> None:
-    traffic = SumoTraffic(replace(PARAMETERS, **wrong.change))
+    traffic = SumoTraffic(red_light(background=SPARSE, entities={wrong.entity: wrong.change}))
     with pytest.raises(SumoError, match=wrong.message):
         traffic.setup(0, stream(0, "traffic"))
     traffic.close()
@@ -334,7 +368,7 @@ def test_a_step_size_that_does_not_fit_is_refused() -> None:
     traffic = SumoTraffic(PARAMETERS)
     traffic.setup(0, stream(0, "traffic"))
     with pytest.raises(ValueError, match=r"is 0\.07 s, which is not a whole multiple"):
-        traffic.step({"command": COAST}, 0, 70_000_000)
+        traffic.step({"ego.command": COAST}, 0, 70_000_000)
     traffic.close()
 
 
@@ -347,5 +381,7 @@ def test_a_run_writes_nothing(capfd: pytest.CaptureFixture[str]) -> None:
 def test_parameters_are_offered_with_units_and_descriptions() -> None:
     offered = PythonComponentType(SumoTraffic).parameters
     assert offered["scene"].type is Path
-    assert offered["ego_speed"].unit == "m/s"
+    assert declared(Entity)["speed"].unit == "m/s"
     assert all(parameter.doc for parameter in offered.values())
+    for record in (Background, Equipment, Entity, Position, Synchronise, Trigger, Finish, Dynamics):
+        assert all(parameter.doc for parameter in declared(record).values()), record

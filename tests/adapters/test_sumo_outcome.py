@@ -2,8 +2,6 @@
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,17 +10,16 @@ import pytest
 from hypothesis import assume, given, strategies as st
 
 from adapters.sumo import SumoTraffic
-from adapters.sumo.fleet import Poses
 from adapters.sumo.outcome import NEVER, Instants, Outcome
+from adapters.sumo.population import Poses
 from adapters.sumo.proximity import Contact, closest_approach
 from adapters.traffic.geometry import Boxes, box_distance
 from orchestrator.randomness import stream
 from orchestrator.signal import Signals
+from tests.adapters.red_light import ALONE, STEP as H, ego_speed, entity, red_light
 
-SCENE = Path(__file__).parents[2] / "scenarios" / "assets" / "red_light" / "red_light.sumocfg"
-PARAMETERS = SumoTraffic.Parameters(scene=SCENE, spacing=60.0)
-ALONE = replace(PARAMETERS, encounter=False)
-H = 50_000_000
+SPARSE = {"spacing": 60.0}
+PARAMETERS = red_light(background=SPARSE)
 COLLIDER = 1
 COAST = np.zeros(3)
 BRAKE = np.array([0.0, 1.0, 0.0])
@@ -47,7 +44,7 @@ def run(
     try:
         yield 0.0, traffic.outputs()
         for k in range(round(seconds * 1e9) // H):
-            traffic.step({"command": policy(k * H / 1e9)}, start + k * H, H)
+            traffic.step({"ego.command": policy(k * H / 1e9)}, start + k * H, H)
             yield (k + 1) * H / 1e9, traffic.outputs()
     finally:
         traffic.close()
@@ -235,10 +232,11 @@ def test_times_are_those_of_the_simulation_whenever_it_starts() -> None:
 @pytest.mark.parametrize("finish", [0.0, 15.0, 40.0])
 def test_alone_it_completes_so_far_beyond_the_junction(finish: float) -> None:
     """At constant speed: (way of the rear bumper) / speed, rounded up to 10 ms."""
-    parameters = replace(ALONE, ego_start=30.0, finish_distance=finish)
+    ego = {"position": {"to_end": 30.0}, "finish": {"distance": finish}}
+    parameters = red_light(background=SPARSE, entities={"ego": ego, **ALONE})
     (_, first), *later = run(1, coast, 12.0, parameters)
     rear = np.asarray(first["ego.position"])[1] - HALF_EGO
-    exact = (JUNCTION_END + finish - rear) / PARAMETERS.ego_speed
+    exact = (JUNCTION_END + finish - rear) / ego_speed(PARAMETERS)
     over = [(t, value(s, "ego.completion_time")) for t, s in later if s["encounter.over"]]
     assert {time for _, time in over} == {over[0][1]}
     assert -1e-9 <= over[0][1] - exact <= 0.01 + 1e-9
@@ -259,13 +257,16 @@ def test_in_an_encounter_it_completes_beyond_the_conflict_point() -> None:
         if signals["encounter.over"]:
             break
         previous = float(np.asarray(signals["ego.position"])[1])
-    line = CONFLICT + PARAMETERS.finish_distance + HALF_EGO
+    finish = entity(PARAMETERS, "ego").finish
+    assert finish is not None
+    line = CONFLICT + finish.distance + HALF_EGO
     assert previous < line <= np.asarray(signals["ego.position"])[1]
     assert value(signals, "ego.completion_time") > 20.0
 
 
 def test_who_leaves_the_net_has_completed_however_far_the_line() -> None:
-    parameters = replace(ALONE, ego_start=0.0, finish_distance=1000.0)
+    ego = {"position": {"to_end": 0.0}, "finish": {"distance": 1000.0}}
+    parameters = red_light(background=SPARSE, entities={"ego": ego, **ALONE})
     left = 0.0
     for t, signals in run(0, coast, 35.0, parameters):
         left = t

@@ -1,5 +1,6 @@
 """The drivable surface: lane centres are on it, buildings are not, its area is that of the plan."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,7 @@ from adapters.sumo.road import Road, read_road, strip
 from adapters.sumo.scene import read_buildings
 from adapters.sumo.simulation import Sumo
 from orchestrator.randomness import stream
-
-SCENE = Path(__file__).parents[2] / "scenarios" / "assets" / "red_light" / "red_light.sumocfg"
+from tests.adapters.red_light import STEP, red_light
 
 Float = npt.NDArray[np.float64]
 Bool = npt.NDArray[np.bool_]
@@ -48,7 +48,7 @@ def test_the_centres_of_all_lanes_are_on_the_road_and_the_buildings_are_not(sumo
         for link in sumo.links(lane):
             crossing = along(sumo.lane_shape(link.via), 0.5)
             assert on_road(road, crossing).all(), link.via
-    buildings = read_buildings(sumo)
+    buildings = read_buildings(sumo, 10.0)
     assert not on_road(road, buildings.vertex).any()
     for k in range(len(buildings.height)):
         ring = buildings.vertex[buildings.index == k]
@@ -71,11 +71,11 @@ def test_its_area_is_that_of_the_lanes_and_the_crossing(sumo: Sumo) -> None:
 
 
 def test_the_outputs_are_fixed_and_ordered() -> None:
-    traffic = SumoTraffic(SumoTraffic.Parameters(scene=SCENE))
+    traffic = SumoTraffic(red_light())
     traffic.setup(0, stream(0, "traffic"))
     try:
         before = traffic.outputs()
-        traffic.step({"command": np.zeros(3)}, 0, 50_000_000)
+        traffic.step({"ego.command": np.zeros(3)}, 0, STEP)
         after = traffic.outputs()
     finally:
         traffic.close()
@@ -110,17 +110,13 @@ NETWORK = """<net version="1.20">
 """A street with a pavement on its right, which ends in a square, and a railway to a station."""
 
 
-def test_pavements_and_railways_are_no_road(tmp_path: Path) -> None:
+def test_pavements_and_railways_are_no_road(tmp_path: Path, loaded: Callable[..., Sumo]) -> None:
     (tmp_path / "street.net.xml").write_text(NETWORK, encoding="utf-8")
     config = tmp_path / "street.sumocfg"
     config.write_text(
         '<configuration><net-file value="street.net.xml"/></configuration>', encoding="utf-8"
     )
-    simulation = Sumo(config, 50_000_000, 0)
-    try:
-        road = read_road(simulation)
-    finally:
-        simulation.close()
+    road = read_road(loaded(config))
     lane, square = (road.vertex[road.index == k] for k in (0, 1))
     np.testing.assert_allclose(lane, [(0, -3.2), (100, -3.2), (100, 0), (0, 0)], atol=1e-9)
     np.testing.assert_allclose(square, [(100, -5.2), (100, 0), (110, 0), (110, -5.2)])

@@ -1,7 +1,7 @@
 """Roadside units: rows of `vehicle.*` that nobody in the traffic knows of."""
 
-from dataclasses import dataclass, replace
-from pathlib import Path
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,21 +10,38 @@ import pytest
 from hypothesis import given, strategies as st
 
 from adapters.sumo import SumoTraffic
-from adapters.sumo.fleet import Part
-from adapters.sumo.roadside import FIRST_NUMBER, RoadsideUnits, contains
-from adapters.sumo.simulation import SumoError
+from adapters.sumo.entities import ROADSIDE_UNIT, Entity, Position
+from adapters.sumo.errors import SumoError
+from adapters.sumo.parameters import TrafficParameters
+from adapters.sumo.roadside import FIRST_NUMBER, RoadsideUnit, RoadsideUnits, contains
 from orchestrator.errors import ComponentTypeError
 from orchestrator.randomness import stream
 from orchestrator.signal import Signals
 from orchestrator.testing import check_component
+from tests.adapters.red_light import ALONE, STEP as H, red_light
 
-SCENE = Path(__file__).parents[2] / "scenarios" / "assets" / "red_light" / "red_light.sumocfg"
-PARAMETERS = SumoTraffic.Parameters(scene=SCENE, spacing=60.0)
 CORNER, OVER_THE_LANE = (14.0, 9.0), (7.0, -100.0)  # the latter on the ego's way
-UNITS = replace(PARAMETERS, rsu_positions=(CORNER, OVER_THE_LANE))
-H = 50_000_000
 
 Float = npt.NDArray[np.float64]
+
+
+def unit(x: float | None, y: float | None, antenna_height: float | None = None) -> Entity:
+    """A roadside unit."""
+    place = Position(x=x, y=y)
+    return Entity(type=ROADSIDE_UNIT, position=place, antenna_height=antenna_height)
+
+
+def with_units(
+    *units: Entity, spacing: float = 60.0, changes: Mapping[str, Any] | None = None
+) -> TrafficParameters:
+    """The red light with `units`, called `rsu0`, `rsu1`, ..., and `changes` of other entities."""
+    named = {f"rsu{k}": each for k, each in enumerate(units)}
+    return red_light(background={"spacing": spacing}, entities={**named, **(changes or {})})
+
+
+PARAMETERS = with_units()
+BOTH = (unit(*CORNER), unit(*OVER_THE_LANE))
+UNITS = with_units(*BOTH)
 
 
 def run(parameters: Any, seconds: float, seed: int = 1) -> list[Signals]:
@@ -34,7 +51,7 @@ def run(parameters: Any, seconds: float, seed: int = 1) -> list[Signals]:
         traffic.setup(0, stream(seed, "traffic"))
         outputs = [traffic.outputs()]
         for k in range(round(seconds * 1e9) // H):
-            traffic.step({"command": np.zeros(3)}, k * H, H)
+            traffic.step({"ego.command": np.zeros(3)}, k * H, H)
             outputs.append(traffic.outputs())
         return outputs
     finally:
@@ -62,16 +79,23 @@ ROWS: dict[str, Any] = {
     "antenna_height": [5.0, 5.0],
     "equipped": [True, True],
     "lidar": [False, False],
-    "role": [Part.ROADSIDE, Part.ROADSIDE],
+    "role": [5, 6],
 }
 
 
-@pytest.mark.parametrize("change", [{"spacing": 30.0}, {"blocking_count": 2}, {"encounter": False}])
-def test_their_numbers_depend_on_nobody(change: dict[str, Any]) -> None:
-    (start,) = run(replace(UNITS, **change), 0.0, seed=2)
+@pytest.mark.parametrize(
+    ("spacing", "changes"),
+    [(30.0, {}), (60.0, {"blocking": {"count": 2}}), (60.0, ALONE)],
+    ids=["more traffic", "fewer trucks", "no collider"],
+)
+def test_their_numbers_and_roles_depend_on_nobody(
+    spacing: float, changes: Mapping[str, Any]
+) -> None:
+    (start,) = run(with_units(*BOTH, spacing=spacing, changes=changes), 0.0, seed=2)
     numbers = np.asarray(start["vehicle.id"])
     assert numbers[-2:].tolist() == ROWS["id"]
     assert (np.diff(numbers) > 0).all()
+    assert np.asarray(start["vehicle.role"])[-2:].tolist() == ROWS["role"]
 
 
 def test_the_component_keeps_the_contract_with_them() -> None:
@@ -80,7 +104,8 @@ def test_the_component_keeps_the_contract_with_them() -> None:
 
 def test_what_did_not_change_stays_the_same_object() -> None:
     """Consumers skip work for signals that are the same object as before."""
-    units = RoadsideUnits([CORNER], 5.0)
+    corner = RoadsideUnit(name="corner", x=CORNER[0], y=CORNER[1], antenna_height=5.0, role=5)
+    units = RoadsideUnits([corner])
     (start,) = run(PARAMETERS, 0.0)
     signals = {name: np.asarray(value) for name, value in start.items()}
     first, second = units.join(signals), units.join(dict(signals))
@@ -88,7 +113,7 @@ def test_what_did_not_change_stays_the_same_object() -> None:
     moved = units.join({**signals, "vehicle.position": signals["vehicle.position"] + 1.0})
     assert moved["vehicle.id"] is first["vehicle.id"]
     assert moved["vehicle.position"] is not first["vehicle.position"]
-    nobody = RoadsideUnits([], 5.0).join(signals)
+    nobody = RoadsideUnits([]).join(signals)
     assert all(nobody[name] is signals[name] for name in signals)
 
 
@@ -109,25 +134,32 @@ def test_a_polygon_contains_what_its_rectangles_contain(
 
 @dataclass(frozen=True)
 class Wrong:
-    positions: tuple[tuple[float, ...], ...]
+    units: tuple[Entity, ...]
     message: str
-    antenna_height: float = 5.0
 
 
 @pytest.mark.parametrize(
     "wrong",
     [
-        Wrong(((14.0,),), r"entry 0 is \[14.0\]; write x and y, for example \[14 m, 9 m\]"),
-        Wrong((CORNER, (1.0, 2.0, 3.0)), r"entry 1 is \[1.0, 2.0, 3.0\]; write x and y"),
-        Wrong(((np.nan, 9.0),), r"entry 0 is \[nan, 9.0\]; x and y must be finite and within"),
-        Wrong(((14.0, 1e6),), r"entry 0 is \[14.0, 1000000.0\]; x and y must be finite and within"),
-        Wrong((CORNER, CORNER), r"entry 1 is \[14.0, 9.0\], the same place as another one"),
+        Wrong((unit(14.0, None),), "rsu0`: `position` has only one of `x` and `y`; write both"),
+        Wrong((unit(*CORNER), unit(None, 9.0)), "rsu1`: `position` has only one of `x` and `y`"),
+        Wrong((unit(np.nan, 9.0),), "rsu0`: `position`: x and y must be finite and within"),
+        Wrong((unit(14.0, 2e6),), "rsu0`: `position`: x and y must be finite and within"),
+        Wrong(
+            (unit(*CORNER), unit(*CORNER)),
+            r"rsu1`: `position` is \(14, 9\) m, the same place as that of `entities.rsu0`; leave",
+        ),
     ],
-    ids=lambda wrong: wrong.message[:30],
+    ids=["only x", "only y", "not a number", "too far", "twice"],
 )
 def test_positions_that_are_none_are_refused(wrong: Wrong) -> None:
-    with pytest.raises(ComponentTypeError, match=wrong.message):
-        SumoTraffic(replace(PARAMETERS, rsu_positions=wrong.positions))
+    with pytest.raises(ComponentTypeError, match=f"`entities.{wrong.message}"):
+        SumoTraffic(with_units(*wrong.units))
+
+
+def test_a_place_is_needed() -> None:
+    with pytest.raises(SumoError, match=r"`entities.rsu0`: a roadside unit needs `position.x`"):
+        run(with_units(unit(None, None)), 0.0)
 
 
 IN_THE_CORNER_BUILDING = (25.0, 20.0)  # 18 m high
@@ -138,22 +170,25 @@ ON_A_LANE = (7.0, -50.0)
     "wrong",
     [
         Wrong(
-            (CORNER, IN_THE_CORNER_BUILDING),
-            r"unit 1 at \(25, 20\) m is inside a building of 18 m; move it out, or raise",
+            (unit(*CORNER), unit(*IN_THE_CORNER_BUILDING)),
+            r"rsu1`: the roadside unit at \(25, 20\) m is inside a building of 18 m; "
+            "move it out, or raise `antenna_height`, 5 m, above the roof",
         ),
         Wrong(
-            (ON_A_LANE,), r"unit 0 at \(7, -50\) m is on the road, where vehicles are up to 4 m", 4
+            (unit(*ON_A_LANE, antenna_height=4.0),),
+            r"rsu0`: the roadside unit at \(7, -50\) m is on the road, where vehicles are up to "
+            "4 m high; move it off the road, or raise `antenna_height`, 4 m, above them",
         ),
-        Wrong(((0.0, 0.0),), r"unit 0 at \(0, 0\) m is on the road", 3.0),
+        Wrong(
+            (unit(0.0, 0.0, antenna_height=3.0),),
+            r"rsu0`: the roadside unit at \(0, 0\) m is on the road",
+        ),
     ],
-    ids=lambda wrong: wrong.message[:30],
+    ids=["in a building", "on a lane", "on the crossing"],
 )
 def test_places_where_no_antenna_can_be_are_refused(wrong: Wrong) -> None:
-    parameters = replace(
-        PARAMETERS, rsu_positions=wrong.positions, rsu_antenna_height=wrong.antenna_height
-    )
-    with pytest.raises(SumoError, match=wrong.message):
-        run(parameters, 0.0)
+    with pytest.raises(SumoError, match=f"`entities.{wrong.message}"):
+        run(with_units(*wrong.units), 0.0)
 
 
 @pytest.mark.parametrize(
@@ -162,6 +197,5 @@ def test_places_where_no_antenna_can_be_are_refused(wrong: Wrong) -> None:
 def test_antennas_over_roofs_and_over_the_road_are_not(
     position: tuple[float, float], antenna_height: float
 ) -> None:
-    parameters = replace(PARAMETERS, rsu_positions=(position,), rsu_antenna_height=antenna_height)
-    (start,) = run(parameters, 0.0)
+    (start,) = run(with_units(unit(*position, antenna_height=antenna_height)), 0.0)
     assert np.asarray(start["vehicle.antenna_height"])[-1] == antenna_height

@@ -4,6 +4,8 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,15 +14,19 @@ import pytest
 
 from adapters.sumo import SumoTraffic
 from adapters.sumo.ego import stopping_distance
-from adapters.sumo.scene import BODIES, read_buildings, read_types
-from adapters.sumo.simulation import Sumo, SumoError
+from adapters.sumo.errors import SumoError
+from adapters.sumo.scene import VehicleTypes, read_buildings
+from adapters.sumo.simulation import Sumo
+from adapters.traffic.bodies import Body
 from adapters.traffic.geometry import Boxes
 from orchestrator.randomness import stream
 from orchestrator.signal import Signals
+from tests.adapters.red_light import ASSETS, SCENE, ego_speed, entity, red_light
 
-ASSETS = Path(__file__).parents[2] / "scenarios" / "assets" / "red_light"
-SCENE = ASSETS / "red_light.sumocfg"
-PARAMETERS = SumoTraffic.Parameters(scene=SCENE)
+PARAMETERS = red_light()
+SPEED = ego_speed(PARAMETERS)
+DYNAMICS = entity(PARAMETERS, "ego").dynamics.single_track
+TRUCKS = entity(PARAMETERS, "blocking").count
 EGO, COLLIDER, SHARER, FIRST_TRUCK = range(4)  # numbers in the order of entry
 CONFLICT = np.array([7.0, -5.25])
 
@@ -52,8 +58,7 @@ def footprint(signals: Signals, row: int) -> Float:
 
 
 def trucks(signals: Signals) -> list[Float]:
-    count = PARAMETERS.blocking_count
-    return [footprint(signals, FIRST_TRUCK + k) for k in range(count)]
+    return [footprint(signals, FIRST_TRUCK + k) for k in range(TRUCKS)]
 
 
 def buildings(signals: Signals) -> list[Float]:
@@ -108,17 +113,17 @@ def test_the_lights_show_what_the_encounter_needs_for_forty_seconds(sumo: Sumo) 
 
 
 def test_vehicle_types_are_plausible(sumo: Sumo) -> None:
-    types = read_types(sumo)
-    assert {kind.body for kind in types.values()} == set(BODIES.values())
-    for kind in types.values():
+    types = VehicleTypes(sumo, 0.05).declared()
+    assert {kind.body for kind in types} == {Body.CAR, Body.SUV, Body.VAN, Body.BUS, Body.TRUCK}
+    for kind in types:
         length, width, height = kind.size
         assert 3.5 <= length <= 12.0, kind
         assert 1.6 <= width <= 2.55, kind
         assert 0.0 <= kind.antenna_height - height <= 0.101, kind
-    cars = [kind for kind in types.values() if kind.body == BODIES["car"]]
+    cars = [kind for kind in types if kind.body is Body.CAR]
     assert all(1.5 <= kind.antenna_height <= 1.8 for kind in cars)
-    assert max(kind.size[2] for kind in types.values()) == 4.0
-    assert sum(kind.share for kind in types.values()) == pytest.approx(1.0)
+    assert max(kind.size[2] for kind in types) == 4.0
+    assert sum(kind.share for kind in types) == pytest.approx(1.0)
 
 
 def test_buildings_keep_their_distance_from_the_kerb(start: Signals) -> None:
@@ -170,7 +175,7 @@ def first_sight(start: Signals, collider_speed: float) -> float:
     """
     way = np.arange(100.0, 0.0, -0.02)  # of the ego to the conflict point
     sensor = CONFLICT - np.stack([np.zeros_like(way), way], axis=1)
-    collider = CONFLICT - np.stack([way * collider_speed / PARAMETERS.ego_speed, 0 * way], axis=1)
+    collider = CONFLICT - np.stack([way * collider_speed / SPEED, 0 * way], axis=1)
     length, width, _ = array(start, "vehicle.size")[COLLIDER]
     visible = np.zeros(len(way), dtype=bool)
     for along in np.linspace(-0.5, 0.5, 5):
@@ -194,16 +199,16 @@ def test_the_ego_sees_the_collider_too_late(
     """With the actuator's lag of 0.1 s as its only reaction time, it cannot stop any more."""
     remaining = first_sight(start, speed / 3.6)
     assert remaining == pytest.approx(documented, abs=0.06)
-    assert remaining < stopping_distance(PARAMETERS.ego_speed, PARAMETERS.dynamics)
+    assert remaining < stopping_distance(SPEED, DYNAMICS)
 
 
 def test_the_ego_would_see_it_in_time_without_the_trucks(start: Signals) -> None:
     """The trucks are what makes it too late: without them only the buildings hide it."""
     alone = dict(start)
     far_away = array(start, "vehicle.position").copy()
-    far_away[FIRST_TRUCK : FIRST_TRUCK + PARAMETERS.blocking_count, 0] = 300.0
+    far_away[FIRST_TRUCK : FIRST_TRUCK + TRUCKS, 0] = 300.0
     alone["vehicle.position"] = far_away
-    assert first_sight(alone, 30 / 3.6) > 3.0 * stopping_distance(30 / 3.6, PARAMETERS.dynamics)
+    assert first_sight(alone, 30 / 3.6) > 3.0 * stopping_distance(30 / 3.6, DYNAMICS)
 
 
 def test_the_sharing_node_sees_the_collider_for_the_last_forty_metres(start: Signals) -> None:
@@ -239,35 +244,57 @@ def with_file(tmp_path: Path, name: str, old: str, new: str) -> Path:
     return tmp_path / SCENE.name
 
 
+@dataclass(frozen=True)
+class Defect:
+    file: str
+    old: str
+    new: str
+    message: str
+
+
 @pytest.mark.parametrize(
-    ("name", "old", "new", "message"),
+    "defect",
     [
-        (
+        Defect(
             "red_light.poly.xml",
             'key="height" value="24"',
             'key="height" value="high"',
             "building `sw_corner`: `height` must be a positive number in a `<param>`, got `high`",
         ),
-        (
+        Defect(
             "red_light.typ.xml",
             '<param key="antenna_height" value="4.00"/>',
-            "",
-            "vehicle type `box_truck`: `antenna_height` must be a positive number",
+            '<param key="antenna_height" value="-4.00"/>',
+            "vehicle type `box_truck`: `antenna_height` must be a positive number in a `<param>`, "
+            "got `-4.00`",
         ),
-        (
+        Defect(
             "red_light.typ.xml",
             'value="bus"',
             'value="coach"',
-            "vehicle type `bus`: `body` must be one of car, suv, van, bus, truck, got `coach`",
+            "vehicle type `bus`: `body` must be one of car, suv, van, bus, truck, rail, "
+            "motorcycle, bicycle, pedestrian, got `coach`",
         ),
     ],
+    ids=["height", "antenna", "body"],
 )
 def test_a_defect_of_the_scene_is_named(
-    tmp_path: Path, name: str, old: str, new: str, message: str
+    tmp_path: Path, loaded: Callable[..., Sumo], defect: Defect
 ) -> None:
-    simulation = Sumo(with_file(tmp_path, name, old, new), 50_000_000, 0)
-    try:
-        with pytest.raises(SumoError, match=re.escape(message)):
-            (read_types(simulation), read_buildings(simulation))
-    finally:
-        simulation.close()
+    simulation = loaded(with_file(tmp_path, defect.file, defect.old, defect.new))
+    with pytest.raises(SumoError, match=re.escape(defect.message)):
+        (VehicleTypes(simulation, 0.05).declared(), read_buildings(simulation, 10.0))
+
+
+def test_what_the_scene_does_not_say_is_as_the_parameters_say(
+    tmp_path: Path, loaded: Callable[..., Sumo]
+) -> None:
+    """Antennas stand over the roof of 4 m; buildings without a height have the usual one."""
+    antenna = '<param key="antenna_height" value="4.00"/>'
+    scene = with_file(tmp_path, "red_light.typ.xml", antenna, "")
+    polygons = tmp_path / "red_light.poly.xml"
+    text = polygons.read_text(encoding="utf-8")
+    polygons.write_text(text.replace('<param key="height" value="24"/>', ""), encoding="utf-8")
+    simulation = loaded(scene)
+    assert VehicleTypes(simulation, 0.07)["box_truck"].antenna_height == 4.07
+    assert 7.5 in read_buildings(simulation, 7.5).height

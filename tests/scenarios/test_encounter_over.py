@@ -72,7 +72,7 @@ def test_it_is_the_run_that_stops_there_wherever_components_run(
 def test_it_ends_where_the_ego_is_through(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    nobody = ("components.traffic.parameters.encounter=false", "time.stop=20 s")
+    nobody = ("components.traffic.parameters.entities.collider=null", "time.stop=20 s")
     found = run(capsys, tmp_path / "run", UNTIL, *nobody)
     metrics, reached = found["metrics"], found["manifest"]["reached_ns"] / 1e9
     assert metrics["success"]

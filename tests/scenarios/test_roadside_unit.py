@@ -15,12 +15,12 @@ from orchestrator.component import Component
 from orchestrator.recording import Recording
 from orchestrator.registry import installed
 from orchestrator.signal import Causality, Signals
-from studies.red_light.traces import EGO, SHARING, Array, Traces
+from studies.red_light.roles import EGO, SHARING
+from studies.red_light.traces import Array, Traces
 
 FOLDER = Path(scenarios.__file__).parent
-EARLY = {
-    "components.traffic.parameters.entities.ego.position.to_end": "75 m"
-}  # fusion begins in the first second
+EARLY = {"components.traffic.parameters.entities.ego.position.to_end": "75 m"}
+"""Fusion begins in the first second."""
 ONLY_THE_UNIT = {
     "components.traffic.parameters.equipment.all.radio": "0",
     "components.relay.type": "relay-random",
@@ -120,7 +120,8 @@ def test_in_full_load_every_fragment_waits_and_pays_on_each_hop(tmp_path: Path) 
         **EARLY,
         **ONLY_THE_UNIT,
         **{
-            "components.traffic.parameters.rsu_positions": "[[14 m, 9 m]]",
+            "components.traffic.parameters.entities.rsu.type": "roadside_unit",
+            "components.traffic.parameters.entities.rsu.position": "{x: 14 m, y: 9 m}",
             "components.facilities.parameters.compression": "16",
         },
     )

@@ -1,4 +1,4 @@
-"""Every experiment that ships is valid, with all its combinations."""
+"""Every experiment and recipe that ships is valid, with all its combinations and scenes."""
 
 from pathlib import Path
 
@@ -6,13 +6,20 @@ import pytest
 
 import studies
 from orchestrator.experiment.load import load_experiment
+from studies.training.load import load_training
 
 FILES = sorted(Path(studies.__file__).parent.glob("*/experiments/*.yaml"))
+RECIPES = sorted(Path(studies.__file__).parent.glob("*/recipes/*.yaml"))
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_it_is_valid(path: Path) -> None:
     assert load_experiment(path).runs()
+
+
+@pytest.mark.parametrize("path", RECIPES, ids=lambda path: path.stem)
+def test_a_recipe_is_valid(path: Path) -> None:
+    assert load_training(path).scenes
 
 
 def test_the_study_of_the_paper_has_what_it_promises() -> None:

@@ -84,8 +84,8 @@ class PolygonReader:
         if building.height is None or height_in(building.height) is not None:
             return
         what = (
-            f"building `{building.name}` gets the default height: a height [m] is a positive number "
-            f'in `<param key="{_HEIGHT}" value="..."/>`, got `{building.height}`'
+            f"building `{building.name}` gets the default height: a height [m] is a positive "
+            f'number in `<param key="{_HEIGHT}" value="..."/>`, got `{building.height}`'
         )
         self._findings.add(HEIGHTS, building.where, what)
 

@@ -45,7 +45,10 @@ def scenario(
     return {
         "time": {"start": "0 s", "stop": "30 s"},
         "components": {
-            "traffic": {"type": "sumo", "parameters": {"ego_speed": f"{speed / 3.6!r} m/s"}},
+            "traffic": {
+                "type": "sumo-traffic",
+                "parameters": {"entities": {"ego": {"speed": f"{speed / 3.6!r} m/s"}}},
+            },
             "facilities": {"type": "facilities", "parameters": sharing},
             "relay": {"type": f"relay-{relay}", "parameters": {}},
             "channel": radio,

@@ -256,6 +256,23 @@ def test_a_scenario_that_does_not_tell_the_condition_is_a_problem(name: str) -> 
     assert f"no component `{name}`" in what
 
 
+@pytest.mark.parametrize(
+    ("ego", "told"),
+    [
+        (None, "no entity `ego`"),
+        (
+            {"speed": {"uniform": ["7.0 m/s", "9.0 m/s"]}},
+            "the speed of the entity `ego` is drawn from {'uniform': ['7.0 m/s', '9.0 m/s']}",
+        ),
+    ],
+)
+def test_an_ego_that_has_no_single_speed_is_a_problem(ego: object, told: str) -> None:
+    made = scenario()
+    made["components"]["traffic"]["parameters"]["entities"]["ego"] = ego
+    ((_, what),) = problems(experiment("any", [({}, made)]))
+    assert told in what
+
+
 FILE = """\
 schema: 1
 scenario: {scenario}

@@ -1,13 +1,14 @@
 """Metrics of hand-made recordings with known results."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from typing_extensions import override
 
 from fmus.messages.records import (
     LINKS,
@@ -25,9 +26,11 @@ from studies.red_light import RedLightReport, figure
 from studies.red_light.delivery import packet_reception
 from studies.red_light.identity import Roles, vehicles_of
 from studies.red_light.metrics import Link, Metrics, compute
-from studies.red_light.traces import COLLISION, EGO, SHARING, Traces
+from studies.red_light.roles import BLOCKING, COLLISION, EGO, ROADSIDE, SHARING, roles_of
+from studies.red_light.traces import Traces
 
 TENTH = 100_000_000
+ENTITIES = ("ego", "collider", "sharer", "blocking")
 NOTHING_SENT = {"end_to_end": None, "direct": None, "messages": None, "sent": 0, "lost": None}
 LOST_TO_NOTHING = dict.fromkeys(
     ["noise", "interference", "receiver_busy", "receiver_transmitting", "unnoticed"], 0.0
@@ -49,6 +52,24 @@ class Samples:
 
     def at(self, t: int) -> Any:
         return self._values[int(np.searchsorted(self.times, t, side="right")) - 1]
+
+
+class Run(dict[str, Samples]):
+    """Recorded signals by name; their scenario has the entities of the red light, in its order."""
+
+    def __init__(self, signals: Mapping[str, Samples], names: Sequence[str] = ENTITIES) -> None:
+        super().__init__(signals)
+        self.manifest = manifest(names)
+
+    @override
+    def __or__(self, other: Mapping[str, Samples]) -> "Run":  # type: ignore[override]
+        return Run({**self, **other})
+
+
+def manifest(names: Sequence[str], kind: str = "sedan") -> dict[str, Any]:
+    """Of a scenario with entities of these names and one type."""
+    entities = {name: {"type": kind} for name in names}
+    return {"scenario": {"components": {"traffic": {"parameters": {"entities": entities}}}}}
 
 
 def packet(number: int) -> Any:
@@ -75,7 +96,7 @@ def seen(sensor: int, track: int, time: int) -> Any:
     return row
 
 
-def recording() -> dict[str, Samples]:
+def recording() -> Run:
     """Three samples; ego 1, collision vehicle 2, sharing node 3, relay 7.
 
     The ego drives north at 10 m/s, the collision vehicle stands 20 m ahead of its start.
@@ -127,7 +148,7 @@ def recording() -> dict[str, Samples]:
         "policy.hazard.sensor": [np.array(-1), np.array(-1), np.array(3)],
         "policy.hazard.age": [np.array(0.0), np.array(0.0), np.array(0.15)],
     }
-    return {name: Samples(values) for name, values in columns.items()}
+    return Run({name: Samples(values) for name, values in columns.items()})
 
 
 def heard_in(run: dict[str, Samples]) -> list[bytes]:
@@ -228,6 +249,27 @@ def test_the_partner_is_named_by_its_role_also_if_it_has_left_since(role: int, t
     run["traffic.vehicle.role"] = Samples([np.array([EGO, COLLISION, role]), roles, roles])
     found = compute(Traces(run))
     assert f"with {told};" in RedLightReport().summary(asdict(found), {})
+
+
+def test_who_is_who_is_told_by_the_names_of_entities_not_by_their_order() -> None:
+    """The same run with the entities declared in another order, and with one more."""
+    names = ("rsu", "sharer", "witness", "collider", "ego")
+    numbers = np.array([1 + names.index(name) for name in ("ego", "collider", "sharer")])
+    roles = {"traffic.vehicle.role": Samples([numbers] * 3)}
+    assert compute(Traces(Run({**recording(), **roles}, names))) == compute(Traces(recording()))
+
+
+def test_other_entities_are_background_and_roadside_units_are_told_by_their_type() -> None:
+    found = roles_of(manifest(["blocking", "witness", "collider"]))
+    assert found.tolist() == [0, BLOCKING, 0, COLLISION]
+    assert roles_of(manifest(["rsu", "mast"], "roadside_unit")).tolist() == [0, ROADSIDE, ROADSIDE]
+    absent = {"scenario": {"components": {"traffic": {"parameters": {"entities": {"ego": None}}}}}}
+    assert roles_of(absent).tolist() == [0, EGO]
+
+
+def test_roles_of_entities_that_nobody_declared_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"`traffic.vehicle.role` has 3, but the scenario of the"):
+        compute(Traces(Run(recording(), ["ego", "collider"])))
 
 
 def test_an_object_is_the_vehicle_in_whose_body_it_lies() -> None:

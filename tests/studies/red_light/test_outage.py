@@ -7,7 +7,7 @@ import pytest
 
 from fmus.messages.records import frame
 from studies.red_light.outage import outage, table
-from tests.studies.red_light.test_metrics import Samples, packet, reception, recording
+from tests.studies.red_light.test_metrics import Run, Samples, packet, reception, recording
 
 SECOND = 1_000_000_000
 
@@ -17,7 +17,7 @@ def at(time: float, row: Any) -> Any:
     return row
 
 
-def run_of(packets: list[Any], heard: list[Any]) -> dict[str, Samples]:
+def run_of(packets: list[Any], heard: list[Any]) -> Run:
     return recording() | {
         "facilities.packets": Samples([b"", b"", frame("PKTS", np.concatenate(packets))]),
         "channel.receptions": Samples([b"", b"", frame("RCPT", np.concatenate(heard))]),

@@ -41,7 +41,7 @@ def experiment(
 
 
 def _scenario(spacing: float) -> Mapping[str, Any]:
-    traffic = {"parameters": {"spacing": f"{spacing} m"}}
+    traffic = {"parameters": {"background": {"spacing": f"{spacing} m"}}}
     return {
         "time": {"start": "0 s", "stop": "20 s"},
         "components": {"traffic": traffic, "relay": {"parameters": {}}},

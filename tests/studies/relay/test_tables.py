@@ -123,7 +123,10 @@ def test_the_density_is_that_of_the_scenario() -> None:
 
 def test_a_scenario_without_traffic_has_no_density() -> None:
     scenario: dict[str, Any] = {"components": {"channel": {"parameters": {}}}}
-    with pytest.raises(ValueError, match="0 components of the scenario have a parameter `spacing`"):
+    with pytest.raises(ValueError, match=r"0 components of .* a parameter `background\.spacing`"):
+        vehicles_per_km(scenario)
+    scenario["components"]["traffic"] = {"parameters": {"background": None}}
+    with pytest.raises(ValueError, match=r"0 components of .* a parameter `background\.spacing`"):
         vehicles_per_km(scenario)
 
 

@@ -4,22 +4,22 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import takewhile
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-import scenarios
 from adapters.sumo import SumoTraffic
 from adapters.sumo.ego import Command, EgoState, advance
 from adapters.traffic.geometry import Boxes, box_distance
 from fmus.driving.policy import Expert, ExpertDriver, Inputs
 from fmus.driving.policy.expert import EXPERT_READS, ExpertParameters
+from orchestrator.distribution import Constant
 from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Causality, Signal
 from orchestrator.testing import check_component
+from tests.adapters.red_light import red_light
 from tests.fmus.dynamics import DYNAMICS
 
 STEP: Final = 50_000_000
@@ -221,13 +221,9 @@ def test_contract() -> None:
 def test_in_traffic_it_yields_to_the_collision_vehicle_and_completes(
     seed: int, speed: float, trucks: int
 ) -> None:
-    scene = Path(scenarios.__file__).parent / "assets" / "red_light" / "red_light.sumocfg"
     cruise = speed / 3.6
-    traffic = SumoTraffic(
-        SumoTraffic.Parameters(
-            scene=scene, ego_speed=cruise, ego_start=90.0, blocking_count=trucks, lidar_share=0.0
-        )
-    )
+    ego = {"speed": Constant(cruise), "position": {"to_end": 90.0}}
+    traffic = SumoTraffic(red_light(entities={"ego": ego, "blocking": {"count": trucks}}))
     expert = Expert(Expert.Parameters(cruise_speed=cruise))
     named = [n for n, c in expert.connectors.items() if c.causality is Causality.INPUT]
     try:
@@ -241,7 +237,7 @@ def test_in_traffic_it_yields_to_the_collision_vehicle_and_completes(
             expert.step({n: signals[n] for n in named if n in signals}, t, STEP)
             command = np.asarray(expert.outputs()["command"])
             hardest = max(hardest, 8.0 * float(command[1]))
-            traffic.step({"command": command}, t, STEP)
+            traffic.step({"ego.command": command}, t, STEP)
         outcome = traffic.outputs()
         assert not outcome["ego.collision"]
         assert 0.0 < float(np.asarray(outcome["ego.completion_time"])) < (90 + 23) / cruise + 4.0

@@ -1,0 +1,57 @@
+"""A synchronised vehicle arrives where another one does, when it does, within its bounds."""
+
+import pytest
+from hypothesis import given, strategies as st
+
+from adapters.sumo.synchronised import SpeedControl
+
+CONTROL = SpeedControl(
+    hold_distance=25.0, min_speed=20 / 3.6, max_speed=60 / 3.6, max_acceleration=3.0
+)
+H = 0.05
+
+
+def approach(
+    distance: float, speed: float, other_distance: float, other_speed: float
+) -> tuple[float, float]:
+    """Distance of the other one, and own speed, when this one is at the meeting."""
+    while distance > 0.0:
+        speed = CONTROL.speed(
+            speed=speed,
+            distance=distance,
+            other_speed=other_speed,
+            other_distance=other_distance,
+            h=H,
+        )
+        distance -= speed * H
+        other_distance -= other_speed * H
+    return other_distance, speed
+
+
+@given(st.floats(90.0, 200.0), st.floats(6.0, 12.0), st.floats(5.0, 12.0))
+def test_it_meets_another_one_that_keeps_its_speed(
+    distance: float, speed: float, other_speed: float
+) -> None:
+    """Whatever speed it starts with, as long as the speed that fits is within its bounds."""
+    fitting = 9.0  # m/s
+    other_distance, _ = approach(distance, speed, distance * other_speed / fitting, other_speed)
+    assert abs(other_distance) < 1.0
+
+
+def test_within_the_hold_distance_the_speed_is_kept_whatever_the_other_one_does() -> None:
+    for other_speed in (0.0, 5.0, 30.0):
+        speed = CONTROL.speed(
+            speed=9.0, distance=25.0, other_speed=other_speed, other_distance=20.0, h=H
+        )
+        assert speed == 9.0
+
+
+def test_for_another_one_that_stands_it_slows_down_to_its_smallest_speed_no_further() -> None:
+    other_distance, speed = approach(150.0, 12.0, 100.0, 0.0)
+    assert other_distance == 100.0
+    assert speed == pytest.approx(20 / 3.6)
+
+
+def test_the_acceleration_is_bounded() -> None:
+    faster = CONTROL.speed(speed=8.0, distance=100.0, other_speed=20.0, other_distance=50.0, h=H)
+    assert faster == pytest.approx(8.0 + 3.0 * H)
