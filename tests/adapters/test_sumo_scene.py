@@ -256,12 +256,6 @@ class Defect:
     "defect",
     [
         Defect(
-            "red_light.poly.xml",
-            'key="height" value="24"',
-            'key="height" value="high"',
-            "building `sw_corner`: `height` must be a positive number in a `<param>`, got `high`",
-        ),
-        Defect(
             "red_light.typ.xml",
             '<param key="antenna_height" value="4.00"/>',
             '<param key="antenna_height" value="-4.00"/>',
@@ -276,14 +270,14 @@ class Defect:
             "motorcycle, bicycle, pedestrian, got `coach`",
         ),
     ],
-    ids=["height", "antenna", "body"],
+    ids=["antenna", "body"],
 )
 def test_a_defect_of_the_scene_is_named(
     tmp_path: Path, loaded: Callable[..., Sumo], defect: Defect
 ) -> None:
     simulation = loaded(with_file(tmp_path, defect.file, defect.old, defect.new))
     with pytest.raises(SumoError, match=re.escape(defect.message)):
-        (VehicleTypes(simulation, 0.05).declared(), read_buildings(simulation, 10.0))
+        VehicleTypes(simulation, 0.05).declared()
 
 
 def test_what_the_scene_does_not_say_is_as_the_parameters_say(
