@@ -2,7 +2,7 @@
 
 import abc
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Self, TypeAlias
 
 from benchmarks.spread import Spread
@@ -80,18 +80,7 @@ class Row:
 
     def as_json(self) -> dict[str, Any]:
         """The row as `nlosim bench --json` prints it."""
-        return {
-            "case": self.case,
-            "ours": self.ours,
-            "low": self.low,
-            "high": self.high,
-            "peer": self.peer,
-            "peer_name": self.peer_name,
-            "ratio": self.ratio,
-            "unit": self.unit,
-            "is_higher_better": self.is_higher_better,
-            "details": dict(self.details),
-        }
+        return {**asdict(self), "ratio": self.ratio}
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Self:
@@ -101,11 +90,6 @@ class Row:
 
 class Case(abc.ABC):
     """One thing to be measured, again and again."""
-
-    @property
-    @abc.abstractmethod
-    def name(self) -> str:
-        """Unique within its benchmark."""
 
     @abc.abstractmethod
     def measure(self) -> Measurement:
@@ -148,8 +132,8 @@ class Benchmark(abc.ABC):
         """Raise a `CosimError` if something is missing that the cases need; called first."""
 
     @abc.abstractmethod
-    def cases(self) -> Sequence[Case]:
-        """The cases, prepared to be measured."""
+    def cases(self) -> Mapping[str, Case]:
+        """The cases, prepared to be measured, by name; they are measured in this order."""
 
     @abc.abstractmethod
     def rows(self, measured: Mapping[str, Sequence[Measurement]]) -> Sequence[Row]:

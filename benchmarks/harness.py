@@ -3,7 +3,7 @@
 import fnmatch
 import gc
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from tqdm import tqdm
@@ -49,16 +49,16 @@ def measure(benchmark: Benchmark, *, repeat: int, pattern: str = "*", label: str
         NoSuchCaseError: no case matches `pattern`.
     """
     measured: dict[str, list[Measurement]] = {}
-    chosen: Sequence[Case] = ()
+    chosen: Mapping[str, Case] = {}
     is_complete = False
     try:
         chosen = _chosen(benchmark.cases(), pattern)
-        turns = [case for _ in range(repeat) for case in chosen]
+        turns = list(chosen.items()) * repeat
         with tqdm(turns, desc=label, unit="run", file=sys.stderr, disable=None) as bar:
-            for case in bar:
+            for name, case in bar:
                 gc.collect()  # the garbage of one case is not collected at the cost of the next
                 found = case.measure()
-                measured.setdefault(case.name, []).append(found)
+                measured.setdefault(name, []).append(found)
         is_complete = True
     except KeyboardInterrupt:
         pass
@@ -69,13 +69,13 @@ def measure(benchmark: Benchmark, *, repeat: int, pattern: str = "*", label: str
     )
 
 
-def _chosen(cases: Sequence[Case], pattern: str) -> Sequence[Case]:
-    found = [case for case in cases if fnmatch.fnmatchcase(case.name, pattern)]
+def _chosen(cases: Mapping[str, Case], pattern: str) -> Mapping[str, Case]:
+    found = {name: case for name, case in cases.items() if fnmatch.fnmatchcase(name, pattern)}
     if not found:
-        hint = suggestion(pattern, (case.name for case in cases))
+        hint = suggestion(pattern, cases)
         raise NoSuchCaseError(f"no case matches `{pattern}`; {hint}")
     return found
 
 
-def _fewest(cases: Sequence[Case], measured: Mapping[str, Sequence[Measurement]]) -> int:
-    return min((len(measured.get(case.name, ())) for case in cases), default=0)
+def _fewest(cases: Iterable[str], measured: Mapping[str, Sequence[Measurement]]) -> int:
+    return min((len(measured.get(name, ())) for name in cases), default=0)

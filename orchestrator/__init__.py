@@ -26,6 +26,10 @@ if TYPE_CHECKING:
         ScenarioError as ScenarioError,
         SystemStructureError as SystemStructureError,
     )
+    from orchestrator.input_files import (
+        FileCheck as FileCheck,
+        FileReadingComponent as FileReadingComponent,
+    )
     from orchestrator.measure import Measure as Measure
     from orchestrator.observer import (
         Observer as Observer,
@@ -69,6 +73,7 @@ _HOMES: Final = {
         "ScenarioError",
         "SystemStructureError",
     ),
+    "orchestrator.input_files": ("FileCheck", "FileReadingComponent"),
     "orchestrator.measure": ("Measure",),
     "orchestrator.observer": ("Observer", "SimulationResult"),
     "orchestrator.parameters": ("ComponentType", "parameter"),

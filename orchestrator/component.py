@@ -9,7 +9,7 @@ import abc
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 from typing_extensions import override
@@ -41,8 +41,9 @@ class Component(abc.ABC):
     def connectors(self) -> Mapping[str, Connector]:
         """The signals this component exchanges, by name; constant after creation.
 
-        Names may be structured with dots (`vehicle.position`); a scenario can connect such
-        a group at once.
+        A class whose instances all have the same ones may declare them as an attribute. Names
+        may be structured with dots (`vehicle.position`); a scenario can connect such a group at
+        once.
         """
 
     @abc.abstractmethod
@@ -97,8 +98,13 @@ class RestorableComponent(Component, Generic[State]):
 class ConcurrentComponent(Component):
     """A component whose step can run while others step, e.g. in another process.
 
-    `step(inputs, t, h)` equals `begin_step(inputs, t, h)` followed by `finish_step()`.
+    `step(inputs, t, h)` is `begin_step(inputs, t, h)` followed by `finish_step()`, or equals that.
     """
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self.begin_step(inputs, t, h)
+        self.finish_step()
 
     @abc.abstractmethod
     def begin_step(self, inputs: Signals, t: Time, h: Duration) -> None:
@@ -139,6 +145,41 @@ class WrappedComponent(Component):
     @override
     def close(self) -> None:
         self._wrapped.close()
+
+
+class StateKeeper(Protocol[State]):
+    """Something whose state can be saved and restored, as of a `RestorableComponent`."""
+
+    def save(self) -> State:
+        """A copy of the complete state."""
+
+    def restore(self, state: State) -> None:
+        """Return to `state`."""
+
+
+class WrappedRestorableComponent(WrappedComponent, RestorableComponent[State]):
+    """A component around another one that turned out to be able to return to an earlier state.
+
+    Args:
+        wrapped: the other one.
+        keeper: of its state.
+    """
+
+    def __init__(self, wrapped: Component, keeper: StateKeeper[State]) -> None:
+        super().__init__(wrapped)
+        self._keeper = keeper
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._wrapped.step(inputs, t, h)
+
+    @override
+    def save(self) -> State:
+        return self._keeper.save()
+
+    @override
+    def restore(self, state: State) -> None:
+        self._keeper.restore(state)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -35,6 +35,22 @@ class Problem:
         return f"{self.where}: {self.what}"
 
 
+@dataclass(frozen=True, slots=True)
+class ParameterProblem:
+    """Something wrong with parameters that a plug-in checks itself, or with what they stand for.
+
+    Attributes:
+        address: of what is wrong, from the top of the parameters: keys, and indices of list
+            items; empty for the whole.
+        what: a sentence.
+        at_key: whether the key is wrong rather than its value.
+    """
+
+    address: tuple[str | int, ...]
+    what: str
+    at_key: bool = False
+
+
 class ScenarioError(CosimError):
     """The scenario file is wrong. Its author can fix it. Exit code 2."""
 

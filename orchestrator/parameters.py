@@ -29,12 +29,15 @@ import enum
 import typing
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
 from typing_extensions import override
 
 from orchestrator.component import Component, DecidingComponent
+from orchestrator.errors import ParameterProblem
+from orchestrator.input_files import FileCheck, FileReadingComponent, named_files
 from orchestrator.kinds import FrozenMapping
 
 REQUIRED: Final = dataclasses.MISSING
@@ -73,22 +76,6 @@ class Parameter:
     doc: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class ParameterProblem:
-    """Something wrong with parameters that a plug-in checks itself, or with what they stand for.
-
-    Attributes:
-        address: of what is wrong, from the top of the parameters: keys, and indices of list
-            items; empty for the whole.
-        what: a sentence.
-        at_key: whether the key is wrong rather than its value.
-    """
-
-    address: tuple[str | int, ...]
-    what: str
-    at_key: bool = False
-
-
 class Parametrised:
     """A plug-in whose parameters are the fields of a frozen dataclass, each made by `parameter`."""
 
@@ -118,6 +105,15 @@ class ComponentType(abc.ABC):
     def decides(self) -> bool:
         """Whether instances are `DecidingComponent`s."""
         return False
+
+    def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:
+        """Every file that an instance reads, each once; `values` as for `create`."""
+        return tuple(dict.fromkeys(named_files(values)))
+
+    def check_files(self, values: Mapping[str, Any], *, thorough: bool) -> FileCheck:
+        """What is found in these files; see `FileReadingComponent.check_files`."""
+        del values, thorough
+        return FileCheck()
 
     @abc.abstractmethod
     def create(self, name: str, values: Mapping[str, Any]) -> Component:
@@ -187,6 +183,19 @@ class PythonComponentType(ComponentType):
     @override
     def decides(self) -> bool:
         return issubclass(self._component, DecidingComponent)
+
+    @override
+    def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:
+        named = tuple(named_files(values))
+        if issubclass(self._component, FileReadingComponent):
+            named += tuple(self._component.input_files(self._record(**values)))
+        return tuple(dict.fromkeys(named))
+
+    @override
+    def check_files(self, values: Mapping[str, Any], *, thorough: bool) -> FileCheck:
+        if not issubclass(self._component, FileReadingComponent):
+            return FileCheck()
+        return self._component.check_files(self._record(**values), thorough=thorough)
 
     @override
     def create(self, name: str, values: Mapping[str, Any]) -> Component:

@@ -1,6 +1,7 @@
 """One run of a scenario, in a directory of its own.
 
-manifest.json   the resolved scenario, versions, host, how the run ended and where the time went
+manifest.json   the resolved scenario, versions, digests of the files that components read, host,
+                how the run ended and where the time went
 signals/        the recording; see `orchestrator.recording.layout`
 metrics.json    what the scenario's report found in it
 figure.png      the report's figure
@@ -10,7 +11,7 @@ log.txt         what components and the orchestrator logged
 import itertools
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from orchestrator.placement import IN_PROCESS, placing
 from orchestrator.provenance import provenance
 from orchestrator.recording.layout import RecordingError
 from orchestrator.recording.recorder import Recorder
+from orchestrator.scenario.inputs import check_inputs, digests
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.wiring import Assembly, assemble
 from orchestrator.simulation import simulate
@@ -129,12 +131,15 @@ def run_scenario(
         figure: whether the report draws its figure.
 
     Raises:
-        ScenarioError: the components do not fit together. No directory was created.
+        ScenarioError: the components do not fit together, or files that they read are wrong. No
+            directory was created.
         RecordingError: the directory cannot be used.
         RunFailedError: the run ended early.
         ReportFailedError: the run is complete, but its report failed.
         RunInterrupted: something raised `KeyboardInterrupt`; the run was ended in good order.
     """
+    remarks = check_inputs(scenario, thorough=False)
+    scenario = replace(scenario, remarks=(*scenario.remarks, *remarks))
     with placing(transport, scenario) as place:
         assembly = assemble(scenario, place)
         try:
@@ -213,6 +218,7 @@ def _manifest(scenario: Scenario, transport: str) -> Mapping[str, Any]:
         "overrides": list(scenario.overrides),
         "seed": scenario.seed,
         "transport": transport,
+        "files": digests(scenario),
         "scenario": scenario.resolved(),
     }
 

@@ -47,7 +47,10 @@ class Connector:
         dtype: the NumPy element type; `None` for Binary, whose values are `bytes`.
         shape: one entry per axis; a string names an axis whose length may change during
             the run, e.g. `("vehicle", 3)`. All connectors of a component that name the
-            same axis have the same length along it at every communication point.
+            same axis have the same length along it at every communication point. A name
+            may have parts, e.g. `left.sharer` and `right.sharer`: two axes of one component,
+            whose lengths may differ, both along sharers. Between components the last part
+            counts, so either may be connected to an axis `sharer`.
         unit: an SI unit or `dBm`, `dB`; `"1"` for a pure number.
         variability: when the signal may change.
         start: the value before the first communication step; `None` stands for zeros, with
@@ -118,7 +121,7 @@ class Connector:
             found.append(f"types differ: {self.kind()} and {target.kind()}")
         elif self.is_binary and self.mime_type != target.mime_type:
             found.append(f"contents differ: {self.mime_type} and {target.mime_type}")
-        elif self.shape != target.shape:
+        elif _along(self.shape) != _along(target.shape):
             found.append(f"shapes differ: {self.shape} and {target.shape}")
         if self.unit != target.unit:
             found.append(f"units differ: {self.unit} and {target.unit}")
@@ -130,3 +133,8 @@ class Connector:
             return f"binary ({self.mime_type})"
         axes = ", ".join(map(str, self.shape))
         return f"{np.dtype(self.dtype)}[{axes}]"
+
+
+def _along(shape: tuple[int | str, ...]) -> list[int | str]:
+    """What is along each axis: its length, or the last part of its name."""
+    return [axis.rpartition(".")[2] if isinstance(axis, str) else axis for axis in shape]

@@ -14,7 +14,7 @@ from adapters.fmi.description import DTYPES, FmuDescription, FmuVariable
 from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.sizes import Sizes
-from orchestrator.component import Component, RestorableComponent, WrappedComponent
+from orchestrator.component import Component, WrappedRestorableComponent
 from orchestrator.signal import Causality, Connector, Signal, Signals
 from orchestrator.timebase import Duration, Time, seconds
 
@@ -195,21 +195,8 @@ class FmuComponent(Component):
         self._read = state.read
 
 
-class RestorableFmuComponent(WrappedComponent, RestorableComponent[FmuState]):
+class RestorableFmuComponent(WrappedRestorableComponent[FmuState]):
     """An FMU that can return to an earlier state (FMI: `canGetAndSetFMUState`)."""
 
     def __init__(self, component: FmuComponent) -> None:
-        super().__init__(component)
-        self._component = component
-
-    @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self._component.step(inputs, t, h)
-
-    @override
-    def save(self) -> FmuState:
-        return self._component.save()
-
-    @override
-    def restore(self, state: FmuState) -> None:
-        self._component.restore(state)
+        super().__init__(component, component)

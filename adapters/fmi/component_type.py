@@ -51,6 +51,10 @@ class FmuComponentType(ComponentType):
         return MappingProxyType(parameters(self._fmu, self._sizes.chosen))
 
     @override
+    def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:
+        return self._fmu.path, *super().input_files(values)
+
+    @override
     def create(self, name: str, values: Mapping[str, Any]) -> Component:
         offered = self.parameters
         if unknown := sorted(set(values) - set(offered)):

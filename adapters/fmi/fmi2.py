@@ -1,10 +1,8 @@
 """One instance of an FMI 2.0 co-simulation FMU."""
 
 import ctypes
-import functools
 import itertools
 import weakref
-from collections import defaultdict
 from collections.abc import Mapping
 from ctypes import c_double, c_int, c_size_t, c_void_p
 from typing import Any, Final
@@ -15,23 +13,15 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import override
 
-from adapters.fmi.block import Block, address_of, blocks
-from adapters.fmi.description import FmuDescription
+from adapters.fmi.block import Block
 from adapters.fmi.errors import FmuError
-from adapters.fmi.handle import Handle, LifeFunctions
-from adapters.fmi.instance import DISCARD, OK, FmuInstance
+from adapters.fmi.handle import FunctionNames
+from adapters.fmi.instance import DISCARD, OK
+from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.unpacked import LoadedFmu
-from orchestrator.signal import Signal
 
 _VALUES: Final = (c_void_p, c_void_p, c_size_t, c_void_p)
-_LIFE: Final = LifeFunctions(
-    get_state="fmi2GetFMUstate",
-    set_state="fmi2SetFMUstate",
-    free_state="fmi2FreeFMUstate",
-    terminate="fmi2Terminate",
-    free_instance="fmi2FreeInstance",
-)
 _STEP: Final = (c_void_p, c_double, c_double, c_int)
 _DTYPES: Final[Mapping[str, npt.DTypeLike]] = {
     "Real": np.float64,
@@ -55,32 +45,14 @@ def _on_message(
         log.receive(status, category, message)
 
 
-class Fmi2Instance(FmuInstance):
+class Fmi2Instance(LoadedInstance):
     """FMI 2.0.4, section 4.2: scalars only, synchronous steps."""
 
-    def __init__(
-        self, description: FmuDescription, name: str, log: MessageLog, *, may_restore: bool
-    ) -> None:
-        self._description = description
-        self._log = log
-        self._may_restore = may_restore
-        self._handle = Handle(
-            LoadedFmu(description, name), log, _LIFE, functools.partial(self._instantiate, name)
-        )
-        self._fmu, self._guard = self._handle.fmu, self._handle.guard
-        self._instance = self._handle.address
-        self._blocks = [
-            *blocks(description.of("parameter"), _DTYPES),
-            *blocks(description.of("input"), _DTYPES),
-        ]
-        self._block_of = {v.name: block for block in self._blocks for v in block.variables}
-        self._output_blocks = blocks(description.of("output"), _DTYPES)
-        for block in (*self._blocks, *self._output_blocks):
-            block.resize({})
-        for block in self._blocks:
-            block.allocate()
+    names = FunctionNames(prefix="fmi2", instantiate="fmi2Instantiate", state="FMUstate")
+    dtypes = _DTYPES
 
-    def _instantiate(self, name: str, fmu: LoadedFmu) -> int:
+    @override
+    def _instantiate(self, name: str, fmu: LoadedFmu) -> int | None:
         number = next(_NUMBERS)
         _LOGS[number] = self._log
         callbacks = fmpy.fmi2.fmi2CallbackFunctions()
@@ -101,9 +73,6 @@ class Fmi2Instance(FmuInstance):
             0,
             int(self._log.is_verbose),
         )
-        if not instance:
-            text = "; ".join(self._log.recent) or "the FMU logged no reason"
-            raise FmuError(f"fmi2Instantiate returned nothing: {text}")
         return instance
 
     @override
@@ -112,15 +81,6 @@ class Fmi2Instance(FmuInstance):
             raise FmuError("FMI 2.0 has no structural parameters")
 
     @override
-    def write(self, values: Mapping[str, Signal]) -> None:
-        groups: defaultdict[Block, list[str]] = defaultdict(list)
-        for name, value in values.items():
-            block = self._block_of[name]
-            block.views[name][...] = value
-            groups[block].append(name)
-        for block, names in groups.items():
-            self._write_block(block, names)
-
     def _write_block(self, block: Block, names: list[str]) -> None:
         function = self._fmu.function(f"fmi2Set{block.kind}", _VALUES)
         for references, count, address, _ in block.calls(names):
@@ -130,21 +90,13 @@ class Fmi2Instance(FmuInstance):
                 self._guard.check(f"fmi2Set{block.kind} of {listed}", status)
 
     @override
-    def write_text(self, values: Mapping[str, str]) -> None:
-        for name, text in values.items():
-            reference = ctypes.c_uint32(self._description.variables[name].reference)
-            pointer = (ctypes.c_char_p * 1)(text.encode())
-            self._handle.call("fmi2SetString", ctypes.byref(reference), 1, pointer)
+    def _write_string(self, reference: Any, pointer: Any) -> None:
+        self._handle.call("fmi2SetString", reference, 1, pointer)
 
     @override
     def enter_initialisation(self, t: float) -> None:
         self._handle.call("fmi2SetupExperiment", 0, 0.0, t, 0, 0.0)
         self._handle.call("fmi2EnterInitializationMode")
-
-    @override
-    def exit_initialisation(self) -> None:
-        self._handle.call("fmi2ExitInitializationMode")
-        self._handle.is_initialised = True
 
     @override
     def step(self, t: float, h: float) -> None:
@@ -167,33 +119,11 @@ class Fmi2Instance(FmuInstance):
         return f" (the last successful time is {time.value:.9g} s{ends})"
 
     @override
-    def read(self) -> dict[str, Signal]:
-        found: dict[str, Signal] = {}
-        for block in self._output_blocks:
-            elements = block.fresh()
-            status = self._fmu.function(f"fmi2Get{block.kind}", _VALUES)(
-                self._instance, block.references, len(block.variables), address_of(elements)
-            )
-            if status != OK:
-                self._guard.check(f"fmi2Get{block.kind}", status)
-            found.update(block.split(elements != 0 if block.kind == "Boolean" else elements))
-        return found
-
-    @override
-    def save(self) -> int:
-        return self._handle.save()
-
-    @override
-    def restore(self, state: int, lengths: Mapping[str, int]) -> None:
-        self._handle.restore(state)
-
-    @override
-    def forget(self, state: int) -> None:
-        self._handle.forget(state)
-
-    @override
-    def free(self) -> None:
-        self._handle.free()
+    def _read_block(self, block: Block, elements: Any) -> None:
+        function = self._fmu.function(f"fmi2Get{block.kind}", _VALUES)
+        status = function(self._instance, block.references, len(block.variables), elements)
+        if status != OK:
+            self._guard.check(f"fmi2Get{block.kind}", status)
 
 
 def _format_messages(callbacks: Any) -> None:

@@ -1,8 +1,6 @@
 """One instance of an FMI 3.0 co-simulation FMU."""
 
 import ctypes
-import functools
-from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from ctypes import c_bool, c_double, c_size_t, c_void_p
 from typing import Any, Final
@@ -12,59 +10,47 @@ import fmpy.fmi3
 import numpy as np
 from typing_extensions import override
 
-from adapters.fmi.block import Block, address_of, blocks
-from adapters.fmi.description import DTYPES, FmuDescription, FmuVariable
+from adapters.fmi.block import Block
+from adapters.fmi.description import DTYPES, FmuDescription
 from adapters.fmi.errors import FmuError
-from adapters.fmi.handle import Handle, LifeFunctions
-from adapters.fmi.instance import DISCARD, OK, FmuInstance
+from adapters.fmi.handle import FunctionNames
+from adapters.fmi.instance import DISCARD, OK
+from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.unpacked import LoadedFmu
 from orchestrator.signal import Signal
 
 _ARRAYS: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)
 _BINARIES: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_size_t)
-_LIFE: Final = LifeFunctions(
-    get_state="fmi3GetFMUState",
-    set_state="fmi3SetFMUState",
-    free_state="fmi3FreeFMUState",
-    terminate="fmi3Terminate",
-    free_instance="fmi3FreeInstance",
-)
 _STEP: Final = (c_void_p, c_double, c_double, c_bool, c_void_p, c_void_p, c_void_p, c_void_p)
 
 
-class Fmi3Instance(FmuInstance):
+class Fmi3Instance(LoadedInstance):
     """FMI 3.0.2, sections 2.2 and 4.2, without event mode, clocks and early return."""
+
+    names = FunctionNames(
+        prefix="fmi3", instantiate="fmi3InstantiateCoSimulation", state="FMUState"
+    )
+    dtypes = DTYPES
 
     def __init__(
         self, description: FmuDescription, name: str, log: MessageLog, *, may_restore: bool
     ) -> None:
-        self._description = description
-        self._log = log
-        self._may_restore = may_restore
-        self._lengths = {
-            v.name: int(v.start[0]) for v in description.of("structuralParameter") if v.start
-        }
-        self._handle = Handle(
-            LoadedFmu(description, name), log, _LIFE, functools.partial(self._instantiate, name)
-        )
-        self._fmu, self._guard = self._handle.fmu, self._handle.guard
-        self._instance = self._handle.address
+        super().__init__(description, name, log, may_restore=may_restore)
         self._flags = [c_bool(), c_bool(), c_bool()]
         self._last_time = c_double()
         self._step_results = [*map(ctypes.byref, self._flags), ctypes.byref(self._last_time)]
-        self._blocks = [
-            *_blocks(description.of("structuralParameter", "parameter")),
-            *_blocks(description.of("input")),
-        ]
-        self._block_of = {v.name: block for block in self._blocks for v in block.variables}
-        self._output_blocks = _blocks(description.of("output"))
         self._binary_outputs = [
             v for v in description.of("output") if v.type == "Binary" and v.is_signal
         ]
-        self._resize_blocks()
+        categories = [c for c in description.log_categories if c.startswith("logStatus")]
+        if categories and not log.is_verbose:
+            names = (ctypes.c_char_p * len(categories))(*(c.encode() for c in categories))
+            count = len(categories)
+            self._fmu.call("fmi3SetDebugLogging", self._instance, True, count, names)  # noqa: FBT003
 
-    def _instantiate(self, name: str, fmu: LoadedFmu) -> int:
+    @override
+    def _instantiate(self, name: str, fmu: LoadedFmu) -> int | None:
         receive = self._log.receive
 
         def on_message(_: Any, status: int, category: bytes, message: bytes) -> None:
@@ -88,20 +74,7 @@ class Fmi3Instance(FmuInstance):
             self._callback,
             fmpy.fmi3.fmi3IntermediateUpdateCallback(),
         )
-        if not instance:
-            text = "; ".join(self._log.recent) or "the FMU logged no reason"
-            raise FmuError(f"fmi3InstantiateCoSimulation returned nothing: {text}")
-        categories = [c for c in self._description.log_categories if c.startswith("logStatus")]
-        if categories and not is_verbose:
-            names = (ctypes.c_char_p * len(categories))(*(c.encode() for c in categories))
-            fmu.call("fmi3SetDebugLogging", instance, True, len(categories), names)  # noqa: FBT003
         return instance
-
-    def _resize_blocks(self) -> None:
-        for block in (*self._blocks, *self._output_blocks):
-            block.resize(self._lengths)
-        for block in self._blocks:
-            block.allocate()
 
     @override
     def configure(self, lengths: Mapping[str, int]) -> None:
@@ -113,20 +86,14 @@ class Fmi3Instance(FmuInstance):
 
     @override
     def write(self, values: Mapping[str, Signal]) -> None:
-        binaries: dict[str, bytes] = {}
-        groups: defaultdict[Block, list[str]] = defaultdict(list)
-        for name, value in values.items():
-            if isinstance(value, bytes):
-                binaries[name] = value
-            else:
-                block = self._block_of[name]
-                block.views[name][...] = value
-                groups[block].append(name)
-        for block, names in groups.items():
-            self._write_block(block, names)
+        binaries = {name: value for name, value in values.items() if isinstance(value, bytes)}
+        super().write(
+            {n: v for n, v in values.items() if n not in binaries} if binaries else values
+        )
         if binaries:
             self._write_binaries(binaries)
 
+    @override
     def _write_block(self, block: Block, names: list[str]) -> None:
         function = self._fmu.function(f"fmi3Set{block.kind}", _ARRAYS)
         for references, count, address, size in block.calls(names):
@@ -146,20 +113,12 @@ class Fmi3Instance(FmuInstance):
         self._guard.check(f"fmi3SetBinary of {_listed(values)}", status)
 
     @override
-    def write_text(self, values: Mapping[str, str]) -> None:
-        for name, text in values.items():
-            reference = ctypes.c_uint32(self._description.variables[name].reference)
-            pointer = (ctypes.c_char_p * 1)(text.encode())
-            self._handle.call("fmi3SetString", ctypes.byref(reference), 1, pointer, 1)
+    def _write_string(self, reference: Any, pointer: Any) -> None:
+        self._handle.call("fmi3SetString", reference, 1, pointer, 1)
 
     @override
     def enter_initialisation(self, t: float) -> None:
         self._handle.call("fmi3EnterInitializationMode", False, 0.0, t, False, 0.0)  # noqa: FBT003
-
-    @override
-    def exit_initialisation(self) -> None:
-        self._handle.call("fmi3ExitInitializationMode")
-        self._handle.is_initialised = True
 
     @override
     def step(self, t: float, h: float) -> None:
@@ -182,20 +141,16 @@ class Fmi3Instance(FmuInstance):
             raise FmuError(f"the FMU asks to end the simulation at {t + h:.9g} s")
 
     @override
+    def _read_block(self, block: Block, elements: Any) -> None:
+        function = self._fmu.function(f"fmi3Get{block.kind}", _ARRAYS)
+        count = len(block.variables)
+        status = function(self._instance, block.references, count, elements, block.size)
+        if status != OK:
+            self._guard.check(f"fmi3Get{block.kind}", status)
+
+    @override
     def read(self) -> dict[str, Signal]:
-        found: dict[str, Signal] = {}
-        for block in self._output_blocks:
-            elements = block.fresh()
-            status = self._fmu.function(f"fmi3Get{block.kind}", _ARRAYS)(
-                self._instance,
-                block.references,
-                len(block.variables),
-                address_of(elements),
-                block.size,
-            )
-            if status != OK:
-                self._guard.check(f"fmi3Get{block.kind}", status)
-            found.update(block.split(elements))
+        found = super().read()
         if self._binary_outputs:
             found.update(self._read_binaries())
         return found
@@ -212,29 +167,6 @@ class Fmi3Instance(FmuInstance):
             variable.name: ctypes.string_at(pointer, size) if pointer and size else b""
             for variable, pointer, size in zip(self._binary_outputs, pointers, sizes, strict=True)
         }
-
-    @override
-    def save(self) -> int:
-        return self._handle.save()
-
-    @override
-    def restore(self, state: int, lengths: Mapping[str, int]) -> None:
-        self._handle.restore(state)
-        if lengths != self._lengths:
-            self._lengths = dict(lengths)
-            self._resize_blocks()
-
-    @override
-    def forget(self, state: int) -> None:
-        self._handle.forget(state)
-
-    @override
-    def free(self) -> None:
-        self._handle.free()
-
-
-def _blocks(variables: Iterable[FmuVariable]) -> list[Block]:
-    return blocks(variables, DTYPES)
 
 
 def _listed(names: Iterable[str]) -> str:

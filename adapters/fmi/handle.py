@@ -6,20 +6,25 @@ from ctypes import c_void_p
 from dataclasses import dataclass
 from typing import Any, cast
 
+from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import Guard
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.unpacked import LoadedFmu
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LifeFunctions:
-    """What the functions are called that store states and end an instance."""
+class FunctionNames:
+    """What the functions of an FMI version are called that both versions have.
 
-    get_state: str
-    set_state: str
-    free_state: str
-    terminate: str
-    free_instance: str
+    Attributes:
+        prefix: of all of them.
+        instantiate: makes an instance.
+        state: what they call an FMU state.
+    """
+
+    prefix: str
+    instantiate: str
+    state: str
 
 
 class Handle:
@@ -29,36 +34,49 @@ class Handle:
         fmu: the library, which goes with the instance.
         guard: judges the status of calls.
         address: of the instance, the first argument of its functions.
-        is_initialised: whether it has left initialisation mode, so that it is to be terminated.
     """
 
     def __init__(
         self,
         fmu: LoadedFmu,
         log: MessageLog,
-        functions: LifeFunctions,
-        instantiate: Callable[[LoadedFmu], int],
+        names: FunctionNames,
+        instantiate: Callable[[LoadedFmu], int | None],
     ) -> None:
         """Instantiate; the library goes again if that fails.
 
         Args:
             fmu: the loaded library.
             log: receives what the FMU says.
-            functions: of its FMI version.
-            instantiate: calls the function that makes an instance; its address.
+            names: of the functions of its FMI version.
+            instantiate: calls the function that makes an instance; its address, if there is one.
+
+        Raises:
+            FmuError: there is none.
         """
         self.fmu = fmu
         self.guard = Guard(log)
-        self.is_initialised = False
-        self._functions = functions
+        self._is_initialised = False
+        self._names = names
         self._states: set[int] = set()
         self._is_freed = False
         try:
-            self.address = instantiate(fmu)
+            self.address = self._made(instantiate(fmu), log)
         except BaseException:
             fmu.unload()
             fmu.discard()
             raise
+
+    def _made(self, address: int | None, log: MessageLog) -> int:
+        if not address:
+            text = "; ".join(log.recent) or "the FMU logged no reason"
+            raise FmuError(f"{self._names.instantiate} returned nothing: {text}")
+        return address
+
+    def exit_initialisation(self) -> None:
+        """Leave initialisation mode; from now on the end of the instance is a termination."""
+        self.call(f"{self._names.prefix}ExitInitializationMode")
+        self._is_initialised = True
 
     def call(self, name: str, *arguments: Any) -> None:
         """Call a function of the instance.
@@ -71,14 +89,14 @@ class Handle:
     def save(self) -> int:
         """Store the FMU state; an address for `restore` and `forget`."""
         state = c_void_p()
-        self.call(self._functions.get_state, ctypes.byref(state))
+        self.call(f"{self._names.prefix}Get{self._names.state}", ctypes.byref(state))
         address = cast("int", state.value)
         self._states.add(address)
         return address
 
     def restore(self, state: int) -> None:
         """Return to a stored state; a failed instance is sound again."""
-        self.call(self._functions.set_state, c_void_p(state))
+        self.call(f"{self._names.prefix}Set{self._names.state}", c_void_p(state))
         self.guard.has_failed = False
 
     def forget(self, state: int) -> None:
@@ -86,7 +104,8 @@ class Handle:
         if state in self._states and not self.guard.is_dead:
             self._states.discard(state)
             pointer = ctypes.byref(c_void_p(state))
-            self.fmu.call(self._functions.free_state, self.address, pointer)
+            function = f"{self._names.prefix}Free{self._names.state}"
+            self.fmu.call(function, self.address, pointer)
 
     def free(self) -> None:
         """Free the states, the instance, the library and the temporary folder, once."""
@@ -96,8 +115,8 @@ class Handle:
         if not self.guard.is_dead:
             for state in tuple(self._states):
                 self.forget(state)
-            if self.is_initialised and not self.guard.has_failed:
-                self.fmu.call(self._functions.terminate, self.address)
-            self.fmu.call(self._functions.free_instance, self.address)
+            if self._is_initialised and not self.guard.has_failed:
+                self.fmu.call(f"{self._names.prefix}Terminate", self.address)
+            self.fmu.call(f"{self._names.prefix}FreeInstance", self.address)
             self.fmu.unload()
         self.fmu.discard()

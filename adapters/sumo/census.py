@@ -53,8 +53,6 @@ class Census:
         self._sumo = sumo
         self._types = types
         self._outfitter = outfitter
-        self._vehicle_poses = sumo.watched_vehicles.poses
-        self._person_poses = sumo.watched_persons.poses
         self._vehicles: Sequence[str] = ()
         self._persons: Sequence[str] = ()
 
@@ -109,9 +107,10 @@ class Census:
         """The poses of the roster, as SUMO has them."""
         roster = self.roster
         if not roster.has_persons:
-            return Poses.from_sumo(self._vehicle_poses(roster.names), roster.size[:, 0])
+            return Poses.from_sumo(self._sumo.vehicle_poses(roster.names), roster.size[:, 0])
         poses = np.empty((len(roster.names), 4))
-        for kind, read in ((Kind.VEHICLE, self._vehicle_poses), (_PERSON, self._person_poses)):
+        readers = {Kind.VEHICLE: self._sumo.vehicle_poses, _PERSON: self._sumo.person_poses}
+        for kind, read in readers.items():
             rows = roster.rows_of(kind)
             poses[rows] = read([roster.names[row] for row in rows])
         return Poses.from_sumo(poses, roster.size[:, 0])

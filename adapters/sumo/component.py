@@ -1,23 +1,27 @@
 """The component: SUMO traffic, entities that a scenario declares, and egos that policies drive."""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Final, TypeAlias
 
 import numpy as np
 from typing_extensions import override
 
 from adapters.sumo import connection
+from adapters.sumo.checking import check_scene
+from adapters.sumo.checks.references import missing_references
 from adapters.sumo.connectors import RESERVED, connectors
 from adapters.sumo.driven import driven
 from adapters.sumo.ego import Command
 from adapters.sumo.entities import Entity
+from adapters.sumo.files import read_scene
 from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.placement import place_of
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.traffic import Traffic
-from orchestrator.component import Component
-from orchestrator.errors import ComponentTypeError
+from orchestrator.errors import ComponentTypeError, Location, Problem
+from orchestrator.input_files import FileCheck, FileReadingComponent
 from orchestrator.signal import Connector, Signals
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, Time, nanoseconds, seconds
 
@@ -28,7 +32,7 @@ _FARTHEST: Final = 1e6
 """From the origin [m]: farther is a mistake in writing."""
 
 
-class SumoTraffic(Component):
+class SumoTraffic(FileReadingComponent):
     """Everybody on the roads of a SUMO scene, entities of the scenario, and egos to be driven.
 
     Every vehicle that SUMO has is signalled, and every person on foot. Each entity whose
@@ -53,10 +57,31 @@ class SumoTraffic(Component):
     def connectors(self) -> Mapping[str, Connector]:
         return self._connectors
 
+    @classmethod
+    @override
+    def input_files(cls, parameters: TrafficParameters) -> Iterable[Path]:
+        return read_scene(parameters.scene)[0].paths()
+
+    @classmethod
+    @override
+    def check_files(cls, parameters: TrafficParameters, *, thorough: bool) -> FileCheck:
+        found = check_scene(parameters.scene, thorough=thorough and not parameters.traci)
+        missing = tuple(missing_references(parameters.entities, found.roads, found.types))
+        has_own = bool(parameters.entities) or parameters.background is not None
+        remarks = found.remarks
+        if found.is_empty and not has_own:
+            what = "neither the scene nor `entities` or `background` bring a vehicle or a person"
+            remarks = (*remarks, Problem(Location(str(parameters.scene), 1, 1), what))
+        return FileCheck(problems=(*found.problems, *missing), remarks=remarks)
+
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         self.close()
-        self._sumo = Sumo(self._connect(int(rng.integers(2**31))))
+        at = self._parameters.origin
+        origin = None if at is None else (at.x, at.y)
+        self._sumo = Sumo(self._connect(int(rng.integers(2**31))), origin)
+        if any(self._sumo.origin):
+            logger.info("positions are relative to (%g, %g) m of the net", *self._sumo.origin)
         begin = round(self._sumo.time * NANOSECONDS_PER_SECOND)
         if begin != start:
             logger.info(

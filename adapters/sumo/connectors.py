@@ -61,7 +61,7 @@ def connectors(egos: Iterable[str]) -> Mapping[str, Connector]:
     names = tuple(egos)
     found = {**VEHICLES, **SURROUNDINGS, **LIGHTS}
     for name in names:
-        routes = "route_vertex" if len(names) == 1 else f"{name}_route_vertex"
+        routes = "route_vertex" if len(names) == 1 else f"{name}.route_vertex"
         found |= {f"{name}.{key}": connector for key, connector in _of_one(routes).items()}
     found[OVER] = output(
         "every ego vehicle has collided, or is through; never without one", dtype=np.bool_

@@ -45,6 +45,14 @@ class Background:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Origin:
+    """A point of the net."""
+
+    x: float = parameter(unit="m", doc="east")
+    y: float = parameter(unit="m", doc="north")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class TrafficParameters:
     """Parameters of `SumoTraffic`."""
 
@@ -67,6 +75,11 @@ class TrafficParameters:
     equipment: Mapping[str, Equipment | None] = parameter(
         MappingProxyType({"all": Equipment(radio=1.0, lidar=0.0)}),
         doc="rules by name: what those carry that are no entities",
+    )
+    origin: Origin | None = parameter(
+        None,
+        doc="what all positions are relative to, in the coordinates of the net; null: their own "
+        "origin, or the corner of a net that is more than 100 km away from it",
     )
     collision_step: float = parameter(
         0.01,

@@ -15,10 +15,10 @@ import numpy.typing as npt
 from adapters.sumo.entities import Entity
 from adapters.sumo.errors import SumoError
 from adapters.sumo.placement import place_of
-from adapters.sumo.road import Road
-from adapters.sumo.scene import Buildings, frozen
+from adapters.sumo.scene import frozen
 from adapters.traffic.bodies import Body
 from adapters.traffic.geometry import Float
+from adapters.traffic.surroundings import Buildings, RoadSurface
 from orchestrator.signal import Array
 
 FIRST_NUMBER: Final = 1_000_000
@@ -107,7 +107,7 @@ class RoadsideUnits:
 
 
 def check_places(
-    units: Sequence[RoadsideUnit], *, buildings: Buildings, road: Road, tallest: float
+    units: Sequence[RoadsideUnit], *, buildings: Buildings, road: RoadSurface, tallest: float
 ) -> None:
     """Refuse antennas within a building, or where vehicles drive through them.
 

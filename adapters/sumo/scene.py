@@ -1,5 +1,6 @@
 """What the scene consists of: vehicle types, buildings, roads and paths along lanes."""
 
+import logging
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final, TypeVar
@@ -7,17 +8,19 @@ from typing import Final, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from adapters.sumo.checks.polygons import height_in, is_building
 from adapters.sumo.errors import SumoError
 from adapters.sumo.simulation import Link, Sumo
 from adapters.traffic.bodies import BODIES, Body, body_of
-from adapters.traffic.geometry import Float
 from adapters.traffic.polyline import Polyline
+from adapters.traffic.surroundings import SAME_POINT, Buildings, area, open_ring
+
+logger = logging.getLogger(__name__)
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
-_BUILDING: Final = "building"
-_SAME_POINT: Final = 0.01
-"""Vertices closer than this [m] are one: SUMO writes coordinates with two decimals."""
+_THIN: Final = 1e-3
+"""An area [m^2] below this is none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,82 +118,34 @@ class VehicleTypes:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Buildings:
-    """All buildings; the arrays are read-only.
-
-    Attributes:
-        vertex: corners, open rings one after the other [m], shape (vertex, 2).
-        index: the building each corner belongs to, int32, shape (vertex,).
-        height: [m], shape (building,).
-        left_out: polygons that are no buildings, how many of each type.
-    """
-
-    vertex: Float
-    index: npt.NDArray[np.int32]
-    height: Float
-    left_out: tuple[tuple[str, int], ...] = ()
-
-
-def is_building(kind: str) -> bool:
-    """Whether polygons of this type are buildings: `building`, or `building.yes` and the like."""
-    return kind == _BUILDING or kind.startswith(f"{_BUILDING}.")
-
-
 def read_buildings(sumo: Sumo, default_height: float) -> Buildings:
     """The polygons of type `building` or `building.*`, ordered by name.
 
+    Those without an area are left out; this and what else is left out is logged.
+
     Args:
         sumo: the simulation.
-        default_height: of those without a parameter `height` [m].
-
-    Raises:
-        SumoError: a building is no polygon or has no height; all of them are named.
+        default_height: of those whose parameter `height` is missing, or no positive number [m].
     """
-    problems: list[str] = []
     left_out: dict[str, int] = {}
     rings, heights = [], []
     for name in sumo.polygons():
         kind = sumo.polygon_type(name)
+        ring = open_ring(sumo.polygon_shape(name))
         if not is_building(kind):
             left_out[kind] = left_out.get(kind, 0) + 1
-            continue
-        ring = open_ring(sumo.polygon_shape(name))
-        if len(np.unique(ring, axis=0)) < 3 or area(ring) <= 0.0:
-            problems.append(
-                f"building `{name}` encloses no area: it has {len(np.unique(ring, axis=0))} "
-                "different corners, at least 3 that are not on a line are needed"
-            )
-        text = sumo.polygon_parameter(name, "height")
-        place = f"building `{name}`: `height`"
-        heights.append(positive(text, place, problems) if text else default_height)
-        rings.append(ring)
-    if problems:
-        raise SumoError("\n".join(problems))
-    index = np.repeat(np.arange(len(rings), dtype=np.int32), [len(ring) for ring in rings])
-    vertex = np.concatenate([np.zeros((0, 2)), *rings])
-    return Buildings(
-        vertex=frozen(vertex),
-        index=frozen(index),
-        height=frozen(np.array(heights, dtype=np.float64)),
-        left_out=tuple(sorted(left_out.items())),
-    )
-
-
-def open_ring(ring: Float) -> Float:
-    """`ring`, shape (vertex, 2), without a last vertex that repeats the first."""
-    closes = len(ring) > 1 and bool(np.hypot(*(ring[0] - ring[-1])) < _SAME_POINT)
-    return ring[:-1] if closes else ring
-
-
-def area(ring: Float) -> float:
-    """The area of a simple polygon [m^2]; 0 with fewer than three corners (Gauss's formula).
-
-    Args:
-        ring: corners [m], an open ring, shape (corner, 2).
-    """
-    x, y = (ring - ring[:1]).T
-    return abs(0.5 * float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()))
+        elif area(ring) < _THIN:
+            logger.info("building `%s` encloses no area, it is left out", name)
+        else:
+            text = sumo.polygon_parameter(name, "height")
+            height = height_in(text) if text else default_height
+            if height is None:
+                logger.info("building `%s` has no height [m]: `%s`, the default holds", name, text)
+            heights.append(default_height if height is None else height)
+            rings.append(ring)
+    for kind, count in sorted(left_out.items()):
+        logger.info("%d polygons of type `%s` are no buildings", count, kind)
+    return Buildings.of(rings, heights)
 
 
 def frozen(array: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
@@ -226,7 +181,7 @@ def path_over(sumo: Sumo, lane: str, links: Iterable[Link]) -> Polyline:
         shapes.append(sumo.lane_shape(link.to_lane))
     vertices = np.concatenate(shapes)
     step = np.hypot(*np.diff(vertices, axis=0).T)
-    return Polyline(vertices[np.concatenate([[True], step > _SAME_POINT])])
+    return Polyline(vertices[np.concatenate([[True], step > SAME_POINT])])
 
 
 def links_along(sumo: Sumo, lane: str, edges: Sequence[str]) -> list[Link]:

@@ -72,18 +72,29 @@ class Departure:
     changes_lanes: bool = False
 
 
+_FAR: Final = 1e5
+"""A net beyond this [m] is counted from its own corner: sensors keep positions in single precision,
+which is exact to a centimetre up to here."""
+
+_GRID: Final = 1000.0
+"""That corner is rounded down to a multiple of this [m]."""
+
+
 class Sumo:
     """The SUMO simulation of a run.
 
+    All positions here, in and out, are relative to `origin` in the coordinates of the net.
+
     Args:
         connection: to SUMO, just opened.
+        origin: x and y [m]; `None` for that of the net, or, if the net is far from it (UTM
+            coordinates without an offset), the corner of the net rounded down to whole kilometres.
 
     Attributes:
-        watched_vehicles: reads their poses.
-        watched_persons: reads theirs.
+        origin: x and y in the coordinates of the net [m].
     """
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, connection: Connection, origin: tuple[float, float] | None = None) -> None:
         self._connection = connection
         modules = connection.modules
         self._edge, self._junction, self._lane = modules.edge, modules.junction, modules.lane
@@ -92,8 +103,12 @@ class Sumo:
         self._lights, self._vehicle = modules.trafficlight, modules.vehicle
         self._type = modules.vehicletype
         self._lanes: dict[str, None] | None = None
-        self.watched_vehicles = connection.watch(modules.vehicle)
-        self.watched_persons = connection.watch(modules.person, text="getVehicle")
+        if origin is None:
+            origin = _origin_of(*self._simulation.getNetBoundary())
+        self.origin = origin
+        self._shift = np.array(origin)
+        self._watched_vehicles = connection.watch(modules.vehicle)
+        self._watched_persons = connection.watch(modules.person, text="getVehicle")
         self._watched_lights = connection.watch(
             modules.trafficlight, poses=False, text="getRedYellowGreenState"
         )
@@ -159,11 +174,11 @@ class Sumo:
 
     def junction_shape(self, junction: str) -> Float:
         """Vertices [m], shape (vertex, 2), as written: open or closed ring; there may be none."""
-        return _in_the_plane(self._junction.getShape(junction))
+        return self._in_the_plane(self._junction.getShape(junction))
 
     def lane_shape(self, lane: str) -> Float:
         """Centre line [m], shape (vertex, 2)."""
-        return _in_the_plane(self._lane.getShape(lane))
+        return self._in_the_plane(self._lane.getShape(lane))
 
     def links(self, lane: str) -> list[Link]:
         """Where `lane` leads, from right to left."""
@@ -220,7 +235,7 @@ class Sumo:
 
     def polygon_shape(self, polygon: str) -> Float:
         """Vertices [m], shape (vertex, 2), as written: open or closed ring."""
-        return _in_the_plane(self._polygon.getShape(polygon))
+        return self._in_the_plane(self._polygon.getShape(polygon))
 
     def polygon_parameter(self, polygon: str, key: str) -> str:
         """The value of `<param key="...">` in a polygon, empty if there is none."""
@@ -278,7 +293,8 @@ class Sumo:
             kind: its type.
             front: it enters on the lane nearest to this place [m], shape (2,).
         """
-        edge, _, _ = self._simulation.convertRoad(front[0], front[1], vClass=self.type_class(kind))
+        x, y = (front + self._shift).tolist()
+        edge, _, _ = self._simulation.convertRoad(x, y, vClass=self.type_class(kind))
         self.add_route(name, [edge])
         self._vehicle.add(name, name, kind, departLane="best", departSpeed="0")
 
@@ -290,7 +306,8 @@ class Sumo:
             kind: its type.
             front: it enters on the edge nearest to this place [m], shape (2,).
         """
-        edge, position, _ = self._simulation.convertRoad(front[0], front[1])
+        x, y = (front + self._shift).tolist()
+        edge, position, _ = self._simulation.convertRoad(x, y)
         self._person.add(name, edge, position, typeID=kind)
         self._person.appendWaitingStage(name, _FOR_EVER)
 
@@ -303,7 +320,8 @@ class Sumo:
             heading: counter-clockwise from east [rad].
         """
         angle = 90.0 - math.degrees(heading)
-        self._person.moveToXY(name, "", front[0], front[1], angle, _EXACTLY_THERE, _MATCH_RADIUS)
+        x, y = (front + self._shift).tolist()
+        self._person.moveToXY(name, "", x, y, angle, _EXACTLY_THERE, _MATCH_RADIUS)
 
     def is_pending(self, name: str) -> bool:
         """Whether a vehicle waits for room to enter."""
@@ -333,12 +351,24 @@ class Sumo:
     def persons(self) -> list[str]:
         """All persons on foot or waiting; who rides is where the vehicle is, and no body."""
         persons = self._person.getIDList()
-        within = self.watched_persons.texts(persons)
+        within = self._watched_persons.texts(persons)
         return [person for person, ride in zip(persons, within, strict=True) if not ride]
 
     def type_of_person(self, person: str) -> str:
         """The type of a person."""
         return str(self._person.getTypeID(person))
+
+    def vehicle_poses(self, names: Sequence[str]) -> Float:
+        """Front bumper x, y [m], SUMO angle [degrees] and speed [m/s], shape (vehicle, 4)."""
+        return self._shifted(self._watched_vehicles.poses(names))
+
+    def person_poses(self, names: Sequence[str]) -> Float:
+        """The same of persons."""
+        return self._shifted(self._watched_persons.poses(names))
+
+    def _shifted(self, poses: Float) -> Float:
+        poses[:, :2] -= self._shift
+        return poses
 
     def ignore_everything(self, name: str) -> None:
         """Let `name` drive at the speed it is told, through red lights and other vehicles."""
@@ -362,16 +392,31 @@ class Sumo:
             SumoError: its route is too far away.
         """
         angle = 90.0 - math.degrees(heading)
+        x, y = (front + self._shift).tolist()
         keep = _EXACTLY_THERE if exactly else _KEEP_ROUTE
         try:
-            self._vehicle.moveToXY(name, "", -1, front[0], front[1], angle, keep, _MATCH_RADIUS)
+            self._vehicle.moveToXY(name, "", -1, x, y, angle, keep, _MATCH_RADIUS)
         except self._connection.refusal as error:
             raise SumoError(
                 f"`{name}` has left its route: its front is at ({front[0]:.1f}, {front[1]:.1f}) m "
                 f"and no lane of the route is near ({error})"
             ) from error
 
+    def _in_the_plane(self, shape: Any) -> Float:
+        """The first two coordinates of points that may have three [m], shape (vertex, 2)."""
+        points = np.array(shape, dtype=np.float64).reshape(len(shape), -1)[:, :2]
+        shifted: Float = points.reshape(-1, 2) - self._shift
+        return shifted
 
-def _in_the_plane(shape: Any) -> Float:
-    """The first two coordinates of points that may have three [m], shape (vertex, 2)."""
-    return np.array(shape, dtype=np.float64).reshape(len(shape), -1)[:, :2].reshape(-1, 2)
+
+def _origin_of(low: Sequence[float], high: Sequence[float]) -> tuple[float, float]:
+    """What the positions of a net are counted from.
+
+    Args:
+        low: its lower left corner [m].
+        high: its upper right corner [m].
+    """
+    if max(map(abs, (*low[:2], *high[:2]))) <= _FAR:
+        return 0.0, 0.0
+    x, y = (math.floor(each / _GRID) * _GRID for each in low[:2])
+    return x, y

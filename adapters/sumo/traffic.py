@@ -1,7 +1,6 @@
 """One run: all road users, from the first communication point to the last."""
 
 import json
-import logging
 import math
 from collections.abc import Mapping, Sequence
 
@@ -25,8 +24,6 @@ from adapters.sumo.scene import VehicleTypes, read_buildings
 from adapters.sumo.simulation import Sumo
 from orchestrator.signal import Array, Signal, Signals
 from orchestrator.timebase import Time, nanoseconds
-
-logger = logging.getLogger(__name__)
 
 _ROUNDING = 1e-9
 """A step of SUMO that is longer than its instants by less has no more of them."""
@@ -57,8 +54,6 @@ class Traffic:
         self._steps = 0
         types = VehicleTypes(sumo, parameters.antenna_above_roof)
         self._buildings = read_buildings(sumo, parameters.building_height)
-        for kind, count in self._buildings.left_out:
-            logger.info("%d polygons of type `%s` are no buildings", count, kind)
         self._road = read_road(sumo)
         self._lights = Lights(sumo)
         units = units_of(parameters.entities)

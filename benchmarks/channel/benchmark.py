@@ -83,8 +83,8 @@ class ChannelBenchmark(Benchmark):
         return f"{PEER}, timed once elsewhere. {found['machine']}. {found['build']}"
 
     @override
-    def cases(self) -> Sequence[Case]:
-        return [*_beside_veins(), *_growing()]
+    def cases(self) -> Mapping[str, Case]:
+        return dict((*_beside_veins(), *_growing()))
 
     @override
     def rows(self, measured: _Measured) -> Sequence[Row]:
@@ -108,7 +108,7 @@ def _all_of(names: Mapping[_Key, str], measured: _Measured) -> Mapping[_Key, Seq
     return {key: measured[name] for key, name in names.items()}
 
 
-def _beside_veins() -> Iterator[ChannelRun]:
+def _beside_veins() -> Iterator[tuple[str, ChannelRun]]:
     for workload in (cross44(), grid200()):
         for shadowing in _SHADOWING:
             for reported in _REPORTED:
@@ -118,7 +118,7 @@ def _beside_veins() -> Iterator[ChannelRun]:
         yield _run(workload, "veins", _FULL, "noticed", silent=True)
 
 
-def _growing() -> Iterator[ChannelRun]:
+def _growing() -> Iterator[tuple[str, ChannelRun]]:
     for count in GROWTH:
         workload = grid(count)
         for reported in _REPORTED:
@@ -127,11 +127,11 @@ def _growing() -> Iterator[ChannelRun]:
 
 def _run(
     workload: Workload, model: str, shadowing: str, reported: str, *, silent: bool = False
-) -> ChannelRun:
+) -> tuple[str, ChannelRun]:
+    """A case and its name."""
     buildings, vehicles = _SHADOWING[shadowing]
     last = "silent" if silent else reported
-    return ChannelRun(
-        label=f"{workload.name}/{model}/{shadowing}/{last}",
+    return f"{workload.name}/{model}/{shadowing}/{last}", ChannelRun(
         workload=workload,
         parameters={
             **_RADIO,

@@ -25,23 +25,16 @@ class ChannelRun(Case):
     """A workload, driven through the installed component type `channel`.
 
     Attributes:
-        label: the name of the case.
         workload: what the channel is given.
         parameters: of the component.
         silent: nobody sends: the cost of the scenes and of the importer alone.
         component_type: by the name under which it is installed.
     """
 
-    label: str
     workload: Workload
     parameters: Mapping[str, Any]
     silent: bool = False
     component_type: str = "channel"
-
-    @property
-    @override
-    def name(self) -> str:
-        return self.label
 
     @override
     def measure(self) -> Measurement:

@@ -103,22 +103,18 @@ class Workload:
 
 def cross44() -> Workload:
     """A crossing with 44 vehicles, 20 s, as Veins ran it."""
-    return Workload(
-        name="cross44",
-        layout=Layout.read(DATA / "cross44.npz"),
-        jitter=0.0,
-        duration=nanoseconds("20"),
-    )
+    return _as_in_veins("cross44", jitter=0.0, duration="20")
 
 
 def grid200() -> Workload:
     """A grid of streets with 200 vehicles, 5 s, as Veins ran it."""
-    return Workload(
-        name="grid200",
-        layout=Layout.read(DATA / "grid200.npz"),
-        jitter=0.01,
-        duration=nanoseconds("5"),
-    )
+    return _as_in_veins("grid200", jitter=0.01, duration="5")
+
+
+def _as_in_veins(name: str, jitter: float, duration: str) -> Workload:
+    """The vehicles of a recorded run; `duration` in seconds."""
+    layout = Layout.read(DATA / f"{name}.npz")
+    return Workload(name=name, layout=layout, jitter=jitter, duration=nanoseconds(duration))
 
 
 def grid(count: int) -> Workload:

@@ -60,9 +60,15 @@ class LidarBenchmark(Benchmark):
         require_embree()
 
     @override
-    def cases(self) -> Sequence[Case]:
-        casting = [CastingRun(workload=w, ours=ours) for w in WORKLOADS for ours in (True, False)]
-        return [*casting, *(EverythingRun(workload=w) for w in WORKLOADS)]
+    def cases(self) -> Mapping[str, Case]:
+        casters = {"nlosim": True, "embree": False}
+        casting = {
+            f"casting/{workload.name}/{caster}": CastingRun(workload=workload, ours=ours)
+            for workload in WORKLOADS
+            for caster, ours in casters.items()
+        }
+        everything = {f"everything/{w.name}": EverythingRun(workload=w) for w in WORKLOADS}
+        return {**casting, **everything}
 
     @override
     def rows(self, measured: _Measured) -> Sequence[Row]:

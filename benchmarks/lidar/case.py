@@ -65,11 +65,6 @@ class CastingRun(Case):
     workload: Workload
     ours: bool
 
-    @property
-    @override
-    def name(self) -> str:
-        return f"casting/{self.workload.name}/{'nlosim' if self.ours else 'embree'}"
-
     @override
     def measure(self) -> Measurement:
         """Scan the town `SCANS` times.
@@ -107,11 +102,6 @@ class EverythingRun(Case):
     """
 
     workload: Workload
-
-    @property
-    @override
-    def name(self) -> str:
-        return f"everything/{self.workload.name}"
 
     @override
     def measure(self) -> Measurement:

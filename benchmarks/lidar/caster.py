@@ -23,15 +23,8 @@ Float = npt.NDArray[np.float64]
 Int = npt.NDArray[np.int32]
 
 _SOURCE: Final = Path(__file__).parent / "caster.c"
-_UNIT_SOURCES: Final = (
-    "scene.c",
-    "bodies.c",
-    "pattern.c",
-    "view.c",
-    "outline.c",
-    "raster.c",
-    "portable_math.c",
-)
+_AROUND: Final = frozenset({"lidar.c", "check.c", "cloud.c"})
+"""C files of the unit that are no part of the casting."""
 
 
 class _Pattern(ctypes.Structure):
@@ -165,7 +158,10 @@ def _library() -> Any:
     """Compiled once per process, with the compiler and the flags of the FMU."""
     folder = Path(tempfile.mkdtemp(prefix="nlosim-caster-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    library = compile_parts(load_unit("lidar"), _UNIT_SOURCES, wrapper=_SOURCE, folder=folder)
+    unit = load_unit("lidar")
+    casting = [name for name in unit.interface.sources if name not in _AROUND]
+    parts = [*casting, "portable_math.c"]
+    library = compile_parts(unit, parts, wrapper=_SOURCE, folder=folder)
     library.caster_new.restype = c_void_p
     library.caster_prisms.restype = c_size_t
     library.caster_prism.restype = POINTER(c_double)

@@ -74,19 +74,25 @@ class PolicyBenchmark(Benchmark):
         read_network(self._network)
 
     @override
-    def cases(self) -> Sequence[Case]:
+    def cases(self) -> Mapping[str, Case]:
         checkpoint = read_network(self._network)
         architecture = checkpoint.architecture
         drives = record(STARTS)
-        steps = [StepRun(drive=n, moments=m, checkpoint=checkpoint) for n, m in drives.items()]
-        blocks = blocks_for(architecture.keypoints)
-        peers = [TransformerRun(drive=n, moments=m, blocks=blocks) for n, m in drives.items()]
-        driven = network_settings(self._network, architecture)
-        loops = [
-            LoopRun(label="network", settings=driven),
-            LoopRun(label="rule-based", settings=RULE_BASED),
-        ]
-        return [*steps, *(peers if is_torch_installed() else ()), *loops]
+        found: dict[str, Case] = {
+            f"step/{drive}": StepRun(moments=moments, checkpoint=checkpoint)
+            for drive, moments in drives.items()
+        }
+        if is_torch_installed():
+            blocks = blocks_for(architecture.keypoints)
+            for drive, moments in drives.items():
+                peer = TransformerRun(moments=moments, blocks=blocks)
+                found[f"step/{drive}/point-transformer"] = peer
+        settings = network_settings(self._network, architecture)
+        return {
+            **found,
+            "loop/network": LoopRun(settings=settings),
+            "loop/rule-based": LoopRun(settings=RULE_BASED),
+        }
 
     @override
     def rows(self, measured: _Measured) -> Sequence[Row]:

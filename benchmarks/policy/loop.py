@@ -23,17 +23,10 @@ class LoopRun(Case):
     """One run of the scenario, as `nlosim run` makes it, but for the figure.
 
     Attributes:
-        label: the last part of its name.
         settings: as `--set` of `nlosim run`.
     """
 
-    label: str
     settings: Sequence[str]
-
-    @property
-    @override
-    def name(self) -> str:
-        return f"loop/{self.label}"
 
     @override
     def measure(self) -> Measurement:

@@ -38,19 +38,12 @@ class StepRun(Case):
     """Scan after scan of a drive, by the code that the components `encoder` and `policy` run.
 
     Attributes:
-        drive: its name.
-        moments: of it, `EARLIER` ones first that are not timed.
+        moments: of the drive, `EARLIER` ones first that are not timed.
         checkpoint: the network.
     """
 
-    drive: str
     moments: Sequence[Moment]
     checkpoint: Checkpoint
-
-    @property
-    @override
-    def name(self) -> str:
-        return f"step/{self.drive}"
 
     @override
     def measure(self) -> Measurement:

@@ -36,19 +36,12 @@ class TransformerRun(Case):
     """Scans of a drive, encoded by the peer; what comes behind the encoders is left out.
 
     Attributes:
-        drive: its name.
-        moments: of it, `EARLIER` ones first that are not looked at.
+        moments: of the drive, `EARLIER` ones first that are not looked at.
         blocks: down-sampling blocks.
     """
 
-    drive: str
     moments: Sequence[Moment]
     blocks: int
-
-    @property
-    @override
-    def name(self) -> str:
-        return f"step/{self.drive}/point-transformer"
 
     @override
     def measure(self) -> Measurement:

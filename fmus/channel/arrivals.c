@@ -1,5 +1,6 @@
 #include "arrivals.h"
 #include "fading.h"
+#include "sort.h"
 #include <math.h>
 
 /* How a frame arrives over a link, fading included. */
@@ -23,16 +24,8 @@ static bool comes_before(const Arrival *a, const Arrival *b) {
     return a->delay != b->delay ? a->delay < b->delay : a->receiver < b->receiver;
 }
 
-/* By (delay, receiver); they come by distance, so that next to nothing moves. */
-static void sort(Arrival *item, size_t n) {
-    for (size_t i = 1; i < n; i++) {
-        if (!comes_before(&item[i], &item[i - 1])) continue;
-        Arrival moved = item[i];
-        size_t k = i;
-        for (; k > 0 && comes_before(&moved, &item[k - 1]); k--) item[k] = item[k - 1];
-        item[k] = moved;
-    }
-}
+/* They come by distance, so that next to nothing moves. */
+DEFINE_INSERTION_SORT(sort_arrivals, Arrival, comes_before)
 
 int add_arrivals(Channel *c, AirFrame *f) {
     const Parameters *p = &c->parameters;
@@ -49,7 +42,7 @@ int add_arrivals(Channel *c, AirFrame *f) {
         if (!added) return 1;
         *added = a;
     }
-    sort(f->arrival, f->arrivals);
+    sort_arrivals(f->arrival, f->arrivals);
     for (size_t k = 0; k < f->arrivals; k++) f->at[f->arrival[k].receiver] = (uint32_t)k + 1;
     f->noticed = f->arrivals;
     return 0;

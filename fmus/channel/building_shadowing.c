@@ -1,5 +1,6 @@
 #include "building_shadowing.h"
 #include "buffer.h"
+#include "sort.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -109,19 +110,14 @@ static void penetrate(Penetration *sum, Span inside, Span below, double length) 
     sum->indoors += (leave - enter) * length;
 }
 
-/* Insertion sort: there are few. */
-static void sort(uint32_t *index, size_t n) {
-    for (size_t i = 1; i < n; i++) {
-        uint32_t moved = index[i];
-        size_t k = i;
-        for (; k > 0 && index[k - 1] > moved; k--) index[k] = index[k - 1];
-        index[k] = moved;
-    }
-}
+static bool is_before(const uint32_t *a, const uint32_t *b) { return *a < *b; }
+
+/* There are few near a link. */
+DEFINE_INSERTION_SORT(sort_indices, uint32_t, is_before)
 
 Nearby buildings_near(Buildings *s, Position a, Position b, const double margin[2]) {
     size_t count = area_index_near(&s->index, a, b, margin, s->near);
-    sort(s->near, count);
+    sort_indices(s->near, count);
     return (Nearby){s->near, count};
 }
 

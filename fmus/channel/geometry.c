@@ -1,4 +1,5 @@
 #include "geometry.h"
+#include "sort.h"
 #include <math.h>
 
 void unit_vector(double heading, double direction[2]) {
@@ -21,15 +22,10 @@ Area area_around(const Rectangle *r) {
                         (double[]){r->center[0] + x, r->center[1] + y});
 }
 
-/* Insertion sort: crossings are few. */
-static void sort(double *value, size_t n) {
-    for (size_t i = 1; i < n; i++) {
-        double moved = value[i];
-        size_t k = i;
-        for (; k > 0 && value[k - 1] > moved; k--) value[k] = value[k - 1];
-        value[k] = moved;
-    }
-}
+static bool is_nearer(const double *a, const double *b) { return *a < *b; }
+
+/* Crossings are few. */
+DEFINE_INSERTION_SORT(sort_crossings, double, is_nearer)
 
 size_t ring_crossings(const double (*ring)[2], size_t n, Position a, Position b, double *crossing) {
     double dx = b.x - a.x, dy = b.y - a.y, square = dx * dx + dy * dy;
@@ -47,7 +43,7 @@ size_t ring_crossings(const double (*ring)[2], size_t n, Position a, Position b,
         }
         px = qx, py = qy, side_p = side_q;
     }
-    sort(crossing, count);
+    sort_crossings(crossing, count);
     return count;
 }
 

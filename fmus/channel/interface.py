@@ -184,6 +184,14 @@ _PROPAGATION: Final = (
         "Vehicles without a radio shadow too; false: only equipped ones; Veins: false",
         start=True,
     ),
+    parameter(
+        "shadow_width",
+        1,
+        0,
+        1e3,
+        "Bodies of less width do not shadow: persons, riders, poles; 0: all do; Veins: 0",
+        unit="m",
+    ),
     switch(
         "reciprocal",
         "A knife edge stands in the middle of the body; false: at the face nearest to the "

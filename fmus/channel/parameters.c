@@ -65,6 +65,7 @@ static void read_propagation(Instance *i, Parameters *p) {
     p->finite_buildings = boolean(i, VR_finite_buildings);
     p->vehicle_shadowing = boolean(i, VR_vehicle_shadowing);
     p->unequipped_shadow = boolean(i, VR_unequipped_shadow);
+    p->shadow_width = real(i, VR_shadow_width);
     p->reciprocal = boolean(i, VR_reciprocal);
     p->knife_edge_factor = boolean(i, VR_knife_edge_itu) ? 2 : 1;
 }
@@ -80,6 +81,7 @@ static void adopt_veins(Instance *i, Parameters *p) {
     p->lossless_distance = 1;
     p->fading_clipped = true;
     p->finite_buildings = p->unequipped_shadow = p->reciprocal = false;
+    p->shadow_width = 0;
     p->knife_edge_factor = 2;
 }
 

@@ -51,6 +51,7 @@ typedef struct {
     bool fading_clipped;
     double wall_loss_db, indoor_loss_db;              /* per wall, per metre */
     double knife_edge_factor;                         /* under the root of v */
+    double shadow_width;                              /* of a body that shadows, at least [m] */
     bool building_shadowing, finite_buildings, vehicle_shadowing, unequipped_shadow, reciprocal;
 } Parameters;
 

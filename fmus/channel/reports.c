@@ -1,5 +1,6 @@
 #include "reports.h"
 #include "decibel.h"
+#include "sort.h"
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -39,17 +40,6 @@ static bool is_sent_before(const TransmissionRecord *a, const TransmissionRecord
     return a->hop < b->hop;
 }
 
-/* Insertion sort: only what happened within one nanosecond is out of order. */
-static void sort_transmissions(TransmissionRecord *item, size_t n) {
-    for (size_t i = 1; i < n; i++) {
-        if (!is_sent_before(&item[i], &item[i - 1])) continue;
-        TransmissionRecord moved = item[i];
-        size_t k = i;
-        for (; k > 0 && is_sent_before(&moved, &item[k - 1]); k--) item[k] = item[k - 1];
-        item[k] = moved;
-    }
-}
-
 static bool is_received_before(const Reception *a, const Reception *b) {
     if (a->time != b->time) return a->time < b->time;
     if (a->packet != b->packet) return a->packet < b->packet;
@@ -57,15 +47,9 @@ static bool is_received_before(const Reception *a, const Reception *b) {
     return a->receiver < b->receiver;
 }
 
-static void sort_receptions(Reception *item, size_t n) {
-    for (size_t i = 1; i < n; i++) {
-        if (!is_received_before(&item[i], &item[i - 1])) continue;
-        Reception moved = item[i];
-        size_t k = i;
-        for (; k > 0 && is_received_before(&moved, &item[k - 1]); k--) item[k] = item[k - 1];
-        item[k] = moved;
-    }
-}
+/* Only what happened within one nanosecond is out of order. */
+DEFINE_INSERTION_SORT(sort_transmissions, TransmissionRecord, is_sent_before)
+DEFINE_INSERTION_SORT(sort_receptions, Reception, is_received_before)
 
 /* Write the head and let the output have the bytes in exchange for its old ones. */
 static int release(Binary *made, const char magic[4], size_t record_size, Binary *output) {

@@ -68,6 +68,10 @@ static ModelStatus check_vehicles(Instance *i) {
     return status;
 }
 
+static bool shadows(const Parameters *p, bool equipped, const double size[3]) {
+    return (equipped || p->unequipped_shadow) && size[1] >= p->shadow_width;
+}
+
 static ModelStatus read_vehicles(Instance *i, Scene *s, const Parameters *p) {
     size_t n = variable_length(i, VR_vehicle_id), bodies = 0;
     if (BUFFER_RESERVE(s->id, s->id_capacity, n)
@@ -91,7 +95,7 @@ static ModelStatus read_vehicles(Instance *i, Scene *s, const Parameters *p) {
             .at = {at[0] + ahead * direction[0], at[1] + ahead * direction[1], at[2] + height},
             .height = height,
             .heading = heading[k],
-            .body = equipped[k] || p->unequipped_shadow ? bodies++ : NO_BODY,
+            .body = shadows(p, equipped[k], size + 3 * k) ? bodies++ : NO_BODY,
         };
     }
     s->count = n;

@@ -1,13 +1,9 @@
 #include "sort.h"
+#include <stdbool.h>
 
-static void insertion_sort(uint64_t *key, size_t n) {
-    for (size_t i = 1; i < n; i++) {
-        uint64_t moved = key[i];
-        size_t k = i;
-        for (; k > 0 && key[k - 1] > moved; k--) key[k] = key[k - 1];
-        key[k] = moved;
-    }
-}
+static bool is_smaller(const uint64_t *a, const uint64_t *b) { return *a < *b; }
+
+DEFINE_INSERTION_SORT(insertion_sort, uint64_t, is_smaller)
 
 static void merge(const uint64_t *a, size_t na, const uint64_t *b, size_t nb, uint64_t *out) {
     size_t i = 0, k = 0, to = 0;

@@ -1,4 +1,4 @@
-/* Sorting of whole numbers that carry what is sorted in their lower half. */
+/* Sorting: of whole numbers that carry what is sorted in their lower half, and of short lists. */
 #ifndef SORT_H
 #define SORT_H
 #include <stddef.h>
@@ -16,5 +16,18 @@ static inline uint64_t sort_key(float coordinate, uint32_t index) {
 
 /* Sort ascending; `scratch` has room for `n` numbers. */
 void sort_keys(uint64_t *key, uint64_t *scratch, size_t n);
+
+/* Define `static void NAME(TYPE *item, size_t n)`, an insertion sort, for items that are few or
+ * all but in order: by `bool IS_BEFORE(const TYPE *, const TYPE *)`; equal ones stay in order. */
+#define DEFINE_INSERTION_SORT(NAME, TYPE, IS_BEFORE)                                     \
+    static void NAME(TYPE *item, size_t n) {                                             \
+        for (size_t i = 1; i < n; i++) {                                                 \
+            if (!IS_BEFORE(&item[i], &item[i - 1])) continue;                            \
+            TYPE moved = item[i];                                                        \
+            size_t k = i;                                                                \
+            for (; k > 0 && IS_BEFORE(&moved, &item[k - 1]); k--) item[k] = item[k - 1]; \
+            item[k] = moved;                                                             \
+        }                                                                                \
+    }
 
 #endif

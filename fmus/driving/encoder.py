@@ -56,6 +56,8 @@ class FeatureEncoder(Component):
     The policy that reads them must be given the same `network`.
     """
 
+    connectors = CONNECTORS
+
     @dataclass(frozen=True, slots=True, kw_only=True)
     class _Parameters:
         """Parameters of the encoder."""
@@ -70,11 +72,6 @@ class FeatureEncoder(Component):
 
     def __init__(self, parameters: _Parameters) -> None:
         self._checkpoint = read_network(parameters.network) if parameters.network else None
-
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return CONNECTORS
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-import numpy as np
 from typing_extensions import override
 
 from fmus.facilities.inputs import Inputs
@@ -12,6 +11,7 @@ from fmus.facilities.outbox import Arrival, Message
 from fmus.facilities.received import Received
 from fmus.facilities.sensor_data import ScanFeatures, SensorData
 from fmus.facilities.sharing import Scans, Sharing
+from fmus.facilities.streams import Streams
 from fmus.messages.records import SENSOR_DATA
 from orchestrator.timebase import Duration, Time
 
@@ -32,7 +32,7 @@ class AlwaysOnFacilities(FacilitiesLayer):
         self._load = Load(parameters)
 
     @override
-    def _sharing(self, start: Time, rng: np.random.Generator) -> Sharing:
+    def _sharing(self, start: Time, streams: Streams) -> Sharing:
         return AlwaysOn(self._load)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from fmus.facilities.inputs import Vehicles
 from fmus.facilities.link_power import Powers
+from fmus.facilities.streams import Streams
 from fmus.messages.records import NO_VEHICLE
 from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time
@@ -67,9 +68,9 @@ class Bsms:
 class BsmSender:
     """Decides at which times each vehicle sends, and writes the contents."""
 
-    def __init__(self, period: Duration, rng: np.random.Generator) -> None:
+    def __init__(self, period: Duration, streams: Streams) -> None:
         self._period = period
-        self._rng = rng
+        self._streams = streams
         self._phases: dict[int, Duration] = {}
         self._known: Vehicles | None = None
         self._states: Array = np.empty(0, CONTENT)
@@ -110,7 +111,7 @@ class BsmSender:
         ids = self._states["id"].tolist()
         for vehicle in ids:
             if vehicle not in self._phases:
-                self._phases[vehicle] = int(self._rng.integers(self._period))
+                self._phases[vehicle] = int(self._streams.of(vehicle).integers(self._period))
         self._state_phases = np.array([self._phases[vehicle] for vehicle in ids], np.int64)
 
 

@@ -15,6 +15,7 @@ from fmus.facilities.lower_layers import LowerLayers
 from fmus.facilities.outbox import Arrival, Message
 from fmus.facilities.received import Received
 from fmus.facilities.sharing import Scans, Sharing
+from fmus.facilities.streams import Streams
 from fmus.messages.records import SENSOR_DATA
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
@@ -95,8 +96,8 @@ class CpmFacilities(FacilitiesLayer):
         self._capacity = _capacity(self._lower, parameters.fragment_size)
 
     @override
-    def _sharing(self, start: Time, rng: np.random.Generator) -> Sharing:
-        return CollectivePerception(self._parameters, self._lower, self._capacity, rng)
+    def _sharing(self, start: Time, streams: Streams) -> Sharing:
+        return CollectivePerception(self._parameters, self._lower, self._capacity, streams)
 
 
 def _capacity(lower: LowerLayers, longest: int) -> int:
@@ -131,7 +132,7 @@ class CollectivePerception(Sharing):
         parameters: CpmFacilities.Parameters,
         lower: LowerLayers,
         capacity: int,
-        rng: np.random.Generator,
+        streams: Streams,
     ) -> None:
         self._period = nanoseconds(parameters.generation_period)
         self._information_period = nanoseconds(parameters.sensor_information_period)
@@ -139,7 +140,7 @@ class CollectivePerception(Sharing):
         self._sensor_range = parameters.sensor_range
         self._lower = lower
         self._capacity = capacity
-        self._rng = rng
+        self._streams = streams
         self._rules = InclusionRules(
             longest=nanoseconds(parameters.longest_period),
             position_change=parameters.position_change,
@@ -169,7 +170,7 @@ class CollectivePerception(Sharing):
 
     def _sender(self, vehicle: int, now: Time) -> _Sender:
         if vehicle not in self._senders:
-            phase = int(self._rng.integers(self._period))
+            phase = int(self._streams.of(vehicle).integers(self._period))
             self._senders[vehicle] = _Sender(phase, Station(self._rules), now, now)
         return self._senders[vehicle]
 

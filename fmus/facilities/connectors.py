@@ -1,9 +1,12 @@
-"""The connectors of the facilities layer."""
+"""The connectors of the facilities layer: those of all vehicles, and those of each ego."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 from fmus.messages.connectors import inputs, outputs
+from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Connector
 
 INPUTS: Final[Mapping[str, Connector]] = inputs(
@@ -51,3 +54,67 @@ OUTPUTS: Final[Mapping[str, Connector]] = {
 }
 
 CONNECTORS: Final[Mapping[str, Connector]] = {**INPUTS, **OUTPUTS}
+"""The connectors while the egos are not named."""
+
+UNNAMED: Final = ""
+"""Stands for the name of the only ego, where egos are not named."""
+
+_OF_AN_EGO: Final = frozenset({"ego", "match", "blind_zone", "relay", "received"})
+"""First parts of the names of all connectors that each ego has for itself."""
+_NAME: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]*")
+
+
+def of_ego(ego: str, connector: str) -> str:
+    """What the connector `connector` of one ego, as in `CONNECTORS`, is called.
+
+    Args:
+        ego: its name: `first` has `first.id`, `first.match.sharer` and so on; or `UNNAMED`.
+        connector: of an ego; one that all share keeps its name.
+    """
+    if ego == UNNAMED or not _is_of_an_ego(connector):
+        return connector
+    return f"{ego}.{connector.removeprefix('ego.')}"
+
+
+def connectors(egos: Sequence[str]) -> Mapping[str, Connector]:
+    """The connectors of a facilities layer.
+
+    Args:
+        egos: their names; none: there is one ego, and it has the connectors in `CONNECTORS`.
+
+    Raises:
+        ComponentTypeError: the names cannot be told apart, or cannot be names.
+    """
+    problems = list(_problems(egos))
+    if problems:
+        raise ComponentTypeError("; ".join(problems))
+    return {
+        of_ego(ego, name): _of_ego(ego, name) for name in CONNECTORS for ego in (egos or (UNNAMED,))
+    }
+
+
+def _is_of_an_ego(connector: str) -> bool:
+    return connector.partition(".")[0] in _OF_AN_EGO
+
+
+def _of_ego(ego: str, name: str) -> Connector:
+    """The connector `of_ego(ego, name)`: an ego's axes are its own, as long as it needs."""
+    connector = CONNECTORS[name]
+    if ego == UNNAMED or not _is_of_an_ego(name):
+        return connector
+    return replace(
+        connector,
+        shape=tuple(f"{ego}.{n}" if isinstance(n, str) else n for n in connector.shape),
+        feedthrough=frozenset(of_ego(ego, cause) for cause in connector.feedthrough),
+    )
+
+
+def _problems(egos: Sequence[str]) -> Iterator[str]:
+    shared = {name.partition(".")[0] for name in CONNECTORS if not _is_of_an_ego(name)}
+    for ego in dict.fromkeys(egos):
+        if egos.count(ego) > 1:
+            yield f"`egos` names `{ego}` {egos.count(ego)} times; name each ego once"
+        if not _NAME.fullmatch(ego):
+            yield f"`egos`: `{ego}` is no name; write letters, digits, `_` and `-` (not first)"
+        elif ego in shared:
+            yield f"`egos`: `{ego}` is what connectors of all vehicles are called; choose another"

@@ -1,12 +1,14 @@
 """What the facilities layer reads."""
 
 import operator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Self
 
 import numpy as np
 import numpy.typing as npt
 
+from fmus.facilities.connectors import UNNAMED, of_ego
 from fmus.messages.apm import split
 from fmus.messages.features import FeaturesMessage, read_features
 from fmus.messages.records import OBJECT, RECEPTION, unframe
@@ -67,6 +69,40 @@ class BlindZones:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class EgoInputs:
+    """What concerns one ego vehicle.
+
+    Attributes:
+        vehicle: its number; `NO_VEHICLE` while it is not there.
+        sharers: vehicles whose data pay, the best first, int64, shape (sharer,); `NO_VEHICLE` in
+            unused entries.
+        trigger: whether any sharer's data pay.
+        blind_zones: where it is blind.
+        relay: the vehicle that relays the sharer's data; `NO_VEHICLE` for the direct link.
+    """
+
+    vehicle: int
+    sharers: npt.NDArray[np.int64]
+    trigger: bool
+    blind_zones: BlindZones
+    relay: int
+
+    @classmethod
+    def read(cls, signals: Signals, ego: str) -> Self:
+        """What concerns the ego of this name in the inputs of a step."""
+        return cls(
+            vehicle=int(np.asarray(signals[of_ego(ego, "ego.id")])),
+            sharers=np.asarray(signals[of_ego(ego, "match.sharer")]),
+            trigger=bool(signals[of_ego(ego, "match.trigger")]),
+            blind_zones=BlindZones(
+                centers=np.asarray(signals[of_ego(ego, "blind_zone.center")]),
+                ranges=np.asarray(signals[of_ego(ego, "blind_zone.range")]),
+            ),
+            relay=int(np.asarray(signals[of_ego(ego, "relay")])),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Inputs:
     """The inputs of one step.
 
@@ -75,45 +111,34 @@ class Inputs:
 
     Attributes:
         vehicles: every vehicle on the scene.
-        ego: number of the ego vehicle; `NO_VEHICLE` if there is none.
+        egos: what concerns each ego vehicle, in the order of their names.
         apms: an "APMS" signal, of the last scans.
         objects: an "OBJS" signal, of the last scans.
         features: a "FEAT" signal, of the last scans.
-        sharers: vehicles whose data pay, the best first, int64, shape (sharer,); `NO_VEHICLE` in
-            unused entries.
-        trigger: whether any sharer's data pay.
-        blind_zones: where the ego is blind.
-        relay: the vehicle that relays the sharer's data; `NO_VEHICLE` for the direct link.
         receptions: an "RCPT" signal, of the last step.
     """
 
     vehicles: Vehicles
-    ego: int
+    egos: Sequence[EgoInputs]
     apms: bytes
     objects: bytes
     features: bytes
-    sharers: npt.NDArray[np.int64]
-    trigger: bool
-    blind_zones: BlindZones
-    relay: int
     receptions: bytes
 
     @classmethod
-    def read(cls, signals: Signals) -> Self:
-        """The inputs of a step; what is the same object as before stays it."""
+    def read(cls, signals: Signals, egos: Sequence[str] = (UNNAMED,)) -> Self:
+        """The inputs of a step; what is the same object as before stays it.
+
+        Args:
+            signals: by name.
+            egos: names of the egos.
+        """
         return cls(
             vehicles=Vehicles.read(signals),
-            ego=int(np.asarray(signals["ego.id"])),
+            egos=[EgoInputs.read(signals, ego) for ego in egos],
             apms=bytes(signals["apms"]),
             objects=bytes(signals["objects"]),
             features=bytes(signals["features"]),
-            sharers=np.asarray(signals["match.sharer"]),
-            trigger=bool(signals["match.trigger"]),
-            blind_zones=BlindZones(
-                centers=np.asarray(signals["blind_zone.center"]),
-                ranges=np.asarray(signals["blind_zone.range"]),
-            ),
-            relay=int(np.asarray(signals["relay"])),
             receptions=bytes(signals["receptions"]),
         )
 

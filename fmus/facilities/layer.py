@@ -1,19 +1,22 @@
 """What all facilities components have in common: BSMs, packets, reception, `received.*`."""
 
 import abc
+import functools
+import operator
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from typing_extensions import override
 
-from fmus.facilities.bsm import Bsm, Bsms, BsmSender, Neighbourhood
-from fmus.facilities.connectors import CONNECTORS, OUTPUTS
+from fmus.facilities.bsm import Bsm, Bsms, BsmSender
+from fmus.facilities.connectors import UNNAMED, connectors, of_ego
 from fmus.facilities.inputs import Inputs, Vehicles
-from fmus.facilities.link_power import Announcements, Measurements
+from fmus.facilities.link_power import Measurements
+from fmus.facilities.listener import Listener
 from fmus.facilities.outbox import Broadcasts, Message, Outbox
-from fmus.facilities.received import Received
 from fmus.facilities.sharing import Change, Sharing
+from fmus.facilities.streams import Streams
 from fmus.messages.records import (
     BSM,
     NO_VEHICLE,
@@ -23,7 +26,7 @@ from fmus.messages.records import (
 )
 from orchestrator.component import Component
 from orchestrator.parameters import parameter
-from orchestrator.signal import Connector, Signals
+from orchestrator.signal import Array, Causality, Connector, Signals
 from orchestrator.timebase import Duration, Time, nanoseconds
 
 _RECEIVED = OUTCOMES.index("R")
@@ -33,6 +36,10 @@ _RECEIVED = OUTCOMES.index("R")
 class LayerParameters:
     """Parameters of every facilities component; defaults are the paper's Table I."""
 
+    egos: tuple[str, ...] = parameter(
+        (),
+        doc="names of the egos, whose connectors lie beneath them; none: one, `ego.id` and so on",
+    )
     bsm_period: float = parameter(0.1, unit="s", minimum=0.01, doc="time between BSMs")
     bsm_size: int = parameter(200, unit="B", minimum=1, doc="size of a BSM")
     announced_power_size: int = parameter(
@@ -65,6 +72,10 @@ class FacilitiesLayer(Component):
     what the channel reports as received has any effect: all packets of a message, unless its
     granularity says otherwise. Messages become ready in the step after the one that makes them.
 
+    There may be several egos. What they receive, ask for and are answered is each ego's own; BSMs,
+    packets and the powers that radios measure are of all vehicles. `Streams` says why an ego that
+    reaches nobody leaves the messages of the first one as they are, byte for byte.
+
     Args:
         parameters: of the component.
         received_scans: most scans of one source in `received.features`.
@@ -73,56 +84,79 @@ class FacilitiesLayer(Component):
     def __init__(self, parameters: LayerParameters, received_scans: int = 1) -> None:
         self._common = parameters
         self._received_scans = received_scans
+        self._egos = parameters.egos or (UNNAMED,)
+        self._connectors = connectors(parameters.egos)
 
     @abc.abstractmethod
-    def _sharing(self, start: Time, rng: np.random.Generator) -> Sharing:
+    def _sharing(self, start: Time, streams: Streams) -> Sharing:
         """The way of sharing, at the start of a run."""
 
     @property
     @override
     def connectors(self) -> Mapping[str, Connector]:
-        return CONNECTORS
+        return self._connectors
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         given = self._common
         maximum_age = nanoseconds(given.maximum_age)
         self._processing_time = nanoseconds(given.processing_time)
-        self._rng = rng
-        self._bsm = BsmSender(nanoseconds(given.bsm_period), rng)
-        self._neighbourhood = Neighbourhood(maximum_age)
+        self._streams = Streams(rng, self._egos)
+        self._bsm = BsmSender(nanoseconds(given.bsm_period), self._streams)
         self._measurements = Measurements(given.power_filter, maximum_age)
-        self._announcements = Announcements(maximum_age)
         self._outbox = Outbox(given.fragment_size, 2 * maximum_age)
-        self._received = Received(maximum_age, self._received_scans)
-        self._sensor_data = np.array(0, np.int64)
+        self._listeners = [Listener(maximum_age, self._received_scans) for _ in self._egos]
         self._receptions = Change()
-        self._ways = self._sharing(start, rng)
+        self._ways = self._sharing(start, self._streams)
         self._outputs: Signals = {
-            name: connector.start_value() for name, connector in OUTPUTS.items()
+            name: connector.start_value()
+            for name, connector in self._connectors.items()
+            if connector.causality is Causality.OUTPUT
         }
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        given, now = Inputs.read(inputs), t + h
+        given, now = Inputs.read(inputs, self._egos), t + h
+        self._check(given)
+        self._streams.assign([ego.vehicle for ego in given.egos])
         self._receive(given)
         self._measurements.forget(now)
         shared = self._ways.messages(given, now, h)
         safety = self._safety_messages(given.vehicles, now, h)
         messages = list(map(self._processed, shared))
         self._outbox.forget(now)
-        links = self._announcements.links(now, given.sharers[given.sharers != NO_VEHICLE])
         self._outputs = {
             "packets": self._outbox.send(messages, [safety]),
-            **self._received.outputs(now),
-            "received.sensor_data.count": self._sensor_data,
-            **self._neighbourhood.outputs(now, given.ego),
-            **links.outputs(given.ego, self._measurements.by(given.ego)),
+            **self._received(given, now),
         }
 
     @override
     def outputs(self) -> Signals:
         return self._outputs
+
+    def _check(self, inputs: Inputs) -> None:
+        """Refuse egos that are one vehicle.
+
+        Raises:
+            ValueError: two have the same number, which is not `NO_VEHICLE`.
+        """
+        names: dict[int, str] = {}
+        for name, ego in zip(self._egos, inputs.egos, strict=True):
+            if ego.vehicle != NO_VEHICLE and names.setdefault(ego.vehicle, name) != name:
+                raise ValueError(
+                    f"`{names[ego.vehicle]}.id` and `{name}.id` are both vehicle {ego.vehicle}; "
+                    "connect each ego's own number"
+                )
+
+    def _received(self, inputs: Inputs, now: Time) -> Signals:
+        """The connectors `received.*` of all egos."""
+        return {
+            of_ego(name, signal): value
+            for name, listener, ego in zip(self._egos, self._listeners, inputs.egos, strict=True)
+            for signal, value in listener.outputs(
+                ego, self._measurements.by(ego.vehicle), now
+            ).items()
+        }
 
     def _receive(self, inputs: Inputs) -> None:
         """Take in what arrived."""
@@ -131,21 +165,32 @@ class FacilitiesLayer(Component):
         rows = inputs.reception_records()
         rows = rows.compress((rows["outcome"] == _RECEIVED) & (rows["addressed"] == 1))
         self._measurements.measure(rows.compress(rows["kind"] == BSM))
-        rows = rows.compress((rows["receiver"] == inputs.ego) | (rows["kind"] == REQUEST))
-        # sensor data addressed to the ego are for it: nobody else asks for any
-        sensor_data = (rows["kind"] == SENSOR_DATA) & (rows["receiver"] == inputs.ego)
-        if sensor_data.any():
-            self._sensor_data = np.array(self._sensor_data + np.count_nonzero(sensor_data))
+        egos = {ego.vehicle: k for ego, k in zip(inputs.egos, self._listeners, strict=True)}
+        receiver, kind = rows["receiver"], rows["kind"]
+        is_at_ego = functools.reduce(operator.or_, (receiver == ego for ego in egos))
+        is_counted = is_at_ego & (kind == SENSOR_DATA)
+        if is_counted.any():
+            self._count_sensor_data(rows.compress(is_counted), egos)
+        rows = rows.compress(is_at_ego | (kind == REQUEST))
         for arrival in self._outbox.arrivals(rows):
             message = arrival.message
             if message.destination not in {arrival.receiver, NO_VEHICLE}:
-                continue  # a relay has it; the ego may be one
+                continue  # a relay has it; an ego may be one
+            if message.kind == REQUEST:
+                self._ways.receive_request(arrival)
+                continue
             match message.content:
                 case Bsm() as bsm:
-                    self._neighbourhood.receive(bsm.state)
-                    self._announcements.receive(message.source, message.time, bsm.heard)
+                    egos[arrival.receiver].receive_bsm(message, bsm)
                 case _:
-                    self._ways.receive(arrival, self._received)
+                    self._ways.receive(arrival, egos[arrival.receiver].received)
+
+    def _count_sensor_data(self, rows: Array, egos: Mapping[int, Listener]) -> None:
+        """Count packets of sensor data at the egos that they are for."""
+        for packet, receiver in zip(
+            rows["packet"].tolist(), rows["receiver"].tolist(), strict=True
+        ):
+            egos[receiver].count_sensor_data(int(self._outbox.is_for(packet, receiver)))
 
     def _safety_messages(self, vehicles: Vehicles, now: Time, h: Duration) -> Broadcasts:
         times, states = self._bsm.due(vehicles, now, now + h)
@@ -168,5 +213,7 @@ class FacilitiesLayer(Component):
         All sensors scan at the same instant here. Computers that also answered at the same
         instant would let the radios collide every time, which they do not on the road.
         """
-        taken = int(self._rng.integers(self._processing_time + 1))
+        is_asked = message.kind != REQUEST and message.destination != NO_VEHICLE
+        stream = self._streams.of(message.destination if is_asked else message.source)
+        taken = int(stream.integers(self._processing_time + 1))
         return replace(message, time=message.time + taken)

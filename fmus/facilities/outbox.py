@@ -211,6 +211,14 @@ class Outbox:
             whole.append(Arrival(sent.message, receiver, sent.count, range(sent.count)))
         return whole + _usable(parts) if parts else whole
 
+    def is_for(self, packet: int, receiver: int) -> bool:
+        """Whether `receiver` is to have a packet, and not to pass it on.
+
+        One that is too old to be remembered is for whoever received it.
+        """
+        sent = self._by_packet.get(packet)
+        return sent is None or sent.message.destination in {receiver, NO_VEHICLE}
+
     def _longest(self, grain: Array) -> Array | int:
         """Bytes of the longest packet: as many grains as fit, and at least one."""
         if grain is _BYTE:

@@ -33,13 +33,21 @@ class Sharing(abc.ABC):
 
     @abc.abstractmethod
     def receive(self, arrival: Arrival, received: Received) -> None:
-        """Take in what arrived of a message.
+        """Take in what arrived of a message at an ego.
 
         Args:
-            arrival: of one of `messages`, at the ego or whoever received a request; parts of it
-                only if its granularity says so.
-            received: what the ego knows, to be updated.
+            arrival: of one of `messages`, other than requests; parts of it only if its
+                granularity says so.
+            received: what that ego knows, to be updated.
         """
+
+    def receive_request(self, arrival: Arrival) -> None:
+        """Take in a request at the vehicle that it asks; without requests nothing is to be done.
+
+        Args:
+            arrival: of one of `messages` of the kind `REQUEST`.
+        """
+        del arrival
 
 
 class Change:

@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-#include "bodies.h"
 #include "portable_math.h"
+#include "records.h"
 
 /* Beyond these a number is a mistake, and squares and differences of coordinates lose precision. */
 static const double COORDINATE_LIMIT = 1e8, LENGTH_LIMIT = 1e4; /* [m] */
@@ -51,9 +51,8 @@ static ModelStatus check_vehicle(Instance *instance, const Vehicles *v, size_t i
                          v->heading[i], ANGLE_LIMIT);
     if (v->body[i] < 0 || v->body[i] >= BODY_CLASSES)
         return model_log(instance, MODEL_ERROR,
-                         "vehicle.body[%zu] is %ld; it must be 0 (car), 1 (SUV or MPV), 2 (van), "
-                         "3 (bus) or 4 (truck)",
-                         i, (long)v->body[i]);
+                         "vehicle.body[%zu] is %ld; it must be one of " BODY_CODES, i,
+                         (long)v->body[i]);
     return MODEL_OK;
 }
 

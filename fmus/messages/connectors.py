@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from fmus.messages.bodies import BODY_CODES
 from fmus.messages.records import (
     APMS_MIME,
     FEATURES_MIME,
@@ -23,7 +24,7 @@ from fmus.messages.records import (
     RECEPTIONS_MIME,
     TRANSMISSIONS_MIME,
 )
-from orchestrator.signal import Causality, Connector
+from orchestrator.signal import Array, Causality, Connector, Signals
 
 
 def _numbers(
@@ -62,9 +63,7 @@ SIGNALS: Final[Mapping[str, Connector]] = MappingProxyType(
         "vehicle.heading": _numbers("Counter-clockwise from the x axis", "vehicle", unit="rad"),
         "vehicle.velocity": _numbers("In the plane, world frame", "vehicle", 2, unit="m/s"),
         "vehicle.size": _numbers("Length, width, height of the body", "vehicle", 3, unit="m"),
-        "vehicle.body": _numbers(
-            "0 car, 1 SUV or MPV, 2 van, 3 bus, 4 truck", "vehicle", dtype=np.int32
-        ),
+        "vehicle.body": _numbers(BODY_CODES, "vehicle", dtype=np.int32),
         "vehicle.antenna_height": _numbers(
             "Above the ground, at the body's centre", "vehicle", unit="m"
         ),
@@ -174,6 +173,9 @@ SIGNALS: Final[Mapping[str, Connector]] = MappingProxyType(
 )
 """Every signal that more than one Python unit takes or gives, declared as an input."""
 
+RECEIVED_BSMS: Final = tuple(name for name in SIGNALS if name.startswith("received.bsm."))
+"""What the ego knows of its neighbours by their BSMs."""
+
 
 def inputs(*names: str, description: str | None = None) -> dict[str, Connector]:
     """Connectors that read these signals.
@@ -186,6 +188,24 @@ def inputs(*names: str, description: str | None = None) -> dict[str, Connector]:
     if description is None:
         return declared
     return {name: replace(signal, description=description) for name, signal in declared.items()}
+
+
+def arrays_beneath(signals: Signals, group: str) -> dict[str, Array]:
+    """The arrays of all signals beneath a name, as they are declared.
+
+    Args:
+        signals: have all of these, at least.
+        group: a beginning of names of `SIGNALS`, such as `received.bsm`.
+
+    Returns:
+        By the rest of their names, such as `position`; of the declared shapes.
+    """
+    first = f"{group}."
+    return {
+        name.removeprefix(first): np.asarray(signals[name], declared.dtype)
+        for name, declared in SIGNALS.items()
+        if name.startswith(first)
+    }
 
 
 def outputs(*names: str, feedthrough: Iterable[str] = ()) -> dict[str, Connector]:

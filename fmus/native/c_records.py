@@ -1,4 +1,4 @@
-"""The records of `fmus.messages.records` in C: records.h."""
+"""The records and codes of `fmus.messages` in C: records.h."""
 
 from collections.abc import Mapping
 from typing import Final
@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from fmus.messages import records
+from fmus.messages.bodies import BODY_CODES, Body
 
 STRUCTS: Final = {
     "Frame": records.FRAME,
@@ -38,6 +39,7 @@ KINDS: Final = {
     "REQUEST": records.REQUEST,
     "NOISE": records.NOISE,
 }
+BODIES: Final = {f"BODY_{body.name}": body.value for body in Body}
 _OUTCOMES: Final = {
     "R": "RECEIVED",
     "N": "LOST_NOISE",
@@ -61,16 +63,19 @@ def records_header() -> str:
         [
             "/* The Binary signals of the units, made from fmus/messages/records.py: there the",
             " * members are explained. Little-endian; a frame may start at any address, so copy",
-            " * records with memcpy. */",
+            " * records with memcpy. The codes of bodies are made from fmus/messages/bodies.py. */",
             "#ifndef RECORDS_H",
             "#define RECORDS_H",
             "#include <stdint.h>",
             "",
             *(f"#define {name} {_constant(value)}" for name, value in CONSTANTS.items()),
+            f"#define BODY_CLASSES {len(Body)}",
+            f'#define BODY_CODES "{BODY_CODES}"',
             "",
             *structs,
             "",
             _enumeration(KINDS),
+            _enumeration(BODIES),
             _enumeration(_numbered(fates)),
             _enumeration(_numbered([_OUTCOMES[letter] for letter in records.OUTCOMES])),
             _enumeration(_numbered([name.upper() for name in records.LINKS])),

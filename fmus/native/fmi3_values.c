@@ -92,16 +92,7 @@ bool reserve_elements(Value *value, ValueType type, size_t count) {
 
 static void fill_with_start(Value *value, const VariableInfo *info) {
     switch (info->type) {
-        case FLOAT32: FILL(fmi3Float32); break;
-        case FLOAT64: FILL(fmi3Float64); break;
-        case INT8: FILL(fmi3Int8); break;
-        case UINT8: FILL(fmi3UInt8); break;
-        case INT16: FILL(fmi3Int16); break;
-        case UINT16: FILL(fmi3UInt16); break;
-        case INT32: FILL(fmi3Int32); break;
-        case UINT32: FILL(fmi3UInt32); break;
-        case INT64: FILL(fmi3Int64); break;
-        case UINT64: FILL(fmi3UInt64); break;
+        FOR_NUMBERS(FILL)
         case BOOLEAN: FILL(fmi3Boolean); break;
         case BINARY: value->binary.size = 0; break;
     }

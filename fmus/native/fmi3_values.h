@@ -16,4 +16,17 @@ bool apply_sizes(Instance *);
 bool wanted_count(const Instance *, fmi3ValueReference reference, size_t *count);
 bool reserve_elements(Value *, ValueType, size_t count);
 
+/* The cases of a switch over a ValueType that are numbers: DO(the type of an element). */
+#define FOR_NUMBERS(DO)                   \
+    case FLOAT32: DO(fmi3Float32); break; \
+    case FLOAT64: DO(fmi3Float64); break; \
+    case INT8: DO(fmi3Int8); break;       \
+    case UINT8: DO(fmi3UInt8); break;     \
+    case INT16: DO(fmi3Int16); break;     \
+    case UINT16: DO(fmi3UInt16); break;   \
+    case INT32: DO(fmi3Int32); break;     \
+    case UINT32: DO(fmi3UInt32); break;   \
+    case INT64: DO(fmi3Int64); break;     \
+    case UINT64: DO(fmi3UInt64); break;
+
 #endif

@@ -37,16 +37,7 @@ static bool is_settable(const Instance *instance, const VariableInfo *info) {
 static size_t first_outside(const VariableInfo *info, const void *values, size_t count,
                             double *value) {
     switch (info->type) {
-        case FLOAT32: FIRST_OUTSIDE(fmi3Float32); break;
-        case FLOAT64: FIRST_OUTSIDE(fmi3Float64); break;
-        case INT8: FIRST_OUTSIDE(fmi3Int8); break;
-        case UINT8: FIRST_OUTSIDE(fmi3UInt8); break;
-        case INT16: FIRST_OUTSIDE(fmi3Int16); break;
-        case UINT16: FIRST_OUTSIDE(fmi3UInt16); break;
-        case INT32: FIRST_OUTSIDE(fmi3Int32); break;
-        case UINT32: FIRST_OUTSIDE(fmi3UInt32); break;
-        case INT64: FIRST_OUTSIDE(fmi3Int64); break;
-        case UINT64: FIRST_OUTSIDE(fmi3UInt64); break;
+        FOR_NUMBERS(FIRST_OUTSIDE)
         case BOOLEAN:
         case BINARY: break;
     }

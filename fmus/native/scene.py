@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Final, Literal, TypeAlias
 
+from fmus.messages.bodies import BODY_CODES
 from fmus.native.interface import Variable, VariableType, discrete_input, length
 
 VehicleField: TypeAlias = Literal[
@@ -26,7 +27,7 @@ _VEHICLE: Final[dict[VehicleField, Variable]] = {
     ),
     "heading": _of_vehicle("heading", "Float64", "Counter-clockwise from the x axis", unit="rad"),
     "size": _of_vehicle("size", "Float64", "Length, width, height of the body", 3, unit="m"),
-    "body": _of_vehicle("body", "Int32", "0 car, 1 SUV or MPV, 2 van, 3 bus, 4 truck"),
+    "body": _of_vehicle("body", "Int32", BODY_CODES),
     "antenna_height": _of_vehicle(
         "antenna_height", "Float64", "Above the ground, at the body's centre", unit="m"
     ),
@@ -34,19 +35,25 @@ _VEHICLE: Final[dict[VehicleField, Variable]] = {
     "lidar": _of_vehicle("lidar", "Boolean", "Carries a lidar sensor"),
 }
 
+
+def _corners(what: str, description: str) -> Variable:
+    """The corners of all polygons of a kind."""
+    axes = (f"n_{what}_vertex", 2)
+    return discrete_input(f"{what}.vertex", "Float64", description, unit="m", dimensions=axes)
+
+
+def _owners(what: str, description: str) -> Variable:
+    """Which polygon each corner belongs to."""
+    axes = (f"n_{what}_vertex",)
+    return discrete_input(f"{what}.index", "Int32", description, dimensions=axes)
+
+
 _BUILDING: Final[dict[BuildingField, Variable]] = {
-    "vertex": discrete_input(
-        "building.vertex",
-        "Float64",
-        "Corners of all buildings, ring by ring, open rings, either sense",
-        unit="m",
-        dimensions=("n_building_vertex", 2),
+    "vertex": _corners(
+        "building", "Corners of all buildings, ring by ring, open rings, either sense"
     ),
-    "index": discrete_input(
-        "building.index",
-        "Int32",
-        "The building each corner belongs to, 0 to n_building - 1, ascending",
-        dimensions=("n_building_vertex",),
+    "index": _owners(
+        "building", "The building each corner belongs to, 0 to n_building - 1, ascending"
     ),
     "height": discrete_input(
         "building.height",
@@ -58,20 +65,12 @@ _BUILDING: Final[dict[BuildingField, Variable]] = {
 }
 
 _ROAD: Final[dict[RoadField, Variable]] = {
-    "vertex": discrete_input(
-        "road.vertex",
-        "Float64",
+    "vertex": _corners(
+        "road",
         "Corners of the polygons of the drivable surface, ring by ring, open rings, either sense; "
         "they may overlap. Fewer than two corners: the road is everywhere",
-        unit="m",
-        dimensions=("n_road_vertex", 2),
     ),
-    "index": discrete_input(
-        "road.index",
-        "Int32",
-        "The polygon each corner belongs to, ascending",
-        dimensions=("n_road_vertex",),
-    ),
+    "index": _owners("road", "The polygon each corner belongs to, ascending"),
 }
 
 

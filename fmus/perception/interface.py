@@ -31,6 +31,14 @@ STRUCTURE: Final = (
     length("n_sharer", 8, 1, LONGEST, "most sharers that are reported", tunable=False),
 )
 
+SCANS: Final = (
+    choice(
+        "scans",
+        ("all", "ego"),
+        "Whose scans are processed: those of all sensors, or the ego vehicle's alone",
+    ),
+)
+
 MATRIX: Final = (
     whole("rows", 20, 1, 1024, "m, cells of the matrix along the heading"),
     whole("columns", 20, 1, 1024, "n, cells of the matrix across the heading"),
@@ -209,14 +217,14 @@ OUTPUTS: Final = (
     discrete_output(
         "apms",
         "Binary",
-        "the APM message of each sensor's vehicle",
+        "the APM message of each vehicle whose scan is processed",
         dependencies=OWN_VIEW,
         mime_type=APMS_MIME,
     ),
     discrete_output(
         "objects",
         "Binary",
-        "what each sensor detects and tracks",
+        "what each sensor whose scan is processed detects and tracks",
         dependencies=OWN_VIEW,
         mime_type=OBJECTS_MIME,
     ),
@@ -266,6 +274,7 @@ INTERFACE: Final = Interface(
     "blind zones and sharers",
     variables=(
         *STRUCTURE,
+        *SCANS,
         *MATRIX,
         *PATTERN,
         *OBJECTS,

@@ -29,6 +29,7 @@ typedef struct {
     Messages messages;
     Road road;
     Route route;
+    uint32_t scans; /* that were processed */
     int sees_ego; /* whether the ego vehicle has a scan: then `pose` and the zones are its own */
     Pose pose;
 } Step;
@@ -111,6 +112,8 @@ static int perceive_all(Perception *state, Step *step, Problem *problem) {
     for (size_t i = 0; i < step->cloud.sensor_count; i++) {
         Sensor sensor = cloud_sensor(&step->cloud, i);
         if (sensor.time > newest) newest = sensor.time;
+        if (step->settings.is_ego_alone && sensor.vehicle != step->ego) continue;
+        step->scans++;
         if (pose_believe(&state->pose_errors, &step->settings.pose_error, &sensor, problem)
             || perceive(state, step, &sensor, problem))
             return 1;
@@ -198,7 +201,7 @@ static void publish_match(Instance *instance, const Match *match) {
 static int publish_all(Instance *instance, const Perception *state, const Step *step,
                        Problem *problem) {
     uint32_t objects = (uint32_t)((state->objects_out.size - sizeof(Frame)) / sizeof(Object));
-    Frame apms_frame = {{'A', 'P', 'M', 'S'}, 1, (uint32_t)step->cloud.sensor_count, 0};
+    Frame apms_frame = {{'A', 'P', 'M', 'S'}, 1, step->scans, 0};
     Frame objects_frame = {{'O', 'B', 'J', 'S'}, 1, objects, sizeof(Object)};
     if (publish(instance, VR_apms, &state->apms_out, apms_frame, problem)
         || publish(instance, VR_objects, &state->objects_out, objects_frame, problem))

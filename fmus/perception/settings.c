@@ -7,6 +7,9 @@
 /* Items of `message`. */
 enum { PLAIN = 1, COMPRESSED };
 
+/* Items of `scans`. */
+enum { ALL_SCANS = 1, EGO_SCAN };
+
 int64_t nanoseconds(double seconds) { return (int64_t)floor(seconds * 1e9 + 0.5); }
 
 static int segmentation_of(Instance *instance) {
@@ -65,6 +68,7 @@ Settings settings_of(Instance *i) {
                   .switch_margin = real(i, VR_switch_margin)},
         .has_layer = boolean(i, VR_layer),
         .is_compressed = int64(i, VR_message) == COMPRESSED,
+        .is_ego_alone = int64(i, VR_scans) == EGO_SCAN,
     };
 }
 

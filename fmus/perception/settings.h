@@ -16,6 +16,7 @@ typedef struct {
     MatchSettings match;
     int has_region_benefit;
     int has_layer, is_compressed;
+    int is_ego_alone; /* only the scan of the ego vehicle is processed */
 } Settings;
 
 /* The values that the variables have now. */

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from fmus.messages.connectors import inputs, outputs
+from fmus.messages.connectors import RECEIVED_BSMS, inputs, outputs
 from orchestrator.signal import Causality, Connector
 
 INPUTS: Final[Mapping[str, Connector]] = inputs(
@@ -19,13 +19,7 @@ INPUTS: Final[Mapping[str, Connector]] = inputs(
     "building.index",
     "objects",
     "received.apms",
-    "received.bsm.id",
-    "received.bsm.position",
-    "received.bsm.heading",
-    "received.bsm.velocity",
-    "received.bsm.size",
-    "received.bsm.antenna_height",
-    "received.bsm.age",
+    *RECEIVED_BSMS,
     "received.link.transmitter",
     "received.link.receiver",
     "received.link.power",

@@ -25,11 +25,11 @@ long: a fragment of 1100 bytes, and 200 bytes."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Losses:
-    """What else costs power, or packets.
+    """What else costs power, or packets; named as the parameters of the policy.
 
     Attributes:
-        wall: per building wall [dB].
-        indoor: inside buildings [dB/m].
+        wall_loss: per building wall [dB].
+        indoor_loss: inside buildings [dB/m].
         bsm_overlap: probability that a BSM of one neighbour overlaps with a packet, where
             the two senders do not hear each other.
         apm_overlap: the same of the ego's own APM.
@@ -39,8 +39,8 @@ class Losses:
             while the relay forwards.
     """
 
-    wall: float
-    indoor: float
+    wall_loss: float
+    indoor_loss: float
     bsm_overlap: float
     apm_overlap: float
     hidden: float
@@ -172,7 +172,7 @@ class Expectation:
         """Received powers, with buildings alone in the way [dBm], (..., hop)."""
         length = np.linalg.norm(hops.end - hops.start, axis=-1)
         cuts, inside = walls.cuts(hops.start[..., :2], hops.end[..., :2])
-        lost = self._losses.wall * cuts + self._losses.indoor * inside * length
+        lost = self._losses.wall_loss * cuts + self._losses.indoor_loss * inside * length
         return np.asarray(self._radio.free_space(length) - lost)
 
     def _hops(self, ego: Node, sharer: Node, nodes: list[Node], route: Array) -> Hops:

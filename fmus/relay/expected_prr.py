@@ -1,24 +1,22 @@
 """The relay of largest expected PRR over the window, from what the ego knows."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
-import numpy as np
 from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE
 from fmus.physics.propagation import wavelength
 from fmus.relay.expectation import Expectation, Losses
-from fmus.relay.inputs import Inputs
+from fmus.relay.obstacle_aware import ObstacleAwareParameters, ObstacleAwareSelection
 from fmus.relay.prediction import Horizon
 from fmus.relay.radio import Radio
-from fmus.relay.selection import RelaySelection, SelectionParameters
 from fmus.relay.situation import Choice, Situation
-from fmus.relay.surroundings import Surroundings
 from orchestrator.parameters import parameter
-from orchestrator.timebase import Time, nanoseconds
+from orchestrator.share import share
 
 
-class ExpectedPrr(RelaySelection):
+class ExpectedPrr(ObstacleAwareSelection):
     """The relay, or the direct link, over which most packets are expected to arrive.
 
     It knows what MoHeD knows, and the powers that signal strength knows. It moves radios and
@@ -29,12 +27,10 @@ class ExpectedPrr(RelaySelection):
     """
 
     @dataclass(frozen=True, slots=True, kw_only=True)
-    class Parameters(SelectionParameters):
+    class Parameters(ObstacleAwareParameters):
         """What the ego believes of radios, medium and its own knowledge."""
 
-        gain: float = parameter(
-            0.03, minimum=0.0, maximum=1.0, doc="expected PRR that another choice must add"
-        )
+        gain: float = share(0.03, doc="expected PRR that another choice must add")
         sample: float = parameter(
             0.25, unit="s", minimum=0.01, doc="longest time between the instants looked at"
         )
@@ -53,10 +49,8 @@ class ExpectedPrr(RelaySelection):
         cca_threshold: float = parameter(
             -65.0, unit="dBm", doc="power on air that keeps a radio from sending"
         )
-        missed: float = parameter(
+        missed: float = share(
             0.3,
-            minimum=0.0,
-            maximum=1.0,
             doc="probability that a radio misses the start of a frame, locked on another one",
         )
         capture_margin: float = parameter(
@@ -73,74 +67,49 @@ class ExpectedPrr(RelaySelection):
         indoor_loss: float = parameter(
             0.4, unit="dB/m", minimum=0.0, doc="per metre inside buildings"
         )
-        hidden: float = parameter(
+        hidden: float = share(
             0.4,
-            minimum=0.0,
-            maximum=1.0,
             doc="probability that a body that obstructs a hop hides one more behind it",
         )
         hidden_body: float = parameter(12.0, unit="dB", minimum=0.0, doc="what a hidden body costs")
-        bsm_overlap: float = parameter(
+        bsm_overlap: float = share(
             0.0074,
-            minimum=0.0,
-            maximum=1.0,
             doc="probability that a BSM of one neighbour is on the air while a packet is, where "
             "neither radio hears the other: twice 368 us, 10 times a second",
         )
-        apm_overlap: float = parameter(
+        apm_overlap: float = share(
             0.05,
-            minimum=0.0,
-            maximum=1.0,
             doc="the same of the ego's own APM: 4.9 ms somewhere in the 100 ms between scans; 0.4 "
             "where all send within 10 ms of the same scan (`processing_time` of the facilities)",
         )
-        contention: float = parameter(
+        contention: float = share(
             0.05,
-            minimum=0.0,
-            maximum=1.0,
             doc="share of the packets over a relay that are lost because the sharer sends while "
             "the relay forwards",
         )
-        same_body: float = parameter(
-            1.0, unit="m", minimum=0.0, doc="distance at which two sources mean one obstacle"
-        )
+
+        @property
+        def losses(self) -> Losses:
+            """What else than noise costs power, or packets."""
+            return Losses(**self._alike(Losses))
+
+        @property
+        def radio(self) -> Radio:
+            """What all radios are believed to be."""
+            return Radio(wavelength=wavelength(self.carrier_frequency), **self._alike(Radio))
+
+        def _alike(self, record: type) -> dict[str, Any]:
+            """The parameters that are fields of `record`, too."""
+            names = {field.name for field in fields(record)}
+            return {f.name: getattr(self, f.name) for f in fields(self) if f.name in names}
 
     def __init__(self, parameters: Parameters) -> None:
         super().__init__(parameters)
         self._given = parameters
-        radio = Radio(
-            transmit_power=parameters.transmit_power,
-            noise_floor=parameters.noise_floor,
-            sensitivity=parameters.sensitivity,
-            cca_threshold=parameters.cca_threshold,
-            missed=parameters.missed,
-            capture_margin=parameters.capture_margin,
-            wavelength=wavelength(parameters.carrier_frequency),
-            frame_size=parameters.packet_size,
-            fading_m=parameters.fading_m,
-            uncertainty=parameters.uncertainty,
-        )
-        losses = Losses(
-            wall=parameters.wall_loss,
-            indoor=parameters.indoor_loss,
-            bsm_overlap=parameters.bsm_overlap,
-            apm_overlap=parameters.apm_overlap,
-            hidden=parameters.hidden,
-            hidden_body=parameters.hidden_body,
-            contention=parameters.contention,
-        )
         horizon = Horizon.over(parameters.window, parameters.sample)
-        self._expectation = Expectation(radio, losses, horizon, parameters.correction_time)
-
-    @override
-    def begin(self, rng: np.random.Generator) -> None:
-        self._surroundings = Surroundings(
-            self._given.same_body, nanoseconds(self._given.lost_after)
+        self._expectation = Expectation(
+            parameters.radio, parameters.losses, horizon, parameters.correction_time
         )
-
-    @override
-    def remember(self, known: Inputs, now: Time) -> None:
-        self._surroundings.remember(known, now)
 
     @override
     def choose(self, situation: Situation) -> Choice:

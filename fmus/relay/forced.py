@@ -1,25 +1,21 @@
 """Given relays: choices made elsewhere, played again."""
 
 from bisect import bisect_right
-from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
 from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE
-from fmus.relay.connectors import CONNECTORS
-from fmus.relay.course import Course
 from fmus.relay.inputs import Inputs
 from fmus.relay.situation import Choice
-from orchestrator.component import Component
+from fmus.relay.unit import RelayUnit
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
-from orchestrator.signal import Connector, Signals
+from orchestrator.signal import Signals
 from orchestrator.timebase import Duration, Time, nanoseconds
 
 
-class Forced(Component):
+class Forced(RelayUnit):
     """Relays that are given, each from its time on; the direct link before the first.
 
     A change while fusion is triggered for the same sharer is a switch, as with policies.
@@ -48,22 +44,9 @@ class Forced(Component):
             raise ComponentTypeError("`times` must ascend; sort the choices, each time once")
         self._relays = (NO_VEHICLE, *relays)
 
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return CONNECTORS
-
-    @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._course = Course()
-
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
         relay = self._relays[bisect_right(self._times, t + h)]
         sharer = Inputs.read(inputs).wanted_sharer
         if self._course.is_new(sharer) or relay != self._course.relay:
             self._course.take(Choice(relay=relay), sharer)
-
-    @override
-    def outputs(self) -> Signals:
-        return self._course.outputs

@@ -19,7 +19,7 @@ class Inputs:
     (the detections of other vehicles' sensors) is left out when they are read.
 
     Attributes:
-        ego: the ego vehicle.
+        ego: the ego vehicle; its number is `NO_VEHICLE` while it is not there.
         route: centre line of its route, from the vehicle on [m], shape (vertex, 2); empty if it
             is not known.
         building_vertex: its map, corners of the buildings, ring by ring [m], shape (corner, 2);
@@ -68,5 +68,7 @@ class Inputs:
 
     @property
     def wanted_sharer(self) -> int:
-        """The best sharer while fusion is triggered, else `NO_VEHICLE`."""
-        return int(self.sharers[0]) if self.is_triggered and len(self.sharers) else NO_VEHICLE
+        """The best sharer while fusion is triggered and the ego is there, else `NO_VEHICLE`."""
+        if not self.is_triggered or self.ego.vehicle == NO_VEHICLE or not len(self.sharers):
+            return NO_VEHICLE
+        return int(self.sharers[0])

@@ -6,6 +6,7 @@ from typing import Self
 
 import numpy as np
 
+from fmus.messages.connectors import arrays_beneath
 from orchestrator.signal import Array, Signals
 
 
@@ -26,11 +27,8 @@ class MeasuredLinks:
     @classmethod
     def read(cls, signals: Signals) -> Self:
         """The links in the inputs of a relay policy."""
-        return cls(
-            transmitter=np.asarray(signals["received.link.transmitter"], np.int64),
-            receiver=np.asarray(signals["received.link.receiver"], np.int64),
-            measured=np.asarray(signals["received.link.power"], np.float64),
-        )
+        found = arrays_beneath(signals, "received.link")
+        return cls(measured=found.pop("power"), **found)
 
     @cached_property
     def _table(self) -> tuple[Array, Array]:

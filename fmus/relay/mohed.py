@@ -3,22 +3,18 @@
 from dataclasses import dataclass, replace
 from typing import Literal
 
-import numpy as np
 from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE
 from fmus.physics.propagation import wavelength
-from fmus.relay.inputs import Inputs
 from fmus.relay.nodes import Node
+from fmus.relay.obstacle_aware import ObstacleAwareParameters, ObstacleAwareSelection
 from fmus.relay.risk import RiskModel
-from fmus.relay.selection import RelaySelection, SelectionParameters
 from fmus.relay.situation import Choice, Situation
-from fmus.relay.surroundings import Surroundings
 from orchestrator.parameters import parameter
-from orchestrator.timebase import Time, nanoseconds
 
 
-class Mohed(RelaySelection):
+class Mohed(ObstacleAwareSelection):
     """MoHeD: the relay of least NLOS risk by mobility and height of the obstacles.
 
     It knows what the ego knows: its own detections, the BSMs and APMs it received, and its
@@ -27,7 +23,7 @@ class Mohed(RelaySelection):
     """
 
     @dataclass(frozen=True, slots=True, kw_only=True)
-    class Parameters(SelectionParameters):
+    class Parameters(ObstacleAwareParameters):
         """Parameters of the paper's section "Relay Selection", and its open readings."""
 
         minimum_speed_difference: float = parameter(
@@ -49,9 +45,6 @@ class Mohed(RelaySelection):
             doc="whether the current choice wins among equal risks, before the direct link and "
             "then the relay with the shorter longest hop",
         )
-        same_body: float = parameter(
-            1.0, unit="m", minimum=0.0, doc="distance at which two sources mean one obstacle"
-        )
 
     def __init__(self, parameters: Parameters) -> None:
         super().__init__(parameters)
@@ -62,16 +55,6 @@ class Mohed(RelaySelection):
             wall_loss=parameters.wall_loss,
             itu=parameters.knife_edge_itu,
         )
-
-    @override
-    def begin(self, rng: np.random.Generator) -> None:
-        self._surroundings = Surroundings(
-            self._given.same_body, nanoseconds(self._given.lost_after)
-        )
-
-    @override
-    def remember(self, known: Inputs, now: Time) -> None:
-        self._surroundings.remember(known, now)
 
     @override
     def choose(self, situation: Situation) -> Choice:

@@ -5,6 +5,7 @@ from typing import Self
 
 import numpy as np
 
+from fmus.messages.connectors import arrays_beneath
 from orchestrator.signal import Array, Signals
 
 
@@ -58,15 +59,8 @@ class Bsms:
     @classmethod
     def read(cls, signals: Signals) -> Self:
         """The BSMs in the inputs of a relay policy."""
-        return cls(
-            vehicle=np.asarray(signals["received.bsm.id"], np.int64),
-            position=np.asarray(signals["received.bsm.position"], np.float64),
-            velocity=np.asarray(signals["received.bsm.velocity"], np.float64),
-            antenna_height=np.asarray(signals["received.bsm.antenna_height"], np.float64),
-            heading=np.asarray(signals["received.bsm.heading"], np.float64),
-            size=np.asarray(signals["received.bsm.size"], np.float64),
-            age=np.asarray(signals["received.bsm.age"], np.float64),
-        )
+        found = arrays_beneath(signals, "received.bsm")
+        return cls(vehicle=found.pop("id"), **found)
 
     def node(self, row: int, later: float = 0.0) -> Node:
         """One of the senders, moved on at the velocity that it told.

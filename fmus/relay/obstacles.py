@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from fmus.messages.apm import Apm, layer_height, layer_velocity
+from fmus.messages.columns import rows_of, stacked
 from fmus.messages.records import NO_VEHICLE
 from fmus.physics.boxes import in_boxes
 from fmus.relay.nodes import Bsms, Node
@@ -56,25 +57,11 @@ class Obstacles:
 
     def joined(self, other: "Obstacles") -> "Obstacles":
         """These obstacles followed by `other`."""
-        return Obstacles(
-            owner=np.concatenate([self.owner, other.owner]),
-            center=np.concatenate([self.center, other.center]),
-            heading=np.concatenate([self.heading, other.heading]),
-            half=np.concatenate([self.half, other.half]),
-            height=np.concatenate([self.height, other.height]),
-            velocity=np.concatenate([self.velocity, other.velocity]),
-        )
+        return stacked(self, other)
 
     def without(self, keep: Array) -> "Obstacles":
         """Only the obstacles where `keep` is true, bool, shape (obstacle,)."""
-        return Obstacles(
-            owner=self.owner[keep],
-            center=self.center[keep],
-            heading=self.heading[keep],
-            half=self.half[keep],
-            height=self.height[keep],
-            velocity=self.velocity[keep],
-        )
+        return rows_of(self, keep)
 
 
 def from_bsms(bsms: Bsms) -> Obstacles:

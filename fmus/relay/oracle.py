@@ -1,7 +1,6 @@
 """The best relay in hindsight: what any policy could at most have gained by a choice."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
@@ -10,16 +9,15 @@ import numpy as np
 from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE
-from fmus.relay.connectors import CONNECTORS
-from fmus.relay.course import Course
 from fmus.relay.inputs import Inputs
 from fmus.relay.selection import SelectionParameters, situation
 from fmus.relay.situation import Choice
+from fmus.relay.unit import RelayUnit
 from fmus.relay.whereabouts import Whereabouts
 from orchestrator.component import DecidingComponent, Decision
 from orchestrator.errors import CosimError
 from orchestrator.parameters import parameter
-from orchestrator.signal import Connector, Signals
+from orchestrator.signal import Signals
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, Time, nanoseconds, seconds
 
 LAG: Final[Duration] = 200_000_000
@@ -27,7 +25,7 @@ LAG: Final[Duration] = 200_000_000
 request, which names the relay, and 100 ms until the sharer's next scan, as by default."""
 
 
-class Oracle(DecidingComponent):
+class Oracle(RelayUnit, DecidingComponent):
     """The relay, or the direct link, over which most sensor data reach the ego; it is tried out.
 
     It decides when fusion is triggered and after each window, among the same candidates as the
@@ -65,14 +63,9 @@ class Oracle(DecidingComponent):
         given = parameters.horizon
         self._horizon = self._window + LAG if given is None else nanoseconds(given)
 
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return CONNECTORS
-
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._course = Course()
+        super().setup(start, rng)
         self._whereabouts = Whereabouts()
         self._next_choice = start
         self._open: _Choices | None = None
@@ -92,10 +85,6 @@ class Oracle(DecidingComponent):
             self._open = _Choices(self._alternatives(known, sharer, now), sharer, now)
             self._next_choice = now + self._window
             self._supply = self._supply.afresh()
-
-    @override
-    def outputs(self) -> Signals:
-        return self._course.outputs
 
     @property
     @override

@@ -33,7 +33,7 @@ class Radio:
             another one.
         capture_margin: a frame stronger than the others by this captures a receiver [dB].
         wavelength: [m].
-        frame_size: of the packets with MAC and LLC [byte].
+        packet_size: of the packets with MAC and LLC [byte].
         fading_m: shape of Nakagami fading; 0: none.
         uncertainty: standard deviation of predicted powers [dB].
     """
@@ -45,7 +45,7 @@ class Radio:
     missed: float
     capture_margin: float
     wavelength: float
-    frame_size: int
+    packet_size: int
     fading_m: float
     uncertainty: float
 
@@ -138,7 +138,7 @@ class Radio:
     def _success(self) -> Array:
         """Success at each SNR of `_GRID`, averaged over fading and uncertainty."""
         wide = np.arange(_GRID[0] + _KERNEL[0], _GRID[-1] - _KERNEL[0] + 0.15, 0.1)
-        plain = np.array([frame_success(float(snr), self.frame_size) for snr in wide])
+        plain = np.array([frame_success(float(snr), self.packet_size) for snr in wide])
         return np.convolve(plain, self._deviation[::-1], mode="valid")[: len(_GRID)]
 
     @cached_property

@@ -1,7 +1,6 @@
 """The base of relay policies: when a relay is chosen, and among whom, whatever the policy."""
 
 import abc
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -9,15 +8,13 @@ import numpy as np
 from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE
-from fmus.relay.connectors import CONNECTORS
-from fmus.relay.course import Course
 from fmus.relay.inputs import Inputs
 from fmus.relay.nodes import Node
 from fmus.relay.situation import Choice, Situation
+from fmus.relay.unit import RelayUnit
 from fmus.relay.whereabouts import Whereabouts
-from orchestrator.component import Component
 from orchestrator.parameters import parameter
-from orchestrator.signal import Connector, Signals
+from orchestrator.signal import Signals
 from orchestrator.timebase import Duration, Time, nanoseconds
 
 
@@ -34,7 +31,7 @@ class SelectionParameters:
     )
 
 
-class RelaySelection(Component):
+class RelaySelection(RelayUnit):
     """A relay policy: which neighbour, if any, forwards the sharer's data to the ego.
 
     Derive from it, say in `choose` which candidate is to be taken, and offer the class by an entry
@@ -91,14 +88,9 @@ class RelaySelection(Component):
             now: the communication point [ns].
         """
 
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return CONNECTORS
-
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._course = Course()
+        super().setup(start, rng)
         self._whereabouts = Whereabouts()
         self._next_choice = start
         self.begin(rng)
@@ -116,10 +108,6 @@ class RelaySelection(Component):
         if is_due or self._relay_is_lost(known):
             self._course.take(self._chosen(known, sharer, now), sharer)
             self._next_choice = now + nanoseconds(self._selection.window)
-
-    @override
-    def outputs(self) -> Signals:
-        return self._course.outputs
 
     def _chosen(self, known: Inputs, sharer: int, now: Time) -> Choice:
         current = None if self._course.is_new(sharer) else self._course.relay

@@ -57,9 +57,8 @@ class CosimulationAlgorithm(Parametrised):
             The age for each pair of a source and a target that are connected.
         """
 
-    @abc.abstractmethod
     def depart(self, t: Time, due: Due) -> None:
-        """Start the steps that start at `t`."""
+        """Start the steps that start at `t`, unless `arrive` makes whole steps."""
 
     @abc.abstractmethod
     def arrive(self, t: Time, due: Due) -> None:

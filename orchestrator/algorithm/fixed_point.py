@@ -88,10 +88,6 @@ class FixedPoint(CosimulationAlgorithm):
         return ages_by_turn(system, self.turns(system), self.solved(system))
 
     @override
-    def depart(self, t: Time, due: Due) -> None:
-        pass
-
-    @override
     def arrive(self, t: Time, due: Due) -> None:
         for turn in due.turns:
             if turn.is_solved:

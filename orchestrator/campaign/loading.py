@@ -4,7 +4,7 @@ import contextlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, Generic, Self, TypeAlias, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -17,40 +17,6 @@ from orchestrator.scenario.settings_file import SettingsFile
 Model = TypeVar("Model", bound=BaseModel)
 Settings: TypeAlias = Mapping[str, Any]
 """Values of the scenario by their paths."""
-
-
-def read(path: Path, model: type[Model], noun: str) -> tuple[SettingsFile, Model]:
-    """The file of a campaign, if it has the right shape.
-
-    Args:
-        path: of the file.
-        model: its shape.
-        noun: what messages call the campaign.
-
-    Raises:
-        ScenarioError: all problems, each at its place.
-    """
-    document = Document.read(path)
-    try:
-        return SettingsFile(document), model.model_validate(document.data)
-    except ValidationError as error:
-        found = diagnosis.problems(document, model, error, whole=f"the {noun}")
-        raise ScenarioError(sorted(found, key=lambda p: p.where)) from None
-
-
-def scenario_path(source: SettingsFile, path: Path, scenario: str) -> Path:
-    """The absolute path of the scenario file; that there is none is a problem.
-
-    Args:
-        source: notes the problem.
-        path: of the file of the campaign.
-        scenario: as it is written there.
-    """
-    found = (path.parent / scenario).absolute()
-    if not found.is_file():
-        what = f"there is no file {found} (the path is relative to this file)"
-        source.add(("scenario",), what)
-    return found
 
 
 def resolved(scenario: Scenario) -> Mapping[str, Any]:
@@ -96,3 +62,58 @@ class Factors:
             yield
         except ScenarioError as error:
             self.source.add_of_scenario(error.problems, chosen)
+
+
+@dataclass(slots=True)
+class Load(Generic[Model]):
+    """One reading of the file of a campaign.
+
+    Attributes:
+        path: of the file.
+        source: where everything was written; notes the problems.
+        file: what was written.
+        factors: of the file.
+    """
+
+    path: Path
+    source: SettingsFile
+    file: Model
+    factors: Factors
+
+    @classmethod
+    def of(cls, path: Path, model: type[Model], noun: str, factors: str) -> Self:
+        """The reading of a file that has the right shape.
+
+        Args:
+            path: of the file.
+            model: its shape.
+            noun: what messages call the campaign.
+            factors: the key under which the factors are written.
+
+        Raises:
+            ScenarioError: all problems of the shape, each at its place.
+        """
+        source, file = _read(path, model, noun)
+        return cls(path, source, file, Factors(source, factors, getattr(file, factors)))
+
+    def scenario_path(self, scenario: str) -> Path:
+        """The absolute path of the scenario file; that there is none is a problem.
+
+        Args:
+            scenario: as it is written in the file of the campaign.
+        """
+        found = (self.path.parent / scenario).absolute()
+        if not found.is_file():
+            what = f"there is no file {found} (the path is relative to this file)"
+            self.source.add(("scenario",), what)
+        return found
+
+
+def _read(path: Path, model: type[Model], noun: str) -> tuple[SettingsFile, Model]:
+    """The file of a campaign, if it has the right shape."""
+    document = Document.read(path)
+    try:
+        return SettingsFile(document), model.model_validate(document.data)
+    except ValidationError as error:
+        found = diagnosis.problems(document, model, error, whole=f"the {noun}")
+        raise ScenarioError(sorted(found, key=lambda p: p.where)) from None

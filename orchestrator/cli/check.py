@@ -4,17 +4,19 @@ from argparse import Namespace
 
 from orchestrator.cli.failures import problem_data
 from orchestrator.cli.outcome import Exit, Outcome
-from orchestrator.errors import ScenarioError
+from orchestrator.errors import CosimError, Problem, ScenarioError
 from orchestrator.scenario.build import load_scenario
+from orchestrator.scenario.inputs import check_inputs
 from orchestrator.scenario.installed import scenario_path
-from orchestrator.scenario.wiring import assemble
+from orchestrator.scenario.model import Scenario
+from orchestrator.scenario.wiring import Assembly, assemble
 
 
 def execute(arguments: Namespace) -> Outcome:
     """Find every problem that can be found without running."""
     try:
         scenario = load_scenario(scenario_path(arguments.scenario), arguments.overrides)
-        assembly = assemble(scenario)
+        file_remarks, assembly = _examine(scenario)
     except ScenarioError as error:
         return Outcome(
             text="\n".join(map(str, error.problems)),
@@ -23,12 +25,34 @@ def execute(arguments: Namespace) -> Outcome:
         )
     assembly.close()
     components, connections = len(scenario.components), len(assembly.system.connections)
-    remarks = [problem_data(remark) for remark in scenario.remarks]
+    found = (*scenario.remarks, *file_remarks)
+    remarks = [problem_data(remark) for remark in found]
     lines = [
-        *(f"{remark} (a remark)" for remark in scenario.remarks),
+        *(f"{remark} (a remark)" for remark in found),
         f"{arguments.scenario}: ok, {components} components, {connections} connections",
     ]
     return Outcome(
         text="\n".join(lines),
         data={"problems": [], **({"remarks": remarks} if remarks else {})},
     )
+
+
+def _examine(scenario: Scenario) -> tuple[list[Problem], Assembly]:
+    """Remarks about the files of a scenario, and its components, connected.
+
+    Raises:
+        ScenarioError: the problems of both.
+        ComponentError: a component cannot be created, or cannot check its files.
+    """
+    try:
+        remarks = check_inputs(scenario, thorough=True)
+    except ScenarioError as wrong_files:
+        try:
+            assemble(scenario).close()
+        except ScenarioError as error:
+            both = dict.fromkeys((*error.problems, *wrong_files.problems))
+            raise ScenarioError(list(both)) from error
+        except CosimError:
+            pass  # a component fails with files that are wrong
+        raise
+    return remarks, assemble(scenario)

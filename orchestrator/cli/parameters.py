@@ -74,10 +74,15 @@ def _default(parameter: Parameter) -> str:
         case float(number) | Constant(number):
             return f"{number:.9g}{'' if parameter.unit == '1' else ' ' + parameter.unit}"
         case _ if dataclasses.is_dataclass(default):
-            return _flow(written(parameter, default))
+            return "as below" if _is_all_default(default) else _flow(written(parameter, default))
         case _:
             value = written(parameter, default)
             return value if isinstance(value, str) else json.dumps(value)
+
+
+def _is_all_default(record: Any) -> bool:
+    """Whether a record says what it would if nothing were given."""
+    return all(getattr(record, f.name) == f.default for f in dataclasses.fields(record))
 
 
 def _flow(value: Any) -> str:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,7 +14,6 @@ from orchestrator.experiment.schema import MAXIMUM_RUNS, ExperimentFile
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.document import Address
 from orchestrator.scenario.model import Scenario
-from orchestrator.scenario.settings_file import SettingsFile
 from orchestrator.scenario.wiring import assemble
 
 OWN_COLUMNS: Final = ("seed", "fingerprint", "wall_s", "error", "n")
@@ -31,22 +29,14 @@ def load_experiment(path: Path) -> Experiment:
     Raises:
         ScenarioError: all problems, each at its place in the experiment or the scenario.
     """
-    source, file = loading.read(path, ExperimentFile, "experiment")
-    factors = loading.Factors(source, "factors", file.factors)
-    return _Load(path, source, file, factors).experiment()
+    return _Load.of(path, ExperimentFile, "experiment", "factors").experiment()
 
 
-@dataclass(slots=True)
-class _Load:
+class _Load(loading.Load[ExperimentFile]):
     """One reading of an experiment file."""
 
-    path: Path
-    source: SettingsFile
-    file: ExperimentFile
-    factors: loading.Factors
-
     def experiment(self) -> Experiment:
-        scenario = loading.scenario_path(self.source, self.path, self.file.scenario)
+        scenario = self.scenario_path(self.file.scenario)
         self._check_columns()
         self.source.check_paths(self._settings(), _reserved)
         self._check_size()

@@ -72,22 +72,33 @@ class _UniformWriter(SampleWriter):
         self._append(value.tobytes())
 
 
-class _RaggedWriter(SampleWriter):
+class _RowsWriter(SampleWriter):
+    """Samples of any number of rows; both are counted."""
+
     __slots__ = ("_append", "_append_rows")
 
-    def __init__(self, files: Files, connector: Connector) -> None:
-        shape = tuple(n for n in connector.shape if isinstance(n, int))
-        values = Part.create(files.values, np.dtype(connector.dtype), shape, connector.kind())
+    def __init__(self, files: Files, values: Part) -> None:
         rows = Part.create(files.rows, INT64)
         self.parts = (values, rows)
         self._append = values.array.append
         self._append_rows = rows.array.append
 
+    def _write(self, data: bytes, rows: int) -> None:
+        self._append(data, rows)
+        self._append_rows(rows.to_bytes(8, "little"))
+
+
+class _RaggedWriter(_RowsWriter):
+    __slots__ = ()
+
+    def __init__(self, files: Files, connector: Connector) -> None:
+        shape = tuple(n for n in connector.shape if isinstance(n, int))
+        values = Part.create(files.values, np.dtype(connector.dtype), shape, connector.kind())
+        super().__init__(files, values)
+
     @override
     def write(self, value: Array) -> None:
-        rows = len(value)
-        self._append(value.tobytes(), rows)
-        self._append_rows(rows.to_bytes(8, "little"))
+        self._write(value.tobytes(), len(value))
 
 
 class _FlatWriter(SampleWriter):
@@ -106,21 +117,15 @@ class _FlatWriter(SampleWriter):
         self._append_shape(np.array(value.shape, INT64).tobytes())
 
 
-class _BinaryWriter(SampleWriter):
-    __slots__ = ("_append", "_append_rows")
+class _BinaryWriter(_RowsWriter):
+    __slots__ = ()
 
     def __init__(self, files: Files, connector: Connector) -> None:
-        values = Part.create(files.values, UINT8, kind=connector.kind())
-        rows = Part.create(files.rows, INT64)
-        self.parts = (values, rows)
-        self._append = values.array.append
-        self._append_rows = rows.array.append
+        super().__init__(files, Part.create(files.values, UINT8, kind=connector.kind()))
 
     @override
     def write(self, value: bytes) -> None:
-        size = len(value)
-        self._append(value, size)
-        self._append_rows(size.to_bytes(8, "little"))
+        self._write(value, len(value))
 
 
 def sample_writer(files: Files, connector: Connector) -> SampleWriter:

@@ -20,7 +20,7 @@ from typing import Any, NoReturn
 import numpy as np
 from typing_extensions import Buffer, override
 
-from orchestrator.component import ConcurrentComponent, RestorableComponent, WrappedComponent
+from orchestrator.component import ConcurrentComponent, WrappedRestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError
 from orchestrator.remote.protocol import (
     ComponentSpec,
@@ -207,11 +207,6 @@ class RemoteComponent(ConcurrentComponent):
         self._accept(self._dialogue.answer(self._deadlines.step))
 
     @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self.begin_step(inputs, t, h)
-        self.finish_step()
-
-    @override
     def outputs(self) -> Signals:
         return self._values
 
@@ -249,13 +244,11 @@ class RemoteComponent(ConcurrentComponent):
         self._values = self._outputs.decode(reply.raw, reply.offset)
 
 
-class RestorableRemoteComponent(
-    WrappedComponent, RestorableComponent[RemoteState], ConcurrentComponent
-):
+class RestorableRemoteComponent(WrappedRestorableComponent[RemoteState], ConcurrentComponent):
     """A remote component that can return to an earlier state, as it could in this process."""
 
     def __init__(self, component: RemoteComponent) -> None:
-        super().__init__(component)
+        super().__init__(component, component)
         self._component = component
 
     @override
@@ -265,18 +258,6 @@ class RestorableRemoteComponent(
     @override
     def finish_step(self) -> None:
         self._component.finish_step()
-
-    @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self._component.step(inputs, t, h)
-
-    @override
-    def save(self) -> RemoteState:
-        return self._component.save()
-
-    @override
-    def restore(self, state: RemoteState) -> None:
-        self._component.restore(state)
 
 
 @contextmanager

@@ -157,18 +157,23 @@ def _create(
     """Fill `components`; the problems are parameters that a type refuses."""
     problems = []
     for name, use in uses.items():
-        address = ("components", name)
         try:
             components[name] = place(use)
         except (ComponentTypeError, ValueError) as error:
-            where = document.key((*address, "parameters", *_named(str(error), use)))
-            problems.append(Problem(where, f"{spell(address)}: {error}"))
+            problems.append(refusal(document, use, error))
         except CosimError:
             raise
         except Exception as error:  # anything else is a defect of the component
             reason = f"cannot be created: {type(error).__name__}: {error}"
             raise ComponentError(name, None, reason) from error
     return problems
+
+
+def refusal(document: Document, use: ComponentUse, error: Exception) -> Problem:
+    """What a component type says of parameters that it refuses, at the one that it names."""
+    address = ("components", use.name)
+    where = document.key((*address, "parameters", *_named(str(error), use)))
+    return Problem(where, f"{spell(address)}: {error}")
 
 
 def _named(what: str, use: ComponentUse) -> tuple[str, ...]:

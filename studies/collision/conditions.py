@@ -1,7 +1,7 @@
 """The condition under which a run was made, read from its scenario, and what readers call it."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, fields
 from typing import Any, Final
 
 from orchestrator.scenario.units import parse_quantity
@@ -81,6 +81,16 @@ class Condition:
             and self.granularity in (FRAME, "")
             and self.transmit_power in (None, USUAL_POWER)
         )
+
+    def repeated_in(self, row: type, *, but: Collection[str] = ()) -> dict[str, Any]:
+        """What a row of a table repeats of the condition, by name.
+
+        Args:
+            row: its type, a dataclass.
+            but: fields that mean something else there.
+        """
+        names = {field.name for field in fields(row)}.difference(but)
+        return {f.name: getattr(self, f.name) for f in fields(self) if f.name in names}
 
 
 def condition_of(levels: Mapping[str, str], scenario: Mapping[str, Any], policy: str) -> Condition:

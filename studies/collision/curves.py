@@ -46,22 +46,29 @@ class CurveName:
     @staticmethod
     def of(condition: Condition) -> "CurveName":
         """The curve that a condition belongs to, if its load and granularity do."""
-        return CurveName(
-            channel=condition.channel,
-            compression=condition.compression,
-            speed_kmh=condition.speed_kmh,
-            maximum_age=condition.maximum_age,
-        )
+        return CurveName(**condition.repeated_in(CurveName))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CriticalPoint:
-    """The packet error rate at which a curve crosses a level.
+class OfCurve:
+    """Something that a curve says.
 
     Attributes:
         curve: the name of the curve.
         points: the number of its points.
         seeds: the number of seeds of all points.
+    """
+
+    curve: CurveName
+    points: int
+    seeds: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CriticalPoint(OfCurve):
+    """The packet error rate at which a curve crosses a level.
+
+    Attributes:
         first, last: the packet error rates of its first and its last point, 0 to 1.
         level: a collision rate, 0 to 1.
         per: where the curve, made to rise and straight between its points, crosses the level, 0 to
@@ -69,9 +76,6 @@ class CriticalPoint:
             point on; inf: it never is, up to its last point.
     """
 
-    curve: CurveName
-    points: int
-    seeds: int
     first: float
     last: float
     level: float
@@ -79,13 +83,10 @@ class CriticalPoint:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Linearity:
+class Linearity(OfCurve):
     """How far a curve over constant rates is from a straight line.
 
     Attributes:
-        curve: the name of the curve.
-        points: the number of its points.
-        seeds: the number of seeds of all points.
         deviation: the largest distance of the measured rates from the straight line through the two
             ends, with its sign.
         band: the half width of a band of 95 % around all distances together: the quantile of the
@@ -97,9 +98,6 @@ class Linearity:
         freedom: the degrees of freedom; if such a curve were true, it would miss about as much.
     """
 
-    curve: CurveName
-    points: int
-    seeds: int
     deviation: float
     band: float
     at: float
@@ -291,15 +289,9 @@ def _assumption(point: Point, constant: Sequence[Point]) -> Assumption:
     per = _resampled([point], resampling)[0][:, 0]
     assumed = _assumed(curve_of(constant, resampling).at(per), constant)
     measured = collision_rate(point)
-    condition = point.condition
     return Assumption(
+        **point.condition.repeated_in(Assumption, but=["per"]),
         experiment=point.experiment,
-        relay=condition.relay,
-        compression=condition.compression,
-        speed_kmh=condition.speed_kmh,
-        load=condition.load,
-        granularity=condition.granularity,
-        transmit_power=condition.transmit_power,
         per=interval(per),
         rate=measured,
         assumed=assumed,

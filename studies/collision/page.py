@@ -105,9 +105,9 @@ def page(folder: Path, link: str, analysis: Path | None = None) -> str:
         link: the path of `folder` from the page.
         analysis: text by hand that follows the figures, if the file is there.
     """
-    table = records.read(_csv(folder, report.TABLE), Result)
-    judgements = records.read(_csv(folder, report.CLAIMS), Judgement)
-    whom = records.read(_csv(folder, report.PARTNERS), Partner)
+    table = report.read_table(folder, Result)
+    judgements = report.read_table(folder, Judgement)
+    whom = report.read_table(folder, Partner)
     parts = [
         _INTRODUCTION.format(folder=link),
         *_missing(folder),
@@ -123,10 +123,6 @@ def page(folder: Path, link: str, analysis: Path | None = None) -> str:
         *_section("Cost", _COST, costs(folder)),
     ]
     return "\n".join(parts)
-
-
-def _csv(folder: Path, name: str) -> Path:
-    return folder / f"{name}.csv"
 
 
 def _missing(folder: Path) -> list[str]:
@@ -159,12 +155,12 @@ def _policies(table: Sequence[Result], link: str) -> list[str]:
 
 
 def _over_per(folder: Path, link: str) -> list[str]:
-    if not records.read(_csv(folder, report.FIGURE), Result):
+    if not records.read(folder / f"{report.FIGURE}.csv", Result):
         return []
     figure = f"![Figures 9 and 10]({link}/{report.FIGURE}.svg)\n\n{_PER.format(folder=link)}"
-    points = records.read(_csv(folder, report.CRITICAL), CriticalPoint)
-    bends = records.read(_csv(folder, report.LINEARITY), Linearity)
-    differences = records.read(_csv(folder, report.ASSUMPTION), Assumption)
+    points = report.read_table(folder, CriticalPoint)
+    bends = report.read_table(folder, Linearity)
+    differences = report.read_table(folder, Assumption)
     return [
         f"## Figures 9 and 10: collision rate over PER\n\n{figure}",
         *_section("Critical points", _CRITICAL, critical(points)),

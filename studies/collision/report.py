@@ -25,7 +25,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from itertools import combinations
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
 from typing_extensions import override
 
@@ -40,7 +40,15 @@ from orchestrator.recording.layout import write_json
 from studies.collision import statistics
 from studies.collision.claims import claims
 from studies.collision.conditions import COOPERATIVE, POLICY, condition_of
-from studies.collision.curves import assumptions, critical_points, curves, linearities
+from studies.collision.curves import (
+    Assumption,
+    CriticalPoint,
+    Linearity,
+    assumptions,
+    critical_points,
+    curves,
+    linearities,
+)
 from studies.collision.runs import (
     CONSTANT_PER,
     LOAD,
@@ -52,9 +60,9 @@ from studies.collision.runs import (
     points,
     run_rows,
 )
-from studies.collision.statistics import Result, beside_relay, partners
+from studies.collision.statistics import Partner, Result, beside_relay, partners
 from studies.method import records
-from studies.method.claims import judge
+from studies.method.claims import Judgement, judge
 from studies.method.origin import origin
 from studies.method.report import missing, parameters, unknown_parameters
 from studies.method.text import columns_of_text, percent_shown
@@ -62,14 +70,30 @@ from studies.method.text import columns_of_text, percent_shown
 PROVENANCE: Final = "_provenance.json"
 """The end of the name of the file that says where numbers come from, after the experiment's."""
 
-TABLE: Final = "collision"
-CLAIMS: Final = "collision_claims"
-CRITICAL: Final = "collision_critical"
-LINEARITY: Final = "collision_linearity"
-ASSUMPTION: Final = "collision_assumption"
-PARTNERS: Final = "collision_partners"
 FIGURE: Final = "figure9_10"
-"""The names of the files of all experiments together."""
+"""The name of the files of the figure of all experiments together."""
+
+_TABLES: Final[Mapping[type, str]] = {
+    Result: "collision",
+    Judgement: "collision_claims",
+    CriticalPoint: "collision_critical",
+    Linearity: "collision_linearity",
+    Assumption: "collision_assumption",
+    Partner: "collision_partners",
+}
+"""The names of the tables of all experiments together, by the type of their rows."""
+
+Row = TypeVar("Row")
+
+
+def read_table(folder: Path, row: type[Row]) -> list[Row]:
+    """The table of all experiments together with rows of this type, as `write_campaign` wrote it.
+
+    Raises:
+        FileNotFoundError: it did not.
+        ValueError: a cell is not what it should be; names the file and its line.
+    """
+    return records.read(folder / f"{_TABLES[row]}.csv", row)
 
 
 class CollisionStudy(ExperimentReport):
@@ -116,12 +140,12 @@ def write_campaign(folder: Path) -> None:
     on_curves = [point for each in curves(campaign.points).values() for point in each]
     over_per = statistics.results(on_curves)
     tables: dict[str, Sequence[object]] = {
-        TABLE: table,
-        CLAIMS: judge(claims(campaign)),
-        CRITICAL: critical_points(campaign.points),
-        LINEARITY: linearities(campaign.points),
-        ASSUMPTION: assumptions(campaign.points),
-        PARTNERS: partners(campaign.points),
+        _TABLES[Result]: table,
+        _TABLES[Judgement]: judge(claims(campaign)),
+        _TABLES[CriticalPoint]: critical_points(campaign.points),
+        _TABLES[Linearity]: linearities(campaign.points),
+        _TABLES[Assumption]: assumptions(campaign.points),
+        _TABLES[Partner]: partners(campaign.points),
         FIGURE: over_per,
     }
     for name, found in tables.items():

@@ -36,8 +36,6 @@ SUFFIX: Final = "_runs.csv"
 
 POLICIES: Final = "collision_policies"
 CONSTANT_PER: Final = "collision_constant_per"
-SPEED: Final = "collision_speed"
-MEMORY: Final = "collision_memory"
 RELAY: Final = "collision_relay"
 RADIO: Final = "collision_radio"
 LOAD: Final = "collision_load"
@@ -45,8 +43,8 @@ LOAD: Final = "collision_load"
 EXPERIMENTS: Final[Mapping[str, str]] = {
     POLICIES: "driving policies under perfect communication",
     CONSTANT_PER: "constant packet error rates",
-    SPEED: "constant packet error rates at 25 km/h",
-    MEMORY: "constant packet error rates for a policy that forgets",
+    "collision_speed": "constant packet error rates at 25 km/h",
+    "collision_memory": "constant packet error rates for a policy that forgets",
     RELAY: "relay methods over the simulated channel",
     RADIO: "weaker radios",
     LOAD: "loads and loss granularities",

@@ -191,10 +191,7 @@ def _result(point: Point, times: Times) -> Result:
     measured = None if per is None else per.value
     sct = weighted_successes(point, times)
     return Result(
-        policy=condition.policy,
-        relay=condition.relay,
-        compression=condition.compression,
-        speed_kmh=condition.speed_kmh,
+        **condition.repeated_in(Result, but=["per"]),
         per=measured if condition.per is None else condition.per,
         runs=len(runs),
         collisions=sum(run.collision for run in runs),
@@ -202,11 +199,6 @@ def _result(point: Point, times: Times) -> Result:
         low=None if rate is None else rate.low,
         high=None if rate is None else rate.high,
         experiment=point.experiment,
-        channel=condition.channel,
-        load=condition.load,
-        granularity=condition.granularity,
-        maximum_age=condition.maximum_age,
-        transmit_power=condition.transmit_power,
         per_low=None if per is None else per.low,
         per_high=None if per is None else per.high,
         begin=mean_of([run.begin for run in runs if run.begin is not None]),

@@ -22,6 +22,7 @@ from fmus.driving.policy.occupancy import Vehicles
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
+from orchestrator.share import share
 from orchestrator.signal import Array, Causality, Connector, Signals
 from orchestrator.timebase import Duration, Time, nanoseconds
 from studies.training.learning.sample import BODY, SAMPLE_MIME, Sample, write_sample
@@ -48,20 +49,14 @@ class DaggerParameters:
     network: str = parameter(
         "", doc="that drives in turn with the expert; empty: the expert drives"
     )
-    beta: float = parameter(
-        1.0, minimum=0.0, maximum=1.0, doc="share of the turns in which the expert drives"
-    )
+    beta: float = share(1.0, doc="share of the turns in which the expert drives")
     turn: float = parameter(1.0, unit="s", minimum=0.05, doc="how long each of them drives")
     cruise_speed: float = parameter(30.0 / 3.6, unit="m/s", minimum=0.1, doc="speed to keep")
-    disturbance: float = parameter(
+    disturbance: float = share(
         0.0,
-        minimum=0.0,
-        maximum=1.0,
         doc="share of the turns in which the wheel is pulled, so that the way back is seen, too",
     )
-    disturbance_angle: float = parameter(
-        0.05, minimum=0.0, maximum=1.0, doc="largest pull, as a steering command"
-    )
+    disturbance_angle: float = share(0.05, doc="largest pull, as a steering command")
     maximum_age: float = parameter(
         1.0, unit="s", minimum=0.01, doc="older scans and features of such are not used"
     )

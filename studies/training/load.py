@@ -3,7 +3,6 @@
 import contextlib
 import itertools
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, Final
@@ -13,7 +12,6 @@ from orchestrator.errors import ComponentTypeError
 from orchestrator.scenario import diagnosis
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.model import Scenario
-from orchestrator.scenario.settings_file import SettingsFile
 from orchestrator.scenario.wiring import Assembly, assemble
 from orchestrator.signal import Causality
 from studies.training.learner import (
@@ -47,22 +45,14 @@ def load_training(path: Path) -> Training:
     Raises:
         ScenarioError: all problems, each at its place in the training file or the scenario.
     """
-    source, file = loading.read(path, TrainingFile, "training")
-    factors = loading.Factors(source, "scenes", file.scenes)
-    return _Load(path, source, file, factors).training()
+    return _Load.of(path, TrainingFile, "training", "scenes").training()
 
 
-@dataclass(slots=True)
-class _Load:
+class _Load(loading.Load[TrainingFile]):
     """One reading of a training file."""
 
-    path: Path
-    source: SettingsFile
-    file: TrainingFile
-    factors: loading.Factors
-
     def training(self) -> Training:
-        scenario = loading.scenario_path(self.source, self.path, self.file.scenario)
+        scenario = self.scenario_path(self.file.scenario)
         checkpoint = (self.path.parent / self.file.checkpoint).resolve()
         self._check_checkpoint(checkpoint)
         self._check_counts()

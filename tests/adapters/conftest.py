@@ -8,6 +8,7 @@ import pytest
 from adapters.sumo import connection
 from adapters.sumo.simulation import Sumo
 from tests.adapters.red_light import SCENE, options
+from tests.adapters.scene import Folder
 
 
 @pytest.fixture
@@ -28,3 +29,9 @@ def loaded() -> Iterator[Callable[..., Sumo]]:
 def sumo(loaded: Callable[..., Sumo]) -> Sumo:
     """The red light with seed 0, before its first step of 50 ms."""
     return loaded(SCENE)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Folder:
+    """A folder with the net of the scene."""
+    return Folder.with_net(tmp_path)

@@ -18,11 +18,6 @@ class CountedCase(Case):
     journal: list[str]
     before: Callable[[int], None]
 
-    @property
-    @override
-    def name(self) -> str:
-        return self.label
-
     @override
     def measure(self) -> Measurement:
         self.before(len(self.journal))
@@ -49,8 +44,8 @@ class CountingBenchmark(Benchmark):
         return "a sloth"
 
     @override
-    def cases(self) -> Sequence[Case]:
-        return [CountedCase(name, self.journal, self.before) for name in self.names]
+    def cases(self) -> Mapping[str, Case]:
+        return {name: CountedCase(name, self.journal, self.before) for name in self.names}
 
     @override
     def rows(self, measured: Mapping[str, Sequence[Measurement]]) -> Sequence[Row]:

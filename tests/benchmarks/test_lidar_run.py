@@ -87,9 +87,9 @@ def test_everything_is_measured() -> None:
 @needs_embree
 def test_rows_compare_the_casting_with_that_of_the_peer() -> None:
     measured: dict[str, list[Measurement]] = {
-        case.name: [dict.fromkeys(("cpu_ms", "scene_ms", "fmu_ms", "start_ms", "points"), n)
-                    for n in ((1.0, 2.0, 9.0) if "embree" not in case.name else (8.0, 20.0, 60.0))]
-        for case in LidarBenchmark().cases()
+        name: [dict.fromkeys(("cpu_ms", "scene_ms", "fmu_ms", "start_ms", "points"), n)
+               for n in ((1.0, 2.0, 9.0) if "embree" not in name else (8.0, 20.0, 60.0))]
+        for name in LidarBenchmark().cases()
     }  # fmt: skip
     rows = {row.case: row for row in LidarBenchmark().rows(measured)}
     assert len(rows) == 2 * len(WORKLOADS)

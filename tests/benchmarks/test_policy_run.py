@@ -76,7 +76,7 @@ def test_a_step_is_measured(architecture: Architecture, monkeypatch: pytest.Monk
         return encode(self, *arguments)
 
     monkeypatch.setattr(BevEncoder, "encode", counted)
-    found = StepRun(drive="1s", moments=drive(), checkpoint=checkpoint(architecture)).measure()
+    found = StepRun(moments=drive(), checkpoint=checkpoint(architecture)).measure()
     assert len(encoded) == 2 * len(drive())
     assert [encoded.count(one) for one in set(encoded)] == [len(drive())] * 2
     assert found["step_ms"] == pytest.approx(found["sharer_ms"] + found["ego_ms"])
@@ -100,7 +100,7 @@ def test_the_peer_is_measured_on_one_thread_and_leaves_their_number_alone() -> N
     import torch  # noqa: PLC0415 - optional
 
     threads = torch.get_num_threads()
-    found = TransformerRun(drive="1s", moments=drive(), blocks=3).measure()
+    found = TransformerRun(moments=drive(), blocks=3).measure()
     assert found["step_ms"] == pytest.approx(found["sharer_ms"] + found["ego_ms"])
     assert min(found["sharer_ms"], found["ego_ms"]) > 0
     assert torch.get_num_threads() == threads
@@ -111,7 +111,7 @@ def test_the_loop_is_measured(architecture: Architecture, tmp_path: Path) -> Non
     path = tmp_path / "random.safetensors"
     checkpoint(architecture).write(path)
     settings = network_settings(str(path), architecture)
-    found = LoopRun(label="network", settings=[*settings, "time.stop=500 ms"]).measure()
+    found = LoopRun(settings=[*settings, "time.stop=500 ms"]).measure()
     assert found["simulated_s"] == 0.5
     assert 0 < found["speed"] < 1000
     assert min(found["policy_s"], found["encoder_s"]) > 0
@@ -120,7 +120,7 @@ def test_the_loop_is_measured(architecture: Architecture, tmp_path: Path) -> Non
 
 
 def test_the_rules_need_no_encoder() -> None:
-    found = LoopRun(label="rule-based", settings=[*RULE_BASED, "time.stop=300 ms"]).measure()
+    found = LoopRun(settings=[*RULE_BASED, "time.stop=300 ms"]).measure()
     assert found["simulated_s"] == 0.3
 
 

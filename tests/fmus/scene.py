@@ -1,12 +1,27 @@
 """Vehicles and buildings as inputs of an FMU."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
+from fmus.messages.bodies import Body
 from orchestrator.signal import Array
 from tests.fmus.driver import Library
+
+SIZES: Final[Mapping[Body, tuple[float, float, float]]] = {
+    Body.CAR: (4.5, 1.8, 1.5),
+    Body.SUV: (4.7, 1.9, 1.8),
+    Body.VAN: (5.9, 2.0, 2.5),
+    Body.BUS: (12.0, 2.5, 3.2),
+    Body.TRUCK: (10.0, 2.5, 3.8),
+    Body.RAIL: (22.0, 2.4, 3.2),
+    Body.MOTORCYCLE: (2.2, 0.9, 1.5),
+    Body.BICYCLE: (1.6, 0.65, 1.7),
+    Body.PEDESTRIAN: (0.215, 0.478, 1.719),
+}
+"""Length, width, height of common ones [m]; from the tram on the defaults of SUMO's classes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -87,10 +87,7 @@ CONNECTORS = {
 class _PushingComponent(Component):
     """Pushes, and tells what was achieved."""
 
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return CONNECTORS
+    connectors = CONNECTORS
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:

@@ -28,14 +28,11 @@ CONNECTORS: Mapping[str, Connector] = {
 class Relaxation(Component):
     """x' = a x + b u, solved exactly over each step for a constant input u."""
 
+    connectors = CONNECTORS
+
     def __init__(self, a: float, b: float, x0: float) -> None:
         self._a, self._b, self._x0 = a, b, x0
         self._x = x0
-
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return CONNECTORS
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -59,11 +56,6 @@ class Elsewhere(WrappedComponent, ConcurrentComponent):
         super().__init__(component)
         self._log, self._name = log, name
         self._work: tuple[Signals, Time, Duration] = ({}, 0, 0)
-
-    @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self.begin_step(inputs, t, h)
-        self.finish_step()
 
     @override
     def begin_step(self, inputs: Signals, t: Time, h: Duration) -> None:

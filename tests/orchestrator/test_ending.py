@@ -4,7 +4,7 @@ import io
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -36,27 +36,19 @@ class Counter(ConcurrentComponent):
     `log` has its calls. It can be asked to step in one piece or in two.
     """
 
+    connectors: ClassVar[Mapping[str, Connector]] = {
+        "u": Connector(causality=Causality.INPUT, dtype=np.int64),
+        "sum": Connector(causality=Causality.OUTPUT, dtype=np.int64),
+        "over": Connector(causality=Causality.OUTPUT, dtype=np.bool_),
+    }
+
     def __init__(self, goal: int = 10**9, fails_at: Time | None = None) -> None:
         self.log: list[str] = []
         self._goal, self._fails_at = goal, fails_at
 
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return {
-            "u": Connector(causality=Causality.INPUT, dtype=np.int64),
-            "sum": Connector(causality=Causality.OUTPUT, dtype=np.int64),
-            "over": Connector(causality=Causality.OUTPUT, dtype=np.bool_),
-        }
-
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         self._sum = 0
-
-    @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self.begin_step(inputs, t, h)
-        self.finish_step()
 
     @override
     def begin_step(self, inputs: Signals, t: Time, h: Duration) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -140,17 +141,14 @@ def test_an_unknown_transport_is_an_error_that_lists_those_installed(scenario_fi
 class Clock(RestorableComponent[Time]):
     """Writes the simulated time; records how old the time is that it reads."""
 
+    connectors: ClassVar[Mapping[str, Connector]] = {
+        "u": Connector(causality=Causality.INPUT, dtype=np.int64),
+        "y": Connector(causality=Causality.OUTPUT, dtype=np.int64),
+    }
+
     def __init__(self) -> None:
         self.ages: dict[Time, Duration] = {}
         self._time = 0
-
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return {
-            "u": Connector(causality=Causality.INPUT, dtype=np.int64),
-            "y": Connector(causality=Causality.OUTPUT, dtype=np.int64),
-        }
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:

@@ -33,6 +33,8 @@ def test_every_difference_is_named() -> None:
         ({"dtype": None, "mime_type": "a/b"}, {"dtype": None}, "contents differ: a/b and"),
         ({"shape": (2,)}, {"shape": (3,)}, "shapes differ: (2,) and (3,)"),
         ({"shape": ("a",)}, {"shape": ("b",)}, "shapes differ: ('a',) and ('b',)"),
+        ({"shape": ("a.b",)}, {"shape": ("a",)}, "shapes differ: ('a.b',) and ('a',)"),
+        ({"shape": ("a.b", 2)}, {"shape": ("c.b",)}, "shapes differ: ('a.b', 2) and ('c.b',)"),
     ],
 )
 def test_a_difference_names_both_sides(
@@ -41,6 +43,15 @@ def test_a_difference_names_both_sides(
     output, input_ = Connector(causality=OUTPUT, **source), Connector(causality=INPUT, **target)
     (found,) = output.differences(input_)
     assert found.startswith(difference)
+
+
+@pytest.mark.parametrize(
+    ("source", "target"),
+    [("sharer", "left.sharer"), ("left.sharer", "sharer"), ("left.sharer", "right.sharer")],
+)
+def test_between_components_the_last_part_of_an_axis_counts(source: str, target: str) -> None:
+    output = Connector(causality=OUTPUT, shape=(source, 2))
+    assert output.differences(Connector(causality=INPUT, shape=(target, 2))) == []
 
 
 @given(value=hnp.arrays(np.float64, hnp.array_shapes(max_dims=3, max_side=4)))

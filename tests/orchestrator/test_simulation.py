@@ -204,6 +204,38 @@ def test_lengths_along_a_named_axis_are_equal() -> None:
     )
 
 
+def test_axes_of_one_component_that_differ_in_a_part_of_their_names_differ_in_length() -> None:
+    """Each feeds a component that knows one such axis."""
+    gives = {
+        f"{side}.{name}": Connector(causality=Causality.OUTPUT, shape=(f"{side}.vehicle",))
+        for side in ("left", "right")
+        for name in ("x", "y")
+    }
+    takes = {name: Connector(causality=Causality.INPUT, shape=("vehicle",)) for name in ("x", "y")}
+    lengths: dict[str, list[int]] = {"left": [], "right": []}
+
+    def give(state: None, inputs: Signals, t: Time) -> tuple[None, Signals]:
+        return None, {name: np.zeros(2 if name.startswith("left") else 3) for name in gives}
+
+    def taker(side: str) -> FunctionComponent:
+        def take(state: None, inputs: Signals, t: Time) -> tuple[None, Signals]:
+            lengths[side].append(len(inputs["x"]) + len(inputs["y"]))
+            return None, {}
+
+        return FunctionComponent(takes, take)
+
+    components: dict[str, Component] = {"give": FunctionComponent(gives, give)}
+    components |= {side: taker(side) for side in lengths}
+    links = [
+        Connection(Endpoint("give", f"{side}.{name}"), Endpoint(side, name))
+        for side in lengths
+        for name in takes
+    ]
+    system = System(components, dict.fromkeys(components, SECOND), links)
+    simulate(system, Jacobi(), start=0, stop=3 * SECOND, seed=0)
+    assert (set(lengths["left"][1:]), set(lengths["right"][1:])) == ({4}, {6})
+
+
 def test_a_fixed_output_that_changes_is_a_fault() -> None:
     connectors = {"y": Connector(causality=Causality.OUTPUT, variability=Variability.FIXED)}
 

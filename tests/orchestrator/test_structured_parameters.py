@@ -1,6 +1,7 @@
 """Records, records by name, lists of records and distributions as parameters of a component."""
 
 import json
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -247,6 +248,25 @@ NUMBERS = floats(-1e6, 1e6)
 SPEEDS = floats(0, 50)
 TEXTS = st.text("ab c-1", max_size=5)
 WEIGHTS = st.floats(1e-3, 1e3)
+
+
+def test_components_shows_records_beneath_their_parameters(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["components", "encounter"]) == 0
+    rows = [re.split(r" {2,}", line) for line in capsys.readouterr().out.splitlines()]
+    tree = [tuple(row) for row in rows]
+    assert ("", "Entity:", "Somebody who takes part.") in tree
+    assert ("", "speed", "number or distribution", "= 8.5 m/s", "0 .. 50", "at the start") in tree
+    assert ("", "after", "number", "required", ">= 0 s", "from its beginning") in tree
+    assert ("", "origin", "Start", "= {lane: a, position: 0.0 m}", "of all places") in tree
+    assert main(["components", "encounter", "--json"]) == 0
+    described = json.loads(capsys.readouterr().out)["parameters"]["entities"]
+    assert described["type"] == "Entity or null, by name"
+    assert described["record"]["description"] == "Somebody who takes part."
+    start = described["record"]["parameters"]["start"]["record"]["parameters"]
+    assert start["position"]["unit"] == "m"
+    assert start["lane"]["required"]
 
 
 @st.composite

@@ -11,6 +11,7 @@ from orchestrator.scenario.units import parse_unit
 from orchestrator.scenario.values import convert, written
 from orchestrator.testing import check_component
 from orchestrator.timebase import nanoseconds
+from tests.adapters.traces import Sample, write_csv
 
 TYPES = sorted(installed())
 
@@ -22,11 +23,13 @@ def test_all_units_of_the_study_are_installed() -> None:
 
 
 @pytest.mark.parametrize("name", TYPES)
-def test_it_keeps_the_contract_of_components(name: str) -> None:
+def test_it_keeps_the_contract_of_components(name: str, tmp_path: Path) -> None:
     """With default parameters and start values: no vehicles but those of traffic itself."""
     assets = Path(scenarios.__file__).parent / "assets" / "red_light"
+    street = write_csv(tmp_path / "street.csv", [Sample(id="a", time=t) for t in (0.0, 1.0)])
     required = {
         "sumo-traffic": {"scene": assets / "red_light.sumocfg"},
+        "fcd-replay": {"file": street},
         "channel-trace": {"file": assets / "links.csv"},
     }
     component = installed()[name].load().create(name, required.get(name, {}))

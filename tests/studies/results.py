@@ -37,6 +37,22 @@ def results(plan: Experiment, outcome: Outcome, *, without: int | None = None) -
     return Results(experiment=plan, rows=rows, metrics=[{} for _ in rows], sessions=[SESSION])
 
 
+def check_manual(study: str, page: Callable[[Path, str, Path], str]) -> None:
+    """Whether the page of a study in the manual is what `page` makes of the results beside it.
+
+    Args:
+        study: its name.
+        page: of the folder of results, its name in links, and the analysis.
+    """
+    docs = Path(__file__).parents[2] / "docs"
+    found = docs / f"{study}-study.md"
+    if not found.is_file():
+        pytest.skip("`make paper` has not been run yet")
+    folder = docs / "results"
+    wanted = page(folder, "results", folder / f"{study}-analysis.md")
+    assert found.read_text() == wanted, "run the last line of `make paper`"
+
+
 def refusal(
     main: Callable[[], None], monkeypatch: pytest.MonkeyPatch, *arguments: Path
 ) -> int | str | None:
@@ -45,3 +61,16 @@ def refusal(
     with pytest.raises(SystemExit) as stopped:
         main()
     return stopped.value.code
+
+
+def check_missing(
+    file: str,
+    main: Callable[[], None],
+    monkeypatch: pytest.MonkeyPatch,
+    empty: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Whether the command of a study names the `file` that it lacks in an `empty` folder."""
+    assert refusal(main, monkeypatch, empty / "page.md", empty) == 2
+    assert f"{file}`; `make paper` writes it" in capsys.readouterr().err
+    assert not (empty / "page.md").exists()

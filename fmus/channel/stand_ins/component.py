@@ -1,7 +1,6 @@
 """What all stand-ins for the channel share as components."""
 
 import abc
-from collections.abc import Mapping
 
 import numpy as np
 from typing_extensions import override
@@ -11,7 +10,7 @@ from fmus.channel.stand_ins.delivery import Delivery, DeliveryState, LinkModel
 from fmus.channel.stand_ins.inputs import Inputs
 from fmus.channel.stand_ins.parameters import RadioParameters, refuse
 from orchestrator.component import RestorableComponent
-from orchestrator.signal import Causality, Connector, Signals
+from orchestrator.signal import Causality, Signals
 from orchestrator.timebase import Duration, Time
 
 
@@ -34,6 +33,8 @@ class LinkModelComponent(RestorableComponent[tuple[DeliveryState, Signals]]):
         ComponentTypeError: values of `parameters` are wrong; all of them are named.
     """
 
+    connectors = CONNECTORS
+
     def __init__(self, parameters: RadioParameters) -> None:
         refuse(parameters)
         self._radio_parameters = parameters
@@ -45,11 +46,6 @@ class LinkModelComponent(RestorableComponent[tuple[DeliveryState, Signals]]):
         Args:
             seed: of its draws, 0..2^64-1.
         """
-
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return CONNECTORS
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:

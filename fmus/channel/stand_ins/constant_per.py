@@ -23,6 +23,7 @@ from fmus.channel.stand_ins.philox import reception_draws
 from fmus.messages.records import LINKS
 from fmus.physics.propagation import SPEED_OF_LIGHT, free_space_loss
 from orchestrator.parameters import parameter
+from orchestrator.share import share
 
 _LOS: Final = LINKS.index("LOS")
 
@@ -31,10 +32,8 @@ _LOS: Final = LINKS.index("LOS")
 class ConstantPerParameters(RadioParameters):
     """The packet error rate and the range; powers are for display only."""
 
-    per: float = parameter(
+    per: float = share(
         0.1,
-        minimum=0.0,
-        maximum=1.0,
         doc="probability that a frame is lost at a receiver within the range",
     )
     range: float = parameter(

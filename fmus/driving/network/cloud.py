@@ -11,21 +11,30 @@ from orchestrator.timebase import Time
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Cloud:
-    """What a lidar measured, in its levelled frame: x along the heading, y left, z up.
+class OfLidar:
+    """Something that a lidar saw in one turn, in its levelled frame.
 
     Attributes:
         vehicle: that carries the lidar.
         time: of the scan [ns].
         frame: place and heading of the sensor.
         height: of the sensor over the ground [m].
-        x, y, z: from the sensor [m], float32, shape (point,).
     """
 
     vehicle: int
     time: Time
     frame: Frame
     height: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Cloud(OfLidar):
+    """What a lidar measured: x along the heading, y left, z up.
+
+    Attributes:
+        x, y, z: from the sensor [m], float32, shape (point,).
+    """
+
     x: Array
     y: Array
     z: Array

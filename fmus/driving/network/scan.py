@@ -5,10 +5,8 @@ from typing import Final
 
 import numpy as np
 
-from fmus.driving.network.cloud import Cloud
-from fmus.driving.network.plane import Frame
+from fmus.driving.network.cloud import Cloud, OfLidar
 from orchestrator.signal import Array
-from orchestrator.timebase import Time
 
 CELL: Final = 0.4
 """Side of a cell [m]."""
@@ -23,22 +21,14 @@ _RADIUS: Final = SIDE * CELL / 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Scan:
-    """The cells in which a lidar saw something, in its levelled frame.
+class Scan(OfLidar):
+    """The cells in which a lidar saw something.
 
     Attributes:
-        vehicle: that carries the lidar.
-        time: of the scan [ns].
-        frame: place and heading of the sensor.
-        height: of the sensor over the ground [m].
         cells: layer * SIDE^2 + row * SIDE + column, ascending, int32, shape (cell,); rows along
             the heading, columns to the left of it, both from -51.2 m.
     """
 
-    vehicle: int
-    time: Time
-    frame: Frame
-    height: float
     cells: Array
 
     def centers(self) -> tuple[Array, Array]:

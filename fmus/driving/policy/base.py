@@ -2,6 +2,7 @@
 
 import abc
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from typing_extensions import override
@@ -9,6 +10,7 @@ from typing_extensions import override
 from fmus.driving.policy.command import Command
 from fmus.driving.policy.connectors import connectors
 from fmus.driving.policy.inputs import Inputs
+from fmus.driving.policy.own_body import OwnBody
 from orchestrator.component import Component
 from orchestrator.signal import Connector, Signals
 from orchestrator.timebase import Duration, Time
@@ -26,6 +28,8 @@ class DrivingPolicy(Component):
     * **Connectors.** All policies have the same, so that one can take another's place.
     * **Knowledge.** Of the inputs a policy is given those in `reads`; its outputs are declared to
       depend on them. `Inputs` has everything else as if nothing were connected.
+    * **Nobody brakes for himself.** What others saw of the ego vehicle is left out of the received
+      objects (`OwnBody`). It takes the signals in `EGO`, by which the ego is known.
     * **When.** `drive` is called at every step; what it returns acts in the step that follows.
     * **Parameters.** None by default. A policy with parameters nests a frozen dataclass
       `Parameters`, of which its constructor takes an instance (`orchestrator.parameters`).
@@ -68,12 +72,17 @@ class DrivingPolicy(Component):
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         self._outputs = Command().signals()
+        self._own_body = OwnBody()
         self.begin(start, rng)
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        now = t + h
-        self._outputs = self.drive(Inputs.read(inputs, self.reads), now).signals()
+        now, known = t + h, Inputs.read(inputs, self.reads)
+        self._own_body.update(known.ego, now)
+        is_ego = self._own_body.is_in(known.received)
+        if is_ego.any():
+            known = replace(known, received=known.received.compress(~is_ego))
+        self._outputs = self.drive(known, now).signals()
 
     @override
     def outputs(self) -> Signals:

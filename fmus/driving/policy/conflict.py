@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmus.driving.policy.ego import Ego
-from fmus.driving.policy.route import ROUNDING, Box, Segments
+from fmus.driving.policy.route import Box, Segments
+from fmus.messages.columns import rows_of
 from orchestrator.signal import Array
 
 
@@ -25,9 +26,7 @@ class Bodies:
 
     def only(self, rows: Array) -> "Bodies":
         """The bodies in `rows`: their indices, shape (row,), or a mask, shape (body,)."""
-        return Bodies(
-            minimum=self.minimum[rows], maximum=self.maximum[rows], velocity=self.velocity[rows]
-        )
+        return rows_of(self, rows)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,28 +122,6 @@ def taking_up_speed(ego: Ego, cruise: float, acceleration: float, times: Array) 
         ego.speed * ramp + 0.5 * acceleration * ramp**2 + np.maximum(ego.speed, cruise) * rest
     )
     return travelled
-
-
-def overlapping(ego: Ego, bodies: Bodies) -> Array:
-    """Whether each body lies where the ego vehicle is, bool, shape (body,).
-
-    Two vehicles are never in one place: such a body is the ego itself, as others see it. Bodies
-    that only touch it, within the accuracy of a lidar, do not overlap.
-    """
-    accuracy = 0.2  # m
-    length, width = ego.length / 2 - accuracy, ego.width / 2 - accuracy
-    now = np.zeros(1)
-    # most are far from the ego's centre, where the route starts
-    around = length + width + _largest(bodies) + ROUNDING
-    place = Box(lower=ego.route[0] - around, upper=ego.route[0] + around)
-    near = _near(place, bodies, now)[:, 0]
-    if not near.any():
-        return np.asarray(near)
-    along, across = project(ego.route, _corners(bodies, np.flatnonzero(near), now))
-    beside = (along.min(axis=1) > length) | (along.max(axis=1) < -length)
-    beside |= (across.min(axis=1) > width) | (across.max(axis=1) < -width)
-    near[near] = ~beside
-    return np.asarray(near)
 
 
 def project(route: Array, points: Array) -> tuple[Array, Array]:

@@ -28,7 +28,8 @@ class Inputs:
         ego: the ego vehicle.
         points: scans of all lidars, an "LPTS" Binary signal; `fmus.driving.network.cloud` reads it.
         seen: what the ego's own lidar sees, `OBJECT` records, shape (object,).
-        received: what others see and the radio delivered, `OBJECT` records, shape (object,).
+        received: what others see and the radio delivered, `OBJECT` records, shape (object,); when a
+            policy is to `drive`, without those that are the ego itself.
         features: keypoints of others that the radio delivered, a "FEAT" Binary signal.
         vehicles: the truth about all vehicles, the ego among them.
     """

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from fmus.driving.policy.route import Box, Segments
+from fmus.messages.columns import rows_of
 from fmus.physics.boxes import corners
 from orchestrator.signal import Array
 
@@ -35,13 +36,7 @@ class Vehicles:
 
     def only(self, rows: Array) -> "Vehicles":
         """The vehicles in `rows`: their indices, shape (row,), or a mask, shape (vehicle,)."""
-        return Vehicles(
-            number=self.number[rows],
-            center=self.center[rows],
-            heading=self.heading[rows],
-            size=self.size[rows],
-            velocity=self.velocity[rows],
-        )
+        return rows_of(self, rows)
 
     def corners(self) -> Array:
         """The corners of the bodies [m], shape (vehicle, 4, 2), in a walk around each."""

@@ -8,7 +8,7 @@ from typing_extensions import override
 
 from fmus.driving.policy.base import DrivingPolicy
 from fmus.driving.policy.command import Command, Hazard
-from fmus.driving.policy.conflict import Bodies, Prediction, overlapping
+from fmus.driving.policy.conflict import Bodies, Prediction
 from fmus.driving.policy.connectors import EGO
 from fmus.driving.policy.driving import DrivingParameters
 from fmus.driving.policy.ego import Ego
@@ -71,7 +71,8 @@ class _Driver:
         """The command at `now` [ns]."""
         ego = inputs.ego
         steer = follow(ego, self._parameters)
-        meeting = self._meeting(inputs, now) if ego.has_route else None
+        objects = np.concatenate([inputs.seen, inputs.received])
+        meeting = self._worst(ego, objects, now) if ego.has_route else None
         self._confirmed = self._confirmed + 1 if meeting else 0
         if meeting and self._confirmed >= self._parameters.confirmations:
             demand = self._deceleration(ego, meeting.distance)
@@ -88,14 +89,6 @@ class _Driver:
         room = max(distance - self._parameters.stop_margin, 0.1)
         return max(ego.speed**2 / (2.0 * room), self._parameters.comfortable / 2.0)
 
-    def _meeting(self, inputs: Inputs, now: Time) -> _Meeting | None:
-        """The object whose conflict comes first; received ones may be the ego itself."""
-        ego, objects = inputs.ego, inputs.seen
-        if len(inputs.received):
-            is_ego = overlapping(ego, self._moved(inputs.received, now))
-            objects = np.concatenate([objects, inputs.received.compress(~is_ego)])
-        return self._worst(ego, objects, now)
-
     def _moved(self, objects: Array, now: Time) -> Bodies:
         """Where the objects are at `now`."""
         age = (now - objects["time"]) / 1e9
@@ -109,6 +102,7 @@ class _Driver:
         )
 
     def _worst(self, ego: Ego, objects: Array, now: Time) -> _Meeting | None:
+        """The object whose conflict comes first."""
         if len(objects) == 0:
             return None
         conflicts = self._prediction.first_conflicts(ego, self._moved(objects, now))
@@ -145,7 +139,7 @@ class RuleBased(_RulePolicy):
 
     Every object is predicted with constant velocity, shared ones from the time of their
     scan; a conflict with the ego's own motion is braked for when it needs more than a
-    comfortable deceleration. What others see where the ego is, is the ego.
+    comfortable deceleration.
     """
 
     @property

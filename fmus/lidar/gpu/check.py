@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fmus.lidar.gpu.inputs import Inputs
+from fmus.messages.bodies import BODY_CODES, Body
 from orchestrator.signal import Array
 
 COORDINATE_LIMIT: Final = 1e8
@@ -16,7 +17,6 @@ LENGTH_LIMIT: Final = 1e4
 ANGLE_LIMIT: Final = 1e6
 """Largest heading [rad]."""
 ID_LIMIT: Final = 2**31
-BODY_CLASSES: Final = 5
 
 Mask = npt.NDArray[np.bool_]
 
@@ -50,7 +50,7 @@ def _vehicle_problems(inputs: Inputs) -> Iterator[str]:
     wrong = (numbers < 0) | (numbers >= ID_LIMIT)
     wrong[1:] |= numbers[1:] <= numbers[:-1]
     wrong |= ~(_is_coordinate(position) & _is_length(size)).all(axis=1)
-    wrong |= ~(np.abs(heading) <= ANGLE_LIMIT) | (body < 0) | (body >= BODY_CLASSES)
+    wrong |= ~(np.abs(heading) <= ANGLE_LIMIT) | (body < 0) | (body >= len(Body))
     if not wrong.any():
         return
     i = int(wrong.argmax())
@@ -72,10 +72,7 @@ def _vehicle_problems(inputs: Inputs) -> Iterator[str]:
             f"vehicle.heading[{i}] is {heading[i]:g}; it must be finite and within "
             f"+-{ANGLE_LIMIT:g} rad"
         )
-    yield (
-        f"vehicle.body[{i}] is {body[i]}; it must be 0 (car), 1 (SUV or MPV), 2 (van), 3 (bus) or "
-        "4 (truck)"
-    )
+    yield f"vehicle.body[{i}] is {body[i]}; it must be one of {BODY_CODES}"
 
 
 def _no_coordinate(name: str, i: int, k: int, value: float) -> str:

@@ -1,7 +1,6 @@
 """The learner of BEV networks: the expert's commands, and what the truth says of each place."""
 
 import dataclasses
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -17,14 +16,14 @@ from orchestrator.signal import Array
 from studies.training.learner import RecordedRun
 from studies.training.learning.batches import Batch, batch_of, delivered
 from studies.training.learning.decision import imitation_loss
-from studies.training.learning.imitation import ImitationLearner, Numbers
+from studies.training.learning.imitation import ImitationLearner, NetworkParameters, Numbers
 from studies.training.learning.lessons import Lessons, lessons
 from studies.training.learning.model import Answer, DrivingModel
 from studies.training.learning.sample import read_sample
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BevParameters:
+class BevParameters(NetworkParameters):
     """Shape of a BEV network, and what its learner pays attention to."""
 
     keypoints: int = parameter(32, minimum=1, doc="of a message")
@@ -32,14 +31,9 @@ class BevParameters:
     vectors: int = parameter(16, minimum=1, doc="among the features, vectors in the plane")
     spacing: int = parameter(1, minimum=1, doc="of keypoints, in blocks of 0.8 m")
     hidden: int = parameter(96, minimum=1, doc="units of the encoder")
-    fused: int = parameter(96, minimum=1, doc="units of the fusion's first layer")
-    pooled: int = parameter(64, minimum=1, doc="units of which the maximum is taken")
-    head: int = parameter(64, minimum=1, doc="units of the head")
-    cooperative: bool = parameter(default=True, doc="whether it uses messages of others")
     early: bool = parameter(
         default=False, doc="whether others send raw points, laid over the own ones"
     )
-    messages: int = parameter(2, minimum=1, maximum=10, doc="of others, used at a time")
     looked_at: int = parameter(
         0, minimum=0, doc="keypoints of every scan, drawn for each batch; 0: all of them"
     )
@@ -49,8 +43,8 @@ class BevParameters:
     truth_weight: float = parameter(0.3, minimum=0.0, doc="of the loss on what places are")
 
     @property
+    @override
     def architecture(self) -> Architecture:
-        """The architecture of the network."""
         names = {f.name for f in dataclasses.fields(Architecture)} - {"encoder"}
         return Architecture(**{name: getattr(self, name) for name in names})
 
@@ -75,10 +69,6 @@ class BevLearner(ImitationLearner[BevParameters, DrivingModel, Lessons]):
     def _lessons(self, run: RecordedRun) -> Lessons:
         rng = np.random.default_rng([self._seed, run.seed])
         return lessons(map(read_sample, run.samples), self._architecture, rng)
-
-    @override
-    def _joined(self, parts: Sequence[Lessons]) -> Lessons:
-        return Lessons.of(parts)
 
     @override
     def _measured(self, known: Lessons, rows: Array, rng: np.random.Generator) -> Numbers:

@@ -4,7 +4,7 @@ Batches draw what the radio delivers, as those of the BEV networks do; every clo
 in a batch, however many moments of it know the scan.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +19,8 @@ from studies.training.learning.lessons import (
     MOMENT,
     SCANNED,
     MomentRow,
+    Moments,
     ScannedRow,
-    joined,
     moment_row,
     newest,
     scanned_row,
@@ -29,37 +29,19 @@ from studies.training.learning.sample import Sample
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CloudLessons:
-    """What is learned from.
+class CloudLessons(Moments):
+    """What is learned from by clouds.
 
     Attributes:
         points: levelled sensor frame [cm], int16, shape (scan, point, 3); those after the first
             `count` are zero.
         count: points of each scan, shape (scan,).
         height: of the sensor over the ground [m], shape (scan,).
-        scans: SCANNED records, shape (scan,).
-        moments: MOMENT records, shape (moment,).
     """
 
     points: Array
     count: Array
     height: Array
-    scans: Array
-    moments: Array
-
-    def __len__(self) -> int:
-        return len(self.moments)
-
-    @classmethod
-    def of(cls, parts: Sequence["CloudLessons"]) -> "CloudLessons":
-        """All parts, one after the other."""
-        return cls(
-            points=np.concatenate([part.points for part in parts]),
-            count=np.concatenate([part.count for part in parts]),
-            height=np.concatenate([part.height for part in parts]),
-            scans=np.concatenate([part.scans for part in parts]),
-            moments=joined([part.moments for part in parts], [len(part.scans) for part in parts]),
-        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,8 +2,9 @@
 
 import abc
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Final, Generic, Protocol, TypeVar
+from typing import ClassVar, Final, Generic, TypeVar
 
 import numpy as np
 import torch
@@ -12,30 +13,37 @@ from typing_extensions import override
 
 from fmus.driving.network.architecture import Architecture
 from fmus.driving.network.checkpoint import Checkpoint
+from orchestrator.parameters import parameter
 from orchestrator.signal import Array
 from studies.training.learner import EpochResult, Learner, Optimisation, RecordedRun
 from studies.training.learning.descent import Descent
+from studies.training.learning.lessons import Moments
 
 _VALIDATION: Final = 1 << 32
 """What stands in the place of a round for what is drawn while validating."""
 
 
-class Moments(Protocol):
-    """What is learned from: moments, and what the sensors saw."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NetworkParameters(abc.ABC):
+    """Shape of a network behind its encoder, and what its learner pays attention to."""
 
-    def __len__(self) -> int:
-        """So many moments."""
-
-
-class Shape(Protocol):
-    """Parameters of a learner."""
+    fused: int = parameter(96, minimum=1, doc="units of the fusion's first layer")
+    pooled: int = parameter(64, minimum=1, doc="units of which the maximum is taken")
+    head: int = parameter(64, minimum=1, doc="units of the head")
+    cooperative: bool = parameter(default=True, doc="whether it uses messages of others")
+    messages: int = parameter(2, minimum=1, maximum=10, doc="of others, used at a time")
 
     @property
+    @abc.abstractmethod
     def architecture(self) -> Architecture:
-        """The architecture of the network."""
+        """The architecture of the network.
+
+        Raises:
+            ValueError: there is none of these sizes.
+        """
 
 
-ShapeT = TypeVar("ShapeT", bound=Shape)
+ShapeT = TypeVar("ShapeT", bound=NetworkParameters)
 ModelT = TypeVar("ModelT", bound=nn.Module)
 LessonsT = TypeVar("LessonsT", bound=Moments)
 Numbers = Sequence[Tensor]
@@ -82,10 +90,6 @@ class ImitationLearner(Learner, Generic[ShapeT, ModelT, LessonsT]):
         """What a run teaches."""
 
     @abc.abstractmethod
-    def _joined(self, parts: Sequence[LessonsT]) -> LessonsT:
-        """All parts, one after the other."""
-
-    @abc.abstractmethod
     def _measured(self, known: LessonsT, rows: Array, rng: np.random.Generator) -> Numbers:
         """The loss, and then the `parts`, each a mean over these moments.
 
@@ -98,11 +102,11 @@ class ImitationLearner(Learner, Generic[ShapeT, ModelT, LessonsT]):
     @override
     def add(self, runs: Iterable[RecordedRun]) -> None:
         known = [] if self._training is None else [self._training]
-        self._training = self._joined([*known, *map(self._lessons, runs)])
+        self._training = _joined([*known, *map(self._lessons, runs)])
 
     @override
     def add_validation(self, runs: Iterable[RecordedRun]) -> None:
-        self._validation = self._joined([self._lessons(run) for run in runs])
+        self._validation = _joined([self._lessons(run) for run in runs])
 
     @override
     def begin_round(self, number: int) -> None:
@@ -150,3 +154,8 @@ class ImitationLearner(Learner, Generic[ShapeT, ModelT, LessonsT]):
                 sums += len(rows) * np.array(found)
         means: list[float] = (sums / len(known)).tolist()
         return means
+
+
+def _joined(parts: Sequence[LessonsT]) -> LessonsT:
+    """All parts, one after the other."""
+    return type(parts[0]).of(parts)

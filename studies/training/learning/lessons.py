@@ -6,8 +6,8 @@ order each. Saliency learns to choose alike.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Final, TypeAlias
+from dataclasses import dataclass, fields
+from typing import Final, Self, TypeAlias
 
 import numpy as np
 
@@ -64,16 +64,16 @@ MOMENT: Final = np.dtype(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Lessons:
-    """What is learned from.
+class Moments:
+    """What is learned from, whatever the encoder reads of a scan.
+
+    All other fields of a subclass have a row for each scan.
 
     Attributes:
-        keypoints: KEYPOINT records, shape (scan, architecture.keypoints).
         scans: SCANNED records, shape (scan,).
         moments: MOMENT records, shape (moment,).
     """
 
-    keypoints: Array
     scans: Array
     moments: Array
 
@@ -81,16 +81,27 @@ class Lessons:
         return len(self.moments)
 
     @classmethod
-    def of(cls, parts: Sequence["Lessons"]) -> "Lessons":
-        """All parts, one after the other."""
+    def of(cls, parts: Sequence[Self]) -> Self:
+        """All parts, of which there is one at least, one after the other."""
+        of_scans = [field.name for field in fields(cls) if field.name != "moments"]
         return cls(
-            keypoints=np.concatenate([part.keypoints for part in parts]),
-            scans=np.concatenate([part.scans for part in parts]),
-            moments=joined([part.moments for part in parts], [len(part.scans) for part in parts]),
+            **{name: np.concatenate([getattr(part, name) for part in parts]) for name in of_scans},
+            moments=_joined([part.moments for part in parts], [len(part.scans) for part in parts]),
         )
 
 
-def joined(moments: Sequence[Array], scans: Sequence[int]) -> Array:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Lessons(Moments):
+    """What is learned from by keypoints.
+
+    Attributes:
+        keypoints: KEYPOINT records, shape (scan, architecture.keypoints).
+    """
+
+    keypoints: Array
+
+
+def _joined(moments: Sequence[Array], scans: Sequence[int]) -> Array:
     """One array of MOMENT records, shape (moments,), of several parts.
 
     Args:

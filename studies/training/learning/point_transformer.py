@@ -1,7 +1,6 @@
 """The learner of networks with a point transformer: the expert's commands, end to end."""
 
 import dataclasses
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -22,32 +21,23 @@ from studies.training.learning.cloud_lessons import (
 )
 from studies.training.learning.cloud_model import CloudDrivingModel
 from studies.training.learning.decision import imitation_loss
-from studies.training.learning.imitation import ImitationLearner, Numbers
+from studies.training.learning.imitation import ImitationLearner, NetworkParameters, Numbers
 from studies.training.learning.sample import read_sample
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PointTransformerParameters:
+class PointTransformerParameters(NetworkParameters):
     """Shape of a network with a point transformer, and what its learner pays attention to."""
 
     keypoints: int = parameter(128, minimum=16, doc="of a message")
     features: int = parameter(128, minimum=1, doc="of a keypoint: 128, or 256 after a third block")
-    fused: int = parameter(96, minimum=1, doc="units of the fusion's first layer")
-    pooled: int = parameter(64, minimum=1, doc="units of which the maximum is taken")
-    head: int = parameter(64, minimum=1, doc="units of the head")
-    cooperative: bool = parameter(default=True, doc="whether it uses messages of others")
-    messages: int = parameter(2, minimum=1, maximum=10, doc="of others, used at a time")
     yielding_weight: float = parameter(
         8.0, minimum=1.0, doc="of moments in which the expert yields to somebody"
     )
 
     @property
+    @override
     def architecture(self) -> Architecture:
-        """The architecture of the network.
-
-        Raises:
-            ValueError: there is none with this number of features.
-        """
         names = {field.name for field in dataclasses.fields(Architecture)}
         given = {k: v for k, v in dataclasses.asdict(self).items() if k in names}
         return Architecture(**given, vectors=0, encoder=POINT_TRANSFORMER)
@@ -77,10 +67,6 @@ class PointTransformerLearner(
     @override
     def _lessons(self, run: RecordedRun) -> CloudLessons:
         return cloud_lessons(map(read_sample, run.samples), self._architecture)
-
-    @override
-    def _joined(self, parts: Sequence[CloudLessons]) -> CloudLessons:
-        return CloudLessons.of(parts)
 
     @override
     def _measured(self, known: CloudLessons, rows: Array, rng: np.random.Generator) -> Numbers:

@@ -23,13 +23,15 @@ Advance = Callable[[], object]
 """Is called whenever one unit of work is done."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Check(abc.ABC):
-    """Golden data that were read and found well-formed, ready to be compared."""
+    """Golden data that were read and found well-formed, ready to be compared.
 
-    @property
-    @abc.abstractmethod
-    def tolerance(self) -> Tolerance:
-        """The tolerance of what the file is mainly about."""
+    Attributes:
+        tolerance: of what the file is mainly about.
+    """
+
+    tolerance: Tolerance
 
     @property
     @abc.abstractmethod
@@ -115,22 +117,17 @@ class ProbedLinks(Question):
 class ValueCheck(Check):
     """Single values, each compared with what the questions about it add up to.
 
+    The tolerance is that of every value.
+
     Attributes:
-        limit: tolerance of every value.
         cases: the golden values.
         questions: to the channel; each is one unit of work.
         has_exceptions: whether the file is one that may have excepted cases.
     """
 
-    limit: Tolerance
     cases: Sequence[Case]
     questions: Sequence[Question]
     has_exceptions: bool = False
-
-    @property
-    @override
-    def tolerance(self) -> Tolerance:
-        return self.limit
 
     @property
     @override
@@ -156,7 +153,7 @@ class ValueCheck(Check):
             if not math.isfinite(ours[k])
         ]
         return Comparison.of_values(
-            self.limit,
+            self.tolerance,
             [self.cases[k].place for rows in by_series.values() for k in rows],
             [self._series(name, rows, ours) for name, rows in by_series.items()],
             mismatches=infinite,
@@ -180,5 +177,5 @@ class ValueCheck(Check):
         return Exceptions(
             cases=len(rows),
             asserted=int(np.isnan(golden).sum()),
-            equal=int((error <= self.limit.limit).sum()),
+            equal=int((error <= self.tolerance.limit).sum()),
         )

@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 from typing import Any, Final
 
-from orchestrator.cli.command import command
 from orchestrator.cli.outcome import Exit, Outcome, failure
+from studies.verification.command import unit_parser
 
 _FEWEST_SEEDS: Final = 10
 _EPILOG: Final = """\
@@ -22,10 +22,14 @@ examples:
 
 def add_unit(units: Any) -> None:
     """Add `channel` to the subparsers of `nlosim verify`."""
-    summary = "the channel FMU against Veins"
-    title = "Compare the channel FMU with data that Veins produced."
-    channel = command(
-        units, "channel", summary, _EPILOG, description=title, execute=execute, abbreviated=True
+    channel = unit_parser(
+        units,
+        "channel",
+        summary="the channel FMU against Veins",
+        title="Compare the channel FMU with data that Veins produced.",
+        epilog=_EPILOG,
+        execute=execute,
+        page="DIR-channel.md",
     )
     channel.add_argument(
         "--golden", type=Path, required=True, metavar="DIR", help="directory of golden data"
@@ -36,12 +40,6 @@ def add_unit(units: Any) -> None:
         default=20,
         metavar="N",
         help="how often runs of the whole stack are repeated with own medium\naccess (default: 20)",
-    )
-    channel.add_argument(
-        "--figures",
-        type=Path,
-        metavar="DIR",
-        help="draw figures into DIR, and write the page DIR-channel.md beside it",
     )
 
 

@@ -29,7 +29,7 @@ from studies.verification.channel.session import (
     link_inputs,
     vehicle_inputs,
 )
-from studies.verification.channel.tolerances import FADING, Tolerance
+from studies.verification.channel.tolerances import FADING
 
 FADING_STATISTICS: Final = "nakagami_stats.csv"
 _QUANTILES: Final = {"q01": 0.01, "q05": 0.05, "q10": 0.1, "q25": 0.25, "q50": 0.5, "q75": 0.75}
@@ -58,16 +58,11 @@ class _Deviation:
         return difference / self.sigma if self.sigma > 0 else float("inf")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class FadingCheck(Check):
     """Statistics of the factor, one row of the file for each distribution."""
 
     table: Table
-
-    @property
-    @override
-    def tolerance(self) -> Tolerance:
-        return FADING
 
     @property
     @override
@@ -196,4 +191,4 @@ def read_fading(path: Path) -> FadingCheck:
     for row in range(len(table)):
         if table["draws"][row] < 1 or table["distance_m"][row] <= 0 or table["m_param"][row] <= 0:
             raise table.problem(row, "draws, distance_m and m_param must be positive")
-    return FadingCheck(table)
+    return FadingCheck(tolerance=FADING, table=table)

@@ -67,7 +67,7 @@ def read_path_loss(path: Path) -> ValueCheck:
     order = [row for model in _CHOICE for row in np.flatnonzero(table["model"] == model).tolist()]
     place = np.argsort(order)  # of each row among the cases
     return ValueCheck(
-        limit=LOSS,
+        tolerance=LOSS,
         cases=[
             Case(place=table.place(row), golden=table["loss_db"][row], series=table["model"][row])
             for row in order
@@ -120,7 +120,7 @@ def read_antenna(path: Path) -> ValueCheck:
         questions.append(
             ProbedLinks(cases=[k], probe="antenna_gain", parameters=pattern, inputs=inputs)
         )
-    return ValueCheck(limit=LOSS, cases=cases, questions=questions)
+    return ValueCheck(tolerance=LOSS, cases=cases, questions=questions)
 
 
 def _direction(node: Node) -> Mapping[str, Array]:

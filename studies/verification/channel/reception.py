@@ -142,7 +142,7 @@ def read_error_rate(path: Path) -> ValueCheck:
                 bitrate=bitrate,
             )
         )
-    return ValueCheck(limit=PROBABILITY, cases=cases, questions=questions)
+    return ValueCheck(tolerance=PROBABILITY, cases=cases, questions=questions)
 
 
 def _cases_of_rate(table: Table, bitrate: float, rows: Array) -> Iterator[Case]:
@@ -274,7 +274,7 @@ def read_min_snir(path: Path) -> ValueCheck:
         cases += [case for _, case in group]
         encounters = [encounter for encounter, _ in group]
         questions.append(_LowestSnir(cases=own, noise=noise, encounters=encounters))
-    return ValueCheck(limit=SNIR, cases=cases, questions=questions)
+    return ValueCheck(tolerance=SNIR, cases=cases, questions=questions)
 
 
 def _encounter(node: Node) -> _Encounter:

@@ -66,7 +66,7 @@ def read_buildings(path: Path) -> ValueCheck:
         cases += _building_cases(node)
     kinds = dict.fromkeys(kind for one in scenes for kind in one.rings)
     return ValueCheck(
-        limit=LOSS,
+        tolerance=LOSS,
         cases=cases,
         questions=[_about_kind(kind, [s for s in scenes if kind in s.rings]) for kind in kinds],
         has_exceptions=True,
@@ -168,7 +168,7 @@ def _over_bodies(scenes: Sequence[Sequence[_Link]]) -> ValueCheck:
                 scenes=[{**links[0].scene, **_together(links)} for links in own if links],
             )
         )
-    return ValueCheck(limit=LOSS, cases=cases, questions=questions)
+    return ValueCheck(tolerance=LOSS, cases=cases, questions=questions)
 
 
 def _together(links: Sequence[_Link]) -> dict[str, Array]:

@@ -26,22 +26,17 @@ from studies.verification.channel.session import ChannelUnderTest
 from studies.verification.channel.stack_given_times import with_given_times
 from studies.verification.channel.stack_replay import ratio_over_distance, replay, steps
 from studies.verification.channel.stack_run import StackRun, read_run
-from studies.verification.channel.tolerances import STACK_POWER, Tolerance
+from studies.verification.channel.tolerances import STACK_POWER
 
 _DRAWN: Final = "NC"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class StackCheck(Check):
     """One run, once with given transmit times and with several seeds of a medium access."""
 
     stack_run: StackRun
     seeds: int
-
-    @property
-    @override
-    def tolerance(self) -> Tolerance:
-        return STACK_POWER
 
     @property
     @override
@@ -83,7 +78,7 @@ def read_stack(folder: Path, seeds: int) -> StackCheck:
     Raises:
         GoldenError: it is malformed.
     """
-    return StackCheck(read_run(folder), seeds)
+    return StackCheck(tolerance=STACK_POWER, stack_run=read_run(folder), seeds=seeds)
 
 
 def with_own_access(

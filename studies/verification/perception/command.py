@@ -2,12 +2,11 @@
 
 import argparse
 import importlib.util
-from pathlib import Path
 from typing import Any, Final
 
-from orchestrator.cli.command import command
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
+from studies.verification.command import unit_parser
 
 SCENES: Final = 500
 """Scenes unless the user says otherwise."""
@@ -44,10 +43,14 @@ examples:
 
 def add_unit(units: Any) -> None:
     """Add `perception` to the subparsers of `nlosim verify`."""
-    summary = "blind zones and sharers of the perception FMU against geometry"
-    title = "Compare blind zones and chosen sharers with exact visibility."
-    parser = command(
-        units, "perception", summary, _EPILOG, description=title, execute=execute, abbreviated=True
+    parser = unit_parser(
+        units,
+        "perception",
+        summary="blind zones and sharers of the perception FMU against geometry",
+        title="Compare blind zones and chosen sharers with exact visibility.",
+        epilog=_EPILOG,
+        execute=execute,
+        page="DIR.md",
     )
     parser.add_argument(
         "--scenes",
@@ -58,12 +61,6 @@ def add_unit(units: Any) -> None:
     )
     parser.add_argument(
         "--seed", type=_seed, default=1, metavar="S", help="of the scenes (default: 1)"
-    )
-    parser.add_argument(
-        "--figures",
-        type=Path,
-        metavar="DIR",
-        help="draw figures into DIR, and write the page DIR.md beside it",
     )
 
 

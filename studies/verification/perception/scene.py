@@ -25,7 +25,7 @@ class Vehicle:
         position: centre of the footprint [m].
         heading: counter-clockwise from east [rad].
         size: length, width, height [m].
-        body: 0 car, 1 SUV, 2 van, 3 bus, 4 truck.
+        body: a code of `fmus.messages.bodies.Body`.
     """
 
     id: int

@@ -1,7 +1,9 @@
 """The channel's formulas give what Veins gives (by Veins' conventions)."""
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 import pytest
 
@@ -9,43 +11,28 @@ from . import golden
 from .primitives import Primitives
 
 GOLDEN: Final = Path(__file__).parent / "golden"
+Compare: TypeAlias = Callable[[Primitives, Path], golden.Comparison]
+
+COMPARISONS: Final[dict[str, tuple[Compare, int, float]]] = {
+    "path loss, simple": (partial(golden.path_loss, model="simple"), 350, 1e-6),
+    "path loss, two-ray": (partial(golden.path_loss, model="tworay"), 100, 1e-6),
+    "path loss, breakpoint": (partial(golden.path_loss, model="breakpoint"), 50, 1e-6),
+    "antenna gain": (golden.antenna_gain, 25, 1e-9),
+    "single buildings": (partial(golden.building_shadowing, category="single"), 160, 1e-6),
+    "several buildings": (partial(golden.building_shadowing, category="multi"), 140, 1e-6),
+    "corners of buildings": (partial(golden.building_shadowing, category="corner"), 80, 1e-6),
+    "inside buildings": (partial(golden.building_shadowing, category="inside"), 160, 1e-6),
+    "knife edges over given profiles": (golden.knife_edges, 200, 1e-6),
+    "vehicle shadowing": (golden.vehicle_shadowing, 199, 1e-6),
+    "error rate": (golden.error_rate, 4 * 496, 1e-9),
+}
+"""What is compared, the number of its cases, and what their errors are below [dB, or 1]."""
 
 
-@pytest.mark.parametrize(("model", "cases"), [("simple", 350), ("tworay", 100), ("breakpoint", 50)])
-def test_path_loss(primitives: Primitives, model: str, cases: int) -> None:
-    compared = golden.path_loss(primitives, GOLDEN, model)
+@pytest.mark.parametrize(("compare", "cases", "limit"), COMPARISONS.values(), ids=COMPARISONS)
+def test_values_are_those_of_veins(
+    primitives: Primitives, compare: Compare, cases: int, limit: float
+) -> None:
+    compared = compare(primitives, GOLDEN)
     assert compared.cases == cases
-    assert compared.error < 1e-6
-
-
-def test_antenna_gain(primitives: Primitives) -> None:
-    compared = golden.antenna_gain(primitives, GOLDEN)
-    assert compared.cases == 25
-    assert compared.error < 1e-9
-
-
-@pytest.mark.parametrize(
-    ("category", "cases"), [("single", 160), ("multi", 140), ("corner", 80), ("inside", 160)]
-)
-def test_building_shadowing(primitives: Primitives, category: str, cases: int) -> None:
-    compared = golden.building_shadowing(primitives, GOLDEN, category)
-    assert compared.cases == cases
-    assert compared.error < 1e-6
-
-
-def test_knife_edges_over_given_profiles(primitives: Primitives) -> None:
-    compared = golden.knife_edges(primitives, GOLDEN)
-    assert compared.cases == 200
-    assert compared.error < 1e-6
-
-
-def test_vehicle_shadowing(primitives: Primitives) -> None:
-    compared = golden.vehicle_shadowing(primitives, GOLDEN)
-    assert compared.cases == 199
-    assert compared.error < 1e-6
-
-
-def test_error_rate(primitives: Primitives) -> None:
-    compared = golden.error_rate(primitives, GOLDEN)
-    assert compared.cases == 4 * 496
-    assert compared.error < 1e-9
+    assert compared.error < limit

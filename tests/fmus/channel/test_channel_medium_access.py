@@ -88,21 +88,16 @@ def test_on_an_idle_medium_a_frame_starts_at_the_next_slot_boundary(
     assert FATES[sent["fate"]] == "sent"
 
 
-def test_four_radios_at_once_send_in_the_order_of_their_categories(library: Library) -> None:
-    scene = Scene(vehicles=[Vehicle(id=k) for k in range(4)])
-    sent = _sent(library, scene, [packet(k, k, category=k) for k in CATEGORIES])
+@pytest.mark.parametrize("radios", [4, 1])
+def test_packets_that_come_at_once_are_sent_in_the_order_of_their_categories(
+    library: Library, radios: int
+) -> None:
+    """By four radios, and from the four queues of one."""
+    scene = Scene(vehicles=[Vehicle(id=k) for k in range(radios)])
+    sent = _sent(library, scene, [packet(k, k % radios, category=k) for k in CATEGORIES])
     assert sent["packet"].tolist() == [VOICE, VIDEO, BEST_EFFORT, BACKGROUND]
     gaps = np.diff(sent["time"], prepend=-AIRTIME) - AIRTIME
     # nobody heard anything when the packets came, so nobody has drawn a backoff
-    assert gaps.tolist() == [AIFS[int(k)] + TURNAROUND for k in sent["access_category"]]
-
-
-def test_four_queues_of_one_radio_are_served_in_the_order_of_their_categories(
-    library: Library,
-) -> None:
-    sent = _sent(library, ALONE, [packet(k, 0, category=k) for k in CATEGORIES])
-    assert sent["packet"].tolist() == [VOICE, VIDEO, BEST_EFFORT, BACKGROUND]
-    gaps = np.diff(sent["time"], prepend=-AIRTIME) - AIRTIME
     assert gaps.tolist() == [AIFS[int(k)] + TURNAROUND for k in sent["access_category"]]
 
 

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from fmus.messages.bodies import Body
 from orchestrator.signal import Array
 from tests.fmus.driver import Library, Refused
-from tests.fmus.scene import Building, Scene, Vehicle, rectangle
+from tests.fmus.scene import SIZES, Building, Scene, Vehicle, rectangle
 
 from .harness import LIGHT_SPEED, Channel, one_frame, packet
 
@@ -57,6 +58,35 @@ def test_what_is_in_the_way_is_told_model_by_model(library: Library) -> None:
     np.testing.assert_array_equal(out["link"], [2, 1, 0])
     loss = out["path_loss"] + out["building_loss"] + out["vehicle_loss"]
     np.testing.assert_allclose(out["power"], 26 - loss, atol=1e-9)
+
+
+def test_narrow_bodies_do_not_shadow(library: Library) -> None:
+    """Less than `shadow_width` wide, whatever way they stand; Veins takes each for a knife edge."""
+    lanes = {Body.PEDESTRIAN: 0.0, Body.BICYCLE: 20.0, Body.MOTORCYCLE: 40.0, Body.CAR: 60.0}
+    scene = Scene(
+        vehicles=[
+            Vehicle(id=k, position=(25.0, y, 0.0), heading=np.pi / 2, size=SIZES[body], body=body)
+            for k, (body, y) in enumerate(lanes.items())
+        ]
+    )
+
+    def loss(**parameters: float) -> Array:
+        near, far = ([(x, y, 1.3) for y in lanes.values()] for x in (0, 50))
+        return probe(library, scene, near, far, carrier=None, size=200, **parameters)[
+            "vehicle_loss"
+        ]
+
+    h = np.array([SIZES[body][2] for body in lanes]) - 1.3
+    v = h * np.sqrt(2 * 5.9e9 / LIGHT_SPEED * (1 / 25 + 1 / 25))
+    knife = 6.9 + 20 * np.log10(np.hypot(v - 0.1, 1) + v - 0.1)
+    np.testing.assert_allclose(loss(), [0, 0, 0, knife[3]], atol=1e-9)
+    np.testing.assert_allclose(loss(shadow_width=0.0), knife, atol=1e-9)
+    np.testing.assert_allclose(loss(shadow_width=0.65), [0, *knife[1:]], atol=1e-9)
+    np.testing.assert_array_equal(loss(shadow_width=2.0), 0.0)
+    np.testing.assert_allclose(
+        loss(model=2), loss(model=2, shadow_width=2.0), atol=0, err_msg="Veins: 0"
+    )
+    assert (loss(model=2) > 8.0).all()
 
 
 @pytest.mark.parametrize("model", [1, 2])  # nlosim, veins

@@ -16,11 +16,9 @@ from orchestrator.testing import check_component
 from tests.fmus.driving.network.world import (
     PERIOD,
     SMALL,
-    Sensor,
     changed,
     network,
-    points_signal,
-    street,
+    turn,
 )
 
 EGO = 4
@@ -28,16 +26,7 @@ EGO = 4
 
 def points(k: int, *vehicles: int) -> bytes:
     """The scans of some vehicles at the time number `k`."""
-    sensors = (
-        Sensor(
-            vehicle=vehicle,
-            points=street(vehicle, moved=0.4 * k) - (0.5 * k, vehicle, 2.0),
-            time=k * PERIOD,
-            position=(0.5 * k, float(vehicle), 2.0),
-        )
-        for vehicle in vehicles
-    )
-    return points_signal(*sensors)
+    return turn(k, {vehicle: (0.5 * k, float(vehicle)) for vehicle in vehicles})
 
 
 def encoder(path: Path, architecture: Architecture = SMALL) -> FeatureEncoder:

@@ -6,12 +6,13 @@ from typing import Final
 
 import numpy as np
 
+from fmus.messages.bodies import Body
 from fmus.messages.records import POINT, SENSOR, unframe
 from orchestrator.signal import Array
 from tests.fmus.driver import Instance, Library
 from tests.fmus.scene import Scene
 
-CAR, SUV, VAN, BUS, TRUCK = range(5)
+CAR, SUV, VAN, BUS, TRUCK, RAIL, MOTORCYCLE, BICYCLE, PEDESTRIAN = Body
 NO_NOISE: Final = {"range_noise": 0.0, "dropout": 0.0}
 
 

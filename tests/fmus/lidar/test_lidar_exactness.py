@@ -9,8 +9,9 @@ import numpy.typing as npt
 import pytest
 from hypothesis import HealthCheck, assume, given, settings, strategies as st
 
+from fmus.messages.bodies import Body
 from fmus.messages.records import BUILDING
-from tests.fmus.scene import Building, Scene, Vehicle
+from tests.fmus.scene import SIZES, Building, Scene, Vehicle
 
 from .brute_force import NOTHING, Float, cast, rotation
 from .harness import NO_NOISE, Scan
@@ -88,8 +89,8 @@ def town(rng: np.random.Generator, vehicles: int, buildings: int, heights: Float
     """
     cars = []
     for k in range(vehicles):
-        body = int(rng.integers(5))
-        length, height = ((4.5, 1.5), (4.7, 1.8), (5.9, 2.5), (12.0, 3.2), (10.0, 3.8))[body]
+        body = Body(int(rng.integers(len(Body))))
+        length, width, height = SIZES[body]
         position = rng.uniform(-50, 50, 2) if k else np.zeros(2)
         ground = float(rng.choice([0.0, 0.0, 0.0, 0.7, 5.0])) if k else 0.0
         cars.append(
@@ -97,7 +98,11 @@ def town(rng: np.random.Generator, vehicles: int, buildings: int, heights: Float
                 id=10 * k + int(rng.integers(10)),
                 position=(float(position[0]), float(position[1]), ground),
                 heading=float(rng.uniform(-7, 7)),
-                size=(length, float(rng.uniform(1.6, 2.6)), height * float(rng.uniform(0.9, 1.1))),
+                size=(
+                    length,
+                    width * float(rng.uniform(0.9, 1.1)),
+                    height * float(rng.uniform(0.9, 1.1)),
+                ),
                 body=body,
                 lidar=k == 0,
             )

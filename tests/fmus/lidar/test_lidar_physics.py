@@ -6,11 +6,12 @@ import math
 import numpy as np
 import pytest
 
+from fmus.messages.bodies import Body
 from fmus.messages.records import BUILDING, GROUND
 from tests.fmus.driver import Library
 from tests.fmus.scene import Building, Scene, Vehicle, rectangle
 
-from .harness import BUS, CAR, NO_NOISE, SUV, TRUCK, VAN, Lidar, Scan, clouds
+from .harness import BUS, NO_NOISE, TRUCK, Lidar, Scan, clouds
 
 EGO = Vehicle(id=1, lidar=True)
 SENSOR_HEIGHT = EGO.size[2] + 0.5
@@ -48,8 +49,8 @@ def test_the_sensor_record_says_where_and_when(library: Library) -> None:
     lidar.free()
 
 
-@pytest.mark.parametrize("body", [CAR, SUV, VAN, BUS, TRUCK])
-def test_the_own_body_is_not_seen(scan: Scan, body: int) -> None:
+@pytest.mark.parametrize("body", Body)
+def test_the_own_body_is_not_seen(scan: Scan, body: Body) -> None:
     ego = dataclasses.replace(EGO, body=body, size=TRUCK_SIZE)
     (cloud,) = scan(Scene(vehicles=[ego]), **NO_NOISE, elevation_bottom=-1.4).values()
     assert cloud.instances == {GROUND}

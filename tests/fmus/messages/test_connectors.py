@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
+from adapters.traffic import bodies as traffic
+from adapters.traffic.connectors import VEHICLES
 from fmus.channel.interface import INTERFACE as CHANNEL
 from fmus.lidar.interface import INTERFACE as LIDAR
-from fmus.messages.connectors import SIGNALS, inputs, outputs
+from fmus.messages.bodies import BODY_CODES, Body
+from fmus.messages.connectors import SIGNALS, arrays_beneath, inputs, outputs
 from fmus.native.interface import Interface
 from fmus.perception.interface import INTERFACE as PERCEPTION
 from orchestrator.signal import Causality
@@ -33,6 +36,13 @@ def test_native_units_declare_the_same(unit: Interface) -> None:
             assert np.dtype(signal.dtype) == np.dtype(dtype), variable.name
 
 
+def test_traffic_and_units_number_bodies_alike() -> None:
+    theirs = {body.name: body.value for body in traffic.Body}
+    assert theirs == {body.name: body.value for body in Body}
+    assert VEHICLES["vehicle.body"].description == BODY_CODES
+    assert SIGNALS["vehicle.body"].description == BODY_CODES
+
+
 def test_what_one_unit_writes_another_can_read() -> None:
     for name in SIGNALS:
         source, target = outputs(name)[name], inputs(name)[name]
@@ -44,3 +54,13 @@ def test_outputs_name_what_affects_them() -> None:
     assert [one.causality for one in found.values()] == [Causality.OUTPUT] * 2
     assert {one.feedthrough for one in found.values()} == {frozenset({"match.sharer"})}
     assert inputs("relay", description="taken, not used")["relay"].description == "taken, not used"
+
+
+def test_the_arrays_beneath_a_name_are_those_that_are_declared_there() -> None:
+    given = {name: signal.start_value() for name, signal in SIGNALS.items()}
+    found = arrays_beneath(given, "received.link")
+    assert {name: array.dtype for name, array in found.items()} == {
+        "transmitter": np.int64,
+        "receiver": np.int64,
+        "power": np.float64,
+    }

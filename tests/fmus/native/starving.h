@@ -34,6 +34,12 @@ void test_free(void *memory) {
     free(memory);
 }
 
+/* Whether the program is to be starved; then nothing is refused yet. */
+static inline int shall_starve(int count, char **arguments) {
+    countdown = -1;
+    return count > 1 && strcmp(arguments[1], "starved") == 0;
+}
+
 static int is_starved;         /* whether allocations are refused, so that errors are no surprise */
 static int failures, messages; /* calls that failed; messages of errors */
 static void note(fmi3Status status) { failures += status > fmi3Warning; }
@@ -51,6 +57,14 @@ static inline fmi3Instance instantiate(const char *name) {
                                                  false, NULL, 0, NULL, on_message, NULL);
     failures += c == NULL;
     return c;
+}
+
+/* Let two instances of a unit live, if there is the memory for both. */
+static inline void live_as_two(const char *name, void (*live_once)(fmi3Instance, fmi3Instance)) {
+    fmi3Instance one = instantiate(name), two = instantiate(name);
+    if (one && two) live_once(one, two);
+    fmi3FreeInstance(one);
+    fmi3FreeInstance(two);
 }
 
 static inline void initialise(fmi3Instance c) {

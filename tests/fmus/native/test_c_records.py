@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from fmus.messages import records
-from fmus.native.c_records import CONSTANTS, KINDS, STRUCTS, records_header
+from fmus.native.c_records import BODIES, CONSTANTS, KINDS, STRUCTS, records_header
 from fmus.native.targets import zig_environment
 
 NUMBERS: Final = {
     **CONSTANTS,
     **KINDS,
+    **BODIES,
+    "BODY_CLASSES": len(BODIES),
     "SENT": records.FATES.index("sent"),
     "QUEUE_FULL": records.FATES.index("queue full"),
     "EXPIRED": records.FATES.index("expired"),

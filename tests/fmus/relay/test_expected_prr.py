@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 
 from fmus.messages.records import NO_VEHICLE, OBJECT, frame, unframe
 from fmus.relay import ExpectedPrr, Situation
-from fmus.relay.expectation import Expectation, Losses
+from fmus.relay.expectation import Expectation
 from fmus.relay.inputs import Inputs as Known
 from fmus.relay.nodes import Node
 from fmus.relay.prediction import Horizon
@@ -269,15 +269,7 @@ def test_routes_that_are_not_examined_rank_behind_the_best() -> None:
 def best(values: Inputs, at_once: int) -> float:
     expectation = Expectation(
         radio(4.0),
-        Losses(
-            wall=9.0,
-            indoor=0.4,
-            bsm_overlap=0.02,
-            apm_overlap=0.4,
-            hidden=0.4,
-            hidden_body=12.0,
-            contention=0.05,
-        ),
+        ExpectedPrr.Parameters(bsm_overlap=0.02, apm_overlap=0.4).losses,
         Horizon.over(2.0, 0.25),
         5.0,
         at_once=at_once,

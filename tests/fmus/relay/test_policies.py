@@ -9,8 +9,9 @@ from fmus.messages.records import NO_VEHICLE, frame
 from fmus.relay import Direct, ExpectedPrr, Mohed, Random, SignalStrength
 from fmus.relay.connectors import CONNECTORS
 from fmus.relay.selection import SelectionParameters
-from orchestrator.component import Component
+from orchestrator.component import Component, DecidingComponent
 from orchestrator.registry import component_type
+from orchestrator.signal import Causality
 from orchestrator.testing import check_component
 from tests.fmus.relay.world import (
     LEFT,
@@ -161,3 +162,24 @@ def test_a_roadside_unit_relays_as_any_neighbour_does(kind: str) -> None:
     component = started(RELAYING[kind]())
     assert chosen(component, values) == RSU
     assert float(np.asarray(component.outputs()["risk.chosen"])) == 0.0
+
+
+@pytest.mark.parametrize("name", [*NAMES, "relay-forced", "relay-oracle"])
+def test_while_the_ego_is_not_there_nothing_is_chosen_and_nothing_remembered(name: str) -> None:
+    """Without anything, and with what it knew when it left; afterwards it chooses as if new."""
+    kind = component_type(name)
+    late, new = (started(kind.create(name, {})) for _ in range(2))
+    nothing = {
+        signal: connector.start_value()
+        for signal, connector in CONNECTORS.items()
+        if connector.causality is Causality.INPUT
+    }
+    gone = only(LEFT) | {"ego.id": np.array(NO_VEHICLE)}
+    for k, values in enumerate((nothing, nothing | {"match.trigger": np.array(True)}, gone, gone)):
+        assert chosen(late, values, k * STEP) == NO_VEHICLE
+        if isinstance(late, DecidingComponent):
+            assert late.decision is None
+    assert chosen(late, only(LEFT), 4 * STEP) == chosen(new, only(LEFT), 4 * STEP)
+    if isinstance(late, DecidingComponent) and isinstance(new, DecidingComponent):
+        assert late.decision == new.decision is not None
+    assert switches(late) == 0

@@ -91,7 +91,7 @@ def radio(uncertainty: float = 0.0) -> Radio:
         missed=0.3,
         capture_margin=10.0,
         wavelength=wavelength(5.9e9),
-        frame_size=238,
+        packet_size=238,
         fading_m=0.0,
         uncertainty=uncertainty,
     )

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from typing_extensions import override
@@ -23,6 +23,12 @@ _IN = Causality.INPUT
 class Sender(Component):
     """Drives around."""
 
+    connectors: ClassVar[Mapping[str, Connector]] = {
+        "vehicle.x": Connector(causality=_OUT, unit="m"),
+        "vehicle.y": Connector(causality=_OUT, unit="m"),
+        "power": Connector(causality=_OUT, unit="dBm"),
+    }
+
     @dataclass(frozen=True, slots=True, kw_only=True)
     class Parameters:
         power: float = parameter(26.0, unit="dBm", minimum=-40, maximum=33, doc="transmit power")
@@ -39,15 +45,6 @@ class Sender(Component):
         self.parameters = parameters
         self._x = 0.0
         self._rng = np.random.default_rng(0)
-
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return {
-            "vehicle.x": Connector(causality=_OUT, unit="m"),
-            "vehicle.y": Connector(causality=_OUT, unit="m"),
-            "power": Connector(causality=_OUT, unit="dBm"),
-        }
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -67,6 +64,13 @@ class Sender(Component):
 class Receiver(Component):
     """Passes on what it sees; fails when told to."""
 
+    connectors: ClassVar[Mapping[str, Connector]] = {
+        "vehicle.x": Connector(causality=_IN, unit="m"),
+        "vehicle.y": Connector(causality=_IN, unit="m"),
+        "u": Connector(causality=_IN, unit="m"),
+        "y": Connector(causality=_OUT, unit="m", feedthrough=frozenset({"vehicle.x", "u"})),
+    }
+
     @dataclass(frozen=True, slots=True, kw_only=True)
     class Parameters:
         gain: float = parameter(doc="factor on what it sees")
@@ -76,16 +80,6 @@ class Receiver(Component):
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
         self._y = 0.0
-
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return {
-            "vehicle.x": Connector(causality=_IN, unit="m"),
-            "vehicle.y": Connector(causality=_IN, unit="m"),
-            "u": Connector(causality=_IN, unit="m"),
-            "y": Connector(causality=_OUT, unit="m", feedthrough=frozenset({"vehicle.x", "u"})),
-        }
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -107,6 +101,11 @@ class Receiver(Component):
 class Alarm(Component):
     """Goes off at some time."""
 
+    connectors: ClassVar[Mapping[str, Connector]] = {
+        "bell.rings": Connector(causality=_OUT, dtype=np.bool_),
+        "lamps": Connector(causality=_OUT, dtype=np.bool_, shape=(2,)),
+    }
+
     @dataclass(frozen=True, slots=True, kw_only=True)
     class Parameters:
         after: float = parameter(0.5, unit="s", doc="when it goes off")
@@ -114,14 +113,6 @@ class Alarm(Component):
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
         self._t = 0
-
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return {
-            "bell.rings": Connector(causality=_OUT, dtype=np.bool_),
-            "lamps": Connector(causality=_OUT, dtype=np.bool_, shape=(2,)),
-        }
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -140,10 +131,7 @@ class Alarm(Component):
 class Isolated(Component):
     """Has no connectors."""
 
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return {}
+    connectors: ClassVar[Mapping[str, Connector]] = {}
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -182,20 +170,12 @@ class Trace(Report):
         path.write_bytes(b"\x89PNG\r\n\x1a\n")
 
 
-class Buggy(Report):
+class Buggy(Trace):
     """Raises an error."""
 
     @override
     def metrics(self, recording: Recording) -> Mapping[str, Any]:
         raise LookupError("no such thing")
-
-    @override
-    def summary(self, metrics: Mapping[str, Any], manifest: Mapping[str, Any]) -> str:
-        return ""
-
-    @override
-    def figure(self, recording: Recording, metrics: Mapping[str, Any], path: Path) -> None:
-        pass
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,12 +10,10 @@ from studies.collision.conditions import Condition
 from studies.collision.runs import (
     CONSTANT_PER,
     LOAD,
-    MEMORY,
     METRICS,
     POLICIES,
     RADIO,
     RELAY,
-    SPEED,
     Point,
     Run,
 )
@@ -105,7 +103,7 @@ def speed(seeds: int = 20) -> Experiment:
     each = [
         ({"per": level}, scenario(per=float(level.split()[0]) / 100, speed=25.0)) for level in PERS
     ]
-    return experiment(SPEED, each, seeds=seeds)
+    return experiment("collision_speed", each, seeds=seeds)
 
 
 def memory(seeds: int = 20) -> Experiment:
@@ -113,7 +111,7 @@ def memory(seeds: int = 20) -> Experiment:
         ({"per": level}, scenario(per=float(level.split()[0]) / 100, maximum_age=0.15))
         for level in PERS
     ]
-    return experiment(MEMORY, each, seeds=seeds)
+    return experiment("collision_memory", each, seeds=seeds)
 
 
 def relay(seeds: int = 20) -> Experiment:

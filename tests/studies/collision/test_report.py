@@ -22,7 +22,7 @@ from studies.method import records
 from studies.method.style import method_name
 from tests.studies.collision import synthetic
 from tests.studies.collision.synthetic import chance, experiment, run, scenario
-from tests.studies.results import Levels, refusal, results
+from tests.studies.results import Levels, check_manual, check_missing, refusal, results
 
 PRR = {"mohed": 0.9, "signal-strength": 0.8, "random": 0.6, "direct": 0.4}
 NAMES = [method_name(method) for method in ("mohed", "direct")]
@@ -192,9 +192,7 @@ def test_an_experiment_that_was_not_run_is_named_and_the_rest_is_there(
 def test_a_folder_without_results_is_an_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert refusal(main, monkeypatch, tmp_path / "page.md", tmp_path) == 2
-    assert "collision_policies_runs.csv`; `make paper` writes it" in capsys.readouterr().err
-    assert not (tmp_path / "page.md").exists()
+    check_missing("collision_policies_runs.csv", main, monkeypatch, tmp_path, capsys)
 
 
 @pytest.mark.parametrize(
@@ -338,9 +336,4 @@ def test_an_experiment_without_networks_names_its_policy(tmp_path: Path) -> None
 
 
 def test_the_page_in_the_manual_is_that_of_the_results_beside_it() -> None:
-    docs = Path(__file__).parents[3] / "docs"
-    if not (docs / "collision-study.md").is_file():
-        pytest.skip("`make paper` has not been run yet")
-    folder = docs / "results"
-    wanted = page(folder, "results", folder / "collision-analysis.md")
-    assert (docs / "collision-study.md").read_text() == wanted, "run the last line of `make paper`"
+    check_manual("collision", page)

@@ -12,7 +12,7 @@ from studies.relay import RelayStudy
 from studies.relay.__main__ import main
 from studies.relay.page import page
 from tests.studies.relay.synthetic import experiment, run
-from tests.studies.results import Levels, refusal, results
+from tests.studies.results import Levels, check_manual, check_missing, results
 
 METHODS = ("mohed", "signal-strength", "random", "direct", "oracle", "my-own")
 
@@ -137,17 +137,10 @@ def test_problems_of_the_base(base: Any, address: tuple[str, ...], what: str) ->
 
 
 def test_the_page_in_the_manual_is_that_of_the_results_beside_it() -> None:
-    docs = Path(__file__).parents[3] / "docs"
-    if not (docs / "relay-study.md").is_file():
-        pytest.skip("`make paper` has not been run yet")
-    folder = docs / "results"
-    wanted = page(folder, "results", folder / "relay-analysis.md")
-    assert (docs / "relay-study.md").read_text() == wanted, "run the last line of `make paper`"
+    check_manual("relay", page)
 
 
 def test_results_that_are_not_there_are_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert refusal(main, monkeypatch, tmp_path / "page.md", tmp_path) == 2
-    assert "relay_provenance.json`; `make paper` writes it" in capsys.readouterr().err
-    assert not (tmp_path / "page.md").exists()
+    check_missing("relay_provenance.json", main, monkeypatch, tmp_path, capsys)

@@ -21,13 +21,10 @@ from orchestrator.testing import check_component
 from studies.training.collector import Dagger
 from studies.training.learning.sample import Sample, read_sample
 from tests.fmus.driving.network.world import (
-    PERIOD,
     SMALL,
-    Sensor,
     changed,
     network,
-    points_signal,
-    street,
+    turn,
 )
 
 STEP = 50_000_000
@@ -37,18 +34,7 @@ EGO, OTHER = 4, 9
 
 def points(k: int) -> bytes:
     """The scans of both vehicles at the time number `k`."""
-    places = {EGO: (0.8 * k, 0.0), OTHER: (15.0, 5.0)}
-    return points_signal(
-        *(
-            Sensor(
-                vehicle=vehicle,
-                points=street(moved=0.4 * k) - (x, y, 2.0),
-                time=k * PERIOD,
-                position=(x, y, 2.0),
-            )
-            for vehicle, (x, y) in places.items()
-        )
-    )
+    return turn(k, {EGO: (0.8 * k, 0.0), OTHER: (15.0, 5.0)}, alike=True)
 
 
 def inputs(step: int) -> dict[str, Signal]:

@@ -55,11 +55,14 @@ checkpoint: toy.safetensors
 
 
 BYTES: Final = {"sample": Connector(causality=Causality.OUTPUT, dtype=None)}
+NUMBERS = {"sample": Connector(causality=Causality.OUTPUT)}
 """A sample as training expects it."""
 
 
 class Policy(Component):
     """Pushes a ball back to where it belongs."""
+
+    connectors = BYTES
 
     @dataclass(frozen=True, slots=True, kw_only=True)
     class Parameters:
@@ -76,11 +79,6 @@ class Policy(Component):
         if parameters.network:
             found = json.loads(Path(parameters.network).read_text())
             self._network = (found["gain"], found["offset"])
-
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return BYTES
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -109,10 +107,7 @@ class Policy(Component):
 class PlainPolicy(Policy):
     """Has a sample that is no bytes."""
 
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return {"sample": Connector(causality=Causality.OUTPUT)}
+    connectors = NUMBERS
 
     @override
     def outputs(self) -> Signals:
@@ -122,10 +117,7 @@ class PlainPolicy(Policy):
 class Bystander(Component):
     """Cannot be trained."""
 
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return BYTES
+    connectors = BYTES
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:

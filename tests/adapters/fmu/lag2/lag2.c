@@ -49,27 +49,24 @@ static fmi2Real *real(Lag *lag, fmi2ValueReference r) {
     fmi2Real *fields[] = {&lag->time_constant, &lag->fail_at, &lag->u, &lag->x};
     return r < 4 ? fields[r] : NULL;
 }
-fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real v[]) {
-    for (size_t i = 0; i < n; i++) v[i] = *real(c, r[i]);
-    return fmi2OK;
-}
-fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Real v[]) {
-    for (size_t i = 0; i < n; i++) *real(c, r[i]) = v[i];
-    return fmi2OK;
-}
 static fmi2Integer *integer(Lag *lag, fmi2ValueReference r) {
     fmi2Integer *fields[] = {&lag->fail_as, &lag->count, &lag->count, &lag->method};
     return r < 4 ? fields[r] : NULL;
 }
-fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Integer v[]) {
-    for (size_t i = 0; i < n; i++) v[i] = *integer(c, r[i]);
-    return fmi2OK;
-}
-fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference r[], size_t n,
-                          const fmi2Integer v[]) {
-    for (size_t i = 0; i < n; i++) *integer(c, r[i]) = v[i];
-    return fmi2OK;
-}
+/* Get and set variables of a type, of which `at` finds one. */
+#define DEFINE_ACCESS(TYPE, at)                                                               \
+    fmi2Status fmi2Get##TYPE(fmi2Component c, const fmi2ValueReference r[], size_t n,         \
+                             fmi2##TYPE v[]) {                                                \
+        for (size_t i = 0; i < n; i++) v[i] = *at(c, r[i]);                                   \
+        return fmi2OK;                                                                        \
+    }                                                                                         \
+    fmi2Status fmi2Set##TYPE(fmi2Component c, const fmi2ValueReference r[], size_t n,         \
+                             const fmi2##TYPE v[]) {                                          \
+        for (size_t i = 0; i < n; i++) *at(c, r[i]) = v[i];                                   \
+        return fmi2OK;                                                                        \
+    }
+DEFINE_ACCESS(Real, real)
+DEFINE_ACCESS(Integer, integer)
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Boolean v[]) {
     for (size_t i = 0; i < n; i++) v[i] = r[i] == 2 ? ((Lag *)c)->rollback : ((Lag *)c)->flag;
     return fmi2OK;

@@ -104,33 +104,31 @@ static void begin(fmi3Instance c, uint64_t vehicles) {
     initialise(c);
 }
 
+static void live_together(fmi3Instance one, fmi3Instance two) {
+    begin(one, VEHICLES);
+    begin(two, 2);
+    for (int k = 0; k < 6; k++) {
+        double t = 1e-3 * k;
+        if (k == 2) set_vehicles(one, 2, VEHICLES - 2);
+        if (k == 4) set_vehicles(one, 0, VEHICLES - 3);
+        set_packets(one, 1 + k * PACKETS, k * 1000000);
+        move_state(one, two);
+        step(one, t, 1e-3);
+        step(two, t, 1e-3);
+        differences += differ(one, two, VR_receptions, &receptions);
+        differences += differ(one, two, VR_transmissions, &transmissions);
+    }
+    note(fmi3Reset(two));
+    note(fmi3Terminate(one));
+}
+
 static void live_once(void) {
     any(0);
-    fmi3Instance one = instantiate("channel"), two = instantiate("channel");
-    if (one && two) {
-        begin(one, VEHICLES);
-        begin(two, 2);
-        for (int k = 0; k < 6; k++) {
-            double t = 1e-3 * k;
-            if (k == 2) set_vehicles(one, 2, VEHICLES - 2);
-            if (k == 4) set_vehicles(one, 0, VEHICLES - 3);
-            set_packets(one, 1 + k * PACKETS, k * 1000000);
-            move_state(one, two);
-            step(one, t, 1e-3);
-            step(two, t, 1e-3);
-            differences += differ(one, two, VR_receptions, &receptions);
-            differences += differ(one, two, VR_transmissions, &transmissions);
-        }
-        note(fmi3Reset(two));
-        note(fmi3Terminate(one));
-    }
-    fmi3FreeInstance(one);
-    fmi3FreeInstance(two);
+    live_as_two("channel", live_together);
 }
 
 int main(int count, char **arguments) {
-    countdown = -1;
-    if (count > 1 && strcmp(arguments[1], "starved") == 0) return starve(live_once);
+    if (shall_starve(count, arguments)) return starve(live_once);
     live_once();
     printf("%zu bytes of receptions, %zu of transmissions, %d failures, %d differences\n", receptions,
            transmissions, failures, differences);

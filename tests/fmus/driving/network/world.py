@@ -1,7 +1,7 @@
 """A small world for driving networks: scans of boxes and walls, and networks of random weights."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -72,6 +72,26 @@ def points_signal(*sensors: Sensor, intensity: float = 0.5, instance: int = GROU
     points["position"] = np.concatenate([sensor.points for sensor in sensors])
     points["intensity"], points["instance"] = intensity, instance
     return frame("LPTS", rows, points.tobytes())
+
+
+def turn(k: int, places: Mapping[int, tuple[float, float]], *, alike: bool = False) -> bytes:
+    """The scans of vehicles at the time number `k`, while a vehicle of the street moves.
+
+    Args:
+        k: counts the periods.
+        places: of the sensors, by vehicle [m].
+        alike: whether all see the same points rather than each a street of its own.
+    """
+    sensors = (
+        Sensor(
+            vehicle=vehicle,
+            points=street(0 if alike else vehicle, moved=0.4 * k) - (x, y, HEIGHT),
+            time=k * PERIOD,
+            position=(x, y, HEIGHT),
+        )
+        for vehicle, (x, y) in places.items()
+    )
+    return points_signal(*sensors)
 
 
 def seen_from(position: tuple[float, float], heading: float, world: Array, **others: Any) -> Cloud:

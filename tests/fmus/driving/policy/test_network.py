@@ -28,7 +28,7 @@ from tests.fmus.driving.network.world import (
     changed,
     network,
     points_signal,
-    street,
+    turn,
 )
 
 STEP = 50_000_000
@@ -38,12 +38,7 @@ SECOND = 1_000_000_000
 
 def points(k: int, *vehicles: int) -> bytes:
     """The scans of some vehicles at the time number `k`; the ego drives, the others stand."""
-    sensors = []
-    for vehicle in vehicles:
-        x, y = (0.8 * k, 0.0) if vehicle == EGO else (15.0, 5.0)
-        world = street(vehicle, moved=0.4 * k) - (x, y, 2.0)
-        sensors.append(Sensor(vehicle=vehicle, points=world, time=k * PERIOD, position=(x, y, 2.0)))
-    return points_signal(*sensors)
+    return turn(k, {v: (0.8 * k, 0.0) if v == EGO else (15.0, 5.0) for v in vehicles})
 
 
 def message(k: int, checkpoint: Checkpoint) -> FeaturesMessage:

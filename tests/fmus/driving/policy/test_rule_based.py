@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from fmus.driving.policy import Blind, Expert, RuleBased
-from fmus.driving.policy.conflict import Bodies, Conflicts, Prediction, overlapping, project
+from fmus.driving.policy.conflict import Bodies, Conflicts, Prediction, project
 from fmus.driving.policy.ego import Ego
 from fmus.messages.records import OBJECT, frame, unframe
 from orchestrator.component import Component
@@ -163,19 +163,6 @@ def test_a_shared_object_with_the_number_of_the_ego_is_no_less_of_a_hazard() -> 
     row["instance"] = 1
     outputs = command(RuleBased(RuleBased.Parameters()), received_objects=frame("OBJS", row))
     assert np.asarray(outputs["command"])[1] > 0.3
-
-
-@given(st.floats(-30, 30), st.floats(-30, 30))
-def test_what_overlaps_the_ego_is_what_shares_its_place(x: float, y: float) -> None:
-    box = Bodies(
-        minimum=np.array([[x - 1.0, y - 2.0]]),
-        maximum=np.array([[x + 1.0, y + 2.0]]),
-        velocity=np.zeros((1, 2)),
-    )
-    half = np.array([EGO.width, EGO.length]) / 2 - 0.2
-    shared = abs(x) < 1.0 + half[0] and abs(y) < 2.0 + half[1]
-    near_the_border = min(abs(abs(x) - 1.0 - half[0]), abs(abs(y) - 2.0 - half[1])) < 1e-6
-    assert near_the_border or bool(overlapping(EGO, box)[0]) == shared
 
 
 def test_the_blind_policy_ignores_what_arrived() -> None:

@@ -8,14 +8,14 @@ import numpy as np
 
 from fmus.lidar.gpu import LidarTorch
 from fmus.lidar.gpu.connectors import CONNECTORS
+from fmus.messages.bodies import Body
 from fmus.messages.records import POINT, SENSOR, unframe
 from orchestrator import registry
 from orchestrator.component import Component
 from orchestrator.signal import Array, Signals
-from tests.fmus.scene import Building, Scene, Vehicle
+from tests.fmus.scene import SIZES, Building, Scene, Vehicle
 
 NO_NOISE: Final = {"range_noise": 0.0, "dropout": 0.0}
-SIZES: Final = ((4.5, 1.5), (4.7, 1.8), (5.9, 2.5), (12.0, 3.2), (10.0, 3.8))
 SHAPES: Final = (
     ((-1, -1), (1, -1), (1, 1), (-1, 1)),
     ((-1, -1), (1, -1), (1, 0), (0, 0), (0, 1), (-1, 1)),  # L
@@ -136,15 +136,19 @@ def town(seed: int, *, vehicles: int, buildings: int, sensors: int, heights: lis
     rng = np.random.default_rng(seed)
     cars = []
     for k in range(vehicles):
-        body = int(rng.integers(5))
-        length, height = SIZES[body]
+        body = Body(int(rng.integers(len(Body))))
+        length, width, height = SIZES[body]
         x, y = rng.uniform(-45, 45, 2)
         cars.append(
             Vehicle(
                 id=10 * k + int(rng.integers(10)),
                 position=(float(x), float(y), float(rng.choice([0.0, 0.0, 0.0, 0.7, 6.0]))),
                 heading=float(rng.uniform(-7, 7)),
-                size=(length, float(rng.uniform(1.6, 2.6)), height * float(rng.uniform(0.9, 1.1))),
+                size=(
+                    length,
+                    width * float(rng.uniform(0.9, 1.1)),
+                    height * float(rng.uniform(0.9, 1.1)),
+                ),
                 body=body,
                 lidar=k < sensors,
             )

@@ -102,7 +102,7 @@ WRONG = [
     ("vehicle.size", [[4, 2, 1], [4, -2, 1]]),
     ("vehicle.size", [[4, 2, 0], [4, 2, 1]]),
     ("vehicle.size", [[4, 2, 1], [math.nan, 2, 1]]),
-    ("vehicle.body", [0, 5]),
+    ("vehicle.body", [0, 9]),
     ("vehicle.body", [-1, 0]),
     ("vehicle.id", [5, 3]),
     ("vehicle.id", [5, 5]),
@@ -145,10 +145,10 @@ def test_of_several_culprits_the_first_is_named() -> None:
     wrong = {
         **inputs(GOOD),
         "vehicle.heading": np.array([0.0, math.nan]),
-        "vehicle.body": np.array([7, 0], np.int32),
+        "vehicle.body": np.array([9, 0], np.int32),
         "building.height": np.array([-1.0, -1.0]),
     }
-    assert refusal("lidar-torch", wrong).startswith("vehicle.body[0] is 7")
+    assert refusal("lidar-torch", wrong).startswith("vehicle.body[0] is 9")
     assert refusal("lidar-torch", wrong) in refusal("lidar", wrong)
 
 

@@ -95,9 +95,7 @@ static void live_once(void) {
 }
 
 int main(int count, char **arguments) {
-    countdown = -1;
-    if (count > 1 && strcmp(arguments[1], "starved") == 0)
-        return starve(live_once);
+    if (shall_starve(count, arguments)) return starve(live_once);
     live_once();
     printf("%zu bytes of points, %d failures\n", bytes, failures);
     return failures != 0;

@@ -116,30 +116,26 @@ static void receive(fmi3Instance from, fmi3Instance to) {
     free(copy);
 }
 
-static void live_once(void) {
-    fmi3Instance one = instantiate("perception"), two = instantiate("perception");
-    if (one && two) {
-        begin(one, 8);
-        begin(two, 4);
-        for (int k = 0; k < 4; k++) {
-            set_points(one, k == 2 ? 1 : 0, k * 100000000LL);
-            if (k == 3) set_map(one, ROAD, ROUTE);
-            move_state(one, two);
-            step(one, 0.1 * k, 0.1);
-            step(two, 0.1 * k, 0.1);
-            compare(one, two);
-            receive(two, one);
-        }
-        note(fmi3Reset(two));
-        note(fmi3Terminate(one));
+static void live_together(fmi3Instance one, fmi3Instance two) {
+    begin(one, 8);
+    begin(two, 4);
+    for (int k = 0; k < 4; k++) {
+        set_points(one, k == 2 ? 1 : 0, k * 100000000LL);
+        if (k == 3) set_map(one, ROAD, ROUTE);
+        move_state(one, two);
+        step(one, 0.1 * k, 0.1);
+        step(two, 0.1 * k, 0.1);
+        compare(one, two);
+        receive(two, one);
     }
-    fmi3FreeInstance(one);
-    fmi3FreeInstance(two);
+    note(fmi3Reset(two));
+    note(fmi3Terminate(one));
 }
 
+static void live_once(void) { live_as_two("perception", live_together); }
+
 int main(int count, char **arguments) {
-    countdown = -1;
-    const int starves = count > 1 && strcmp(arguments[1], "starved") == 0;
+    const int starves = shall_starve(count, arguments);
     for (kind_of_index = 1; kind_of_index <= 2; kind_of_index++) {
         if (!starves) live_once();
         else if (starve(live_once)) return 1;

@@ -1,6 +1,6 @@
 """When the direct link is out, and when the ego brakes.
 
-    python -m studies.collision.outage RUN [RUN ...]
+    python -m studies.red_light.outage RUN [RUN ...]
 
 Each RUN is a directory of `nlosim run scenarios/red_light_driving.yaml --set
 components.relay.type=relay-direct`. Prints a table (Markdown) with one row per run.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fmus.messages.records import frame
-from studies.collision.outage import outage, table
+from studies.red_light.outage import outage, table
 from tests.studies.red_light.test_metrics import Run, Samples, packet, reception, recording
 
 SECOND = 1_000_000_000

@@ -1,0 +1,127 @@
+"""An instance in a library that this process loaded: what FMI 2.0 and 3.0 have in common."""
+
+import abc
+import ctypes
+import functools
+from collections import defaultdict
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy.typing as npt
+from typing_extensions import override
+
+from adapters.fmi.block import Block, address_of, blocks
+from adapters.fmi.description import FmuDescription
+from adapters.fmi.handle import FunctionNames, Handle
+from adapters.fmi.instance import FmuInstance
+from adapters.fmi.messages import MessageLog
+from adapters.fmi.unpacked import LoadedFmu
+from orchestrator.signal import Signal
+
+
+class LoadedInstance(FmuInstance):
+    """An instance whose functions are called here.
+
+    Args:
+        description: of the FMU.
+        name: of the instance.
+        log: receives what the FMU says.
+        may_restore: whether a step may be followed by a return to a state before it.
+    """
+
+    names: ClassVar[FunctionNames]
+    """Those of the functions of the FMI version."""
+    dtypes: ClassVar[Mapping[str, npt.DTypeLike]]
+    """The types of its variables."""
+
+    def __init__(
+        self, description: FmuDescription, name: str, log: MessageLog, *, may_restore: bool
+    ) -> None:
+        self._description = description
+        self._log = log
+        self._may_restore = may_restore
+        self._lengths = {
+            v.name: int(v.start[0]) for v in description.of("structuralParameter") if v.start
+        }
+        instantiate = functools.partial(self._instantiate, name)
+        self._handle = Handle(LoadedFmu(description, name), log, self.names, instantiate)
+        self._fmu, self._guard = self._handle.fmu, self._handle.guard
+        self._instance = self._handle.address
+        self._blocks = [
+            *blocks(description.of("structuralParameter", "parameter"), self.dtypes),
+            *blocks(description.of("input"), self.dtypes),
+        ]
+        self._block_of = {v.name: block for block in self._blocks for v in block.variables}
+        self._output_blocks = blocks(description.of("output"), self.dtypes)
+        self._resize_blocks()
+
+    @abc.abstractmethod
+    def _instantiate(self, name: str, fmu: LoadedFmu) -> int | None:
+        """The address of a new instance called `name`, if there is one."""
+
+    @abc.abstractmethod
+    def _write_block(self, block: Block, names: list[str]) -> None:
+        """Set the variables `names` to what stands in their block."""
+
+    @abc.abstractmethod
+    def _read_block(self, block: Block, elements: Any) -> None:
+        """Get the values of a block into the memory at the address `elements`."""
+
+    @abc.abstractmethod
+    def _write_string(self, reference: Any, pointer: Any) -> None:
+        """Set one variable, by pointers to its reference and to its text."""
+
+    def _resize_blocks(self) -> None:
+        for block in (*self._blocks, *self._output_blocks):
+            block.resize(self._lengths)
+        for block in self._blocks:
+            block.allocate()
+
+    @override
+    def write(self, values: Mapping[str, Signal]) -> None:
+        groups: defaultdict[Block, list[str]] = defaultdict(list)
+        for name, value in values.items():
+            block = self._block_of[name]
+            block.views[name][...] = value
+            groups[block].append(name)
+        for block, names in groups.items():
+            self._write_block(block, names)
+
+    @override
+    def read(self) -> dict[str, Signal]:
+        found: dict[str, Signal] = {}
+        for block in self._output_blocks:
+            elements = block.fresh()
+            self._read_block(block, address_of(elements))
+            found.update(block.split(elements != 0 if block.kind == "Boolean" else elements))
+        return found
+
+    @override
+    def write_text(self, values: Mapping[str, str]) -> None:
+        for name, text in values.items():
+            reference = ctypes.c_uint32(self._description.variables[name].reference)
+            pointer = (ctypes.c_char_p * 1)(text.encode())
+            self._write_string(ctypes.byref(reference), pointer)
+
+    @override
+    def exit_initialisation(self) -> None:
+        self._handle.exit_initialisation()
+
+    @override
+    def save(self) -> int:
+        return self._handle.save()
+
+    @override
+    def restore(self, state: int, lengths: Mapping[str, int]) -> None:
+        self._handle.restore(state)
+        if lengths != self._lengths:
+            self._lengths = dict(lengths)
+            self._resize_blocks()
+
+    @override
+    def forget(self, state: int) -> None:
+        self._handle.forget(state)
+
+    @override
+    def free(self) -> None:
+        self._handle.free()

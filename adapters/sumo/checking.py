@@ -1,0 +1,102 @@
+"""What `nlosim check` finds in a SUMO scene."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from adapters.sumo.checks.demand import DemandElements, Scene
+from adapters.sumo.checks.findings import Findings
+from adapters.sumo.checks.net import NetElements, Roads
+from adapters.sumo.checks.polygons import HEIGHTS, SHAPES, PolygonReader
+from adapters.sumo.checks.reading import WellFormed, read
+from adapters.sumo.files import FileKind, NamedFile, SceneFiles, read_scene
+from adapters.sumo.probing import probe
+from orchestrator.errors import Location, Problem
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SceneCheck:
+    """What has been found in the files of a scene.
+
+    Attributes:
+        files: of the scene.
+        problems: what keeps it from being simulated, each at its place, in the order of the files.
+        remarks: what is not wrong, but may not be meant.
+        is_empty: whether no vehicle, person or flow is declared.
+        roads: edges and lanes of the net.
+        types: vehicle types.
+    """
+
+    files: SceneFiles
+    roads: Roads
+    types: frozenset[str]
+    problems: tuple[Problem, ...]
+    remarks: tuple[Problem, ...]
+    is_empty: bool
+
+
+def check_scene(config: Path, *, thorough: bool) -> SceneCheck:
+    """Check the files of a scene.
+
+    Args:
+        config: the configuration (`*.sumocfg`).
+        thorough: whether SUMO opens the scene, too, in a process of its own; that is done only
+            if nothing else is wrong.
+    """
+    files, problems = read_scene(config)
+    forgiven = {SHAPES, HEIGHTS}
+    if files.is_on("ignore-route-errors"):
+        forgiven.add("unknown edges")
+    findings = Findings(forgiven=frozenset(forgiven))
+    scene = Scene(findings, Roads(), PolygonReader(findings))
+    unreadable = _read_contents(files, scene)
+    problems = sorted({*problems, *unreadable, *findings.problems()}, key=_place)
+    remarks = findings.all_remarks()
+    if thorough and not problems:
+        seen = probe(files, scene.ids)
+        problems, remarks = list(seen.problems), [*remarks, *seen.remarks]
+    return SceneCheck(
+        files=files,
+        problems=tuple(problems),
+        remarks=tuple(remarks),
+        is_empty=scene.roads.complete and not scene.traffic,
+        roads=scene.roads,
+        types=frozenset(scene.types),
+    )
+
+
+def inputs_of(config: Path) -> tuple[Path, ...]:
+    """The configuration and every existing file that SUMO reads because of it."""
+    return read_scene(config)[0].paths()
+
+
+def _read_contents(files: SceneFiles, scene: Scene) -> list[Problem]:
+    """Read every file; returns why some cannot be read to their ends."""
+    unreadable: list[Problem] = []
+    net = NetElements(scene.findings, scene.roads)
+    present = [each for each in files.inputs if each.path.is_file()]
+    for each in present:
+        problems = _read(each, net, scene)
+        unreadable += problems
+        if each.kind is FileKind.NET and not problems:
+            net.finish()
+    scene.polygons.finish()
+    if unreadable or len(present) < len(files.inputs) or not scene.roads.complete:
+        return unreadable  # what seems to be missing may be declared where it cannot be read
+    scene.finish()
+    return unreadable
+
+
+def _read(each: NamedFile, net: NetElements, scene: Scene) -> list[Problem]:
+    match each.kind:
+        case FileKind.NET:
+            return read(each.path, net)
+        case FileKind.ROUTES:
+            return read(each.path, DemandElements(scene, "routes"))
+        case FileKind.ADDITIONAL:
+            return read(each.path, DemandElements(scene, "additional"))
+        case _:
+            return read(each.path, WellFormed()) if each.path.suffix == ".xml" else []
+
+
+def _place(problem: Problem) -> tuple[Location, str]:
+    return problem.where, problem.what

@@ -1,0 +1,146 @@
+"""Polygons: which are buildings, and whether these have a ground plan and a height."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from adapters.sumo.checks.findings import Findings
+from adapters.sumo.checks.reading import Attributes
+from orchestrator.errors import Location
+
+BUILDING: Final = "building"
+SAME_POINT: Final = 0.01
+"""Corners closer than this [m] are one: SUMO writes coordinates with two decimals."""
+
+_HEIGHT: Final = "height"
+SHAPES: Final = "buildings without a ground plan"
+HEIGHTS: Final = "heights"
+"""Kinds of problems with buildings that end no run: scenes made from maps have some."""
+_THIN: Final = 1e-3
+"""An area [m2] below this is none."""
+
+
+def is_building(kind: str) -> bool:
+    """Whether polygons of a type are buildings: `building`, or of a kind as in `building.yes`."""
+    return kind == BUILDING or kind.startswith(BUILDING + ".")
+
+
+@dataclass(slots=True)
+class _Polygon:
+    name: str
+    where: Location
+    height: str | None = None
+
+
+class PolygonReader:
+    """Reads the polygons of a scene, element by element.
+
+    Args:
+        findings: where problems go.
+    """
+
+    def __init__(self, findings: Findings) -> None:
+        self._findings = findings
+        self._building: _Polygon | None = None
+        self._others: dict[str, tuple[int, Location]] = {}
+
+    def start(self, name: str, attributes: Attributes, here: Callable[[], Location]) -> None:
+        """An element begins."""
+        if name == "poly":
+            self._begin(attributes, here())
+        elif name == "param" and self._building is not None and attributes.get("key") == _HEIGHT:
+            self._building.height = attributes.get("value", "")
+
+    def end(self, name: str) -> None:
+        """An element ends."""
+        if name == "poly" and self._building is not None:
+            self._check_height(self._building)
+            self._building = None
+
+    def finish(self) -> None:
+        """All files have been read: remarks about polygons that are no buildings."""
+        for kind, (count, where) in self._others.items():
+            noun = "polygon" if count == 1 else "polygons"
+            verb = "is no building" if count == 1 else "are no buildings"
+            named = f"of type `{kind}`" if kind else "without a type"
+            self._findings.remark(where, f"{count:,} {noun} {named} {verb}")
+
+    def _begin(self, attributes: Attributes, where: Location) -> None:
+        kind = attributes.get("type", "")
+        if not is_building(kind):
+            count, first = self._others.get(kind, (0, where))
+            self._others[kind] = (count + 1, first)
+            return
+        self._building = _Polygon(attributes.get("id", ""), where)
+        text = attributes.get("shape", "")
+        is_geodetic = attributes.get("geo", "").lower() in {"true", "1", "yes", "on"}
+        what = _shape_problem(text, is_geodetic=is_geodetic)
+        if what is not None:
+            what = f"building `{self._building.name}` is left out: {what}"
+            self._findings.add(SHAPES, where, what)
+
+    def _check_height(self, building: _Polygon) -> None:
+        if building.height is None or height_in(building.height) is not None:
+            return
+        what = (
+            f"building `{building.name}` gets the default height: a height [m] is a positive "
+            f'number in `<param key="{_HEIGHT}" value="..."/>`, got `{building.height}`'
+        )
+        self._findings.add(HEIGHTS, building.where, what)
+
+
+def height_in(text: str) -> float | None:
+    """The height of a building [m] that a text says; `None` if it is no positive number."""
+    try:
+        height = float(text)
+    except ValueError:
+        return None
+    return height if 0.0 < height < math.inf else None
+
+
+def _shape_problem(text: str, *, is_geodetic: bool) -> str | None:
+    """What is wrong with the ground plan of a building; `None` if nothing is."""
+    try:
+        corners = [_corner(part) for part in text.split()]
+    except ValueError:
+        return f"`shape` is a list of `x,y`, got `{_shortened(text)}`"
+    if is_geodetic:  # degrees: SUMO projects them
+        return "at least 3 different corners are needed" if len(set(corners)) < 3 else None
+    count = _different(corners)
+    if count < 3:
+        return f"at least 3 different corners are needed, there are {count}"
+    if abs(_area(corners)) < _THIN:
+        return "its corners lie on a line, or its outline crosses itself: the area is 0 m2"
+    return None
+
+
+def _corner(part: str) -> tuple[float, float]:
+    x, y, *_ = map(float, part.split(","))
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise ValueError(part)
+    return x, y
+
+
+def _different(corners: list[tuple[float, float]]) -> int:
+    """How many corners differ from all before them; counting ends at 3."""
+    found: list[tuple[float, float]] = []
+    for corner in corners:
+        if all(math.dist(corner, other) >= SAME_POINT for other in found):
+            found.append(corner)
+        if len(found) == 3:
+            break
+    return len(found)
+
+
+def _area(corners: list[tuple[float, float]]) -> float:
+    """The signed area of an outline [m2], by the shoelace formula."""
+    x0, y0 = corners[0]  # differences keep the precision far from the origin
+    ring = [(x - x0, y - y0) for x, y in corners]
+    return 0.5 * math.fsum(
+        ax * by - bx * ay for (ax, ay), (bx, by) in zip(ring, [*ring[1:], ring[0]], strict=True)
+    )
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= 40 else text[:37] + "..."

@@ -1,0 +1,55 @@
+"""What entities refer to: lanes, edges and vehicle types that a scene does not have."""
+
+from collections.abc import Collection, Iterator, Mapping
+
+from adapters.sumo.checks.net import Roads
+from adapters.sumo.entities import Entity
+from orchestrator.errors import ParameterProblem
+from orchestrator.suggestion import suggestion
+
+
+def missing_references(
+    entities: Mapping[str, Entity | None], roads: Roads, types: Collection[str]
+) -> Iterator[ParameterProblem]:
+    """Lanes, edges, vehicle types and other entities that are named and not there.
+
+    Args:
+        entities: of a scenario.
+        roads: of the net; nothing is looked up in a net that could not be read.
+        types: vehicle types of the scene.
+    """
+    for name, entity in entities.items():
+        if entity is None:
+            continue
+        address = ("entities", name)
+        yield from _missing((*address, "type"), "vehicle type", entity.type, types, entity)
+        if roads.complete:
+            lane = entity.position.lane
+            yield from _missing((*address, "position", "lane"), "lane", lane, roads.lanes, entity)
+            for k, edge in enumerate(entity.route):
+                yield from _missing((*address, "route", k), "edge", edge, roads.edges, entity)
+            yield from _missing((*address, "to"), "edge", entity.to, roads.edges, entity)
+        if entity.synchronise is not None:
+            other = entity.synchronise.entity
+            yield from _missing(
+                (*address, "synchronise", "entity"), "entity", other, entities, None
+            )
+        other = entity.trigger.entity
+        yield from _missing((*address, "trigger", "entity"), "entity", other, entities, None)
+        if entity.finish is not None:
+            other = entity.finish.crossing
+            yield from _missing((*address, "finish", "crossing"), "entity", other, entities, None)
+
+
+def _missing(
+    address: tuple[str | int, ...],
+    noun: str,
+    name: str,
+    known: Collection[str],
+    entity: Entity | None,
+) -> Iterator[ParameterProblem]:
+    is_unit = entity is not None and entity.is_roadside_unit
+    if name and name not in known and not (noun == "vehicle type" and is_unit):
+        owner = "the scenario declares" if noun == "entity" else "the scene has"
+        what = f"{owner} no {noun} `{name}`; {suggestion(name, list(known))}"
+        yield ParameterProblem(address, what)

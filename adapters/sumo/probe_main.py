@@ -1,0 +1,41 @@
+"""The process in which SUMO opens a scene: `python -m adapters.sumo.probe_main RESULT OPTION ...`.
+
+`RESULT` becomes a JSON file: `stage` is `loading`, `stepping` or `done`, also when SUMO crashes;
+`error` is the text of SUMO's exception, or `null`. What SUMO prints goes to standard error.
+"""
+
+import json
+import os
+import sys
+from pathlib import Path
+
+
+def main(result: Path, options: list[str]) -> None:
+    """Open a scene and simulate one step.
+
+    Args:
+        result: the file to write.
+        options: of SUMO.
+    """
+    os.dup2(2, 1)  # both SUMO and the import of libsumo print
+    import libsumo  # noqa: PLC0415 - only now it may print
+
+    def note(stage: str, error: str | None = None) -> None:
+        result.write_text(json.dumps({"stage": stage, "error": error}), encoding="utf-8")
+
+    stage = "loading"
+    try:
+        note(stage)
+        libsumo.start(["sumo", *options])
+        stage = "stepping"
+        note(stage)
+        libsumo.simulationStep()
+        libsumo.close()
+    except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
+        note(stage, str(error))
+    else:
+        note("done")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), sys.argv[2:])

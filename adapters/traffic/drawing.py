@@ -1,0 +1,127 @@
+"""A picture of a scene from above: roads, buildings, lights, and everybody on the road."""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from adapters.traffic.bodies import Body
+from adapters.traffic.geometry import Boxes, Float
+from orchestrator.signal import Array, Signal, Signals
+
+_WIDTH: Final = 10.0
+"""Of the picture [inch]."""
+
+_MARGIN: Final = 0.03
+"""Around everything, as a share of the larger side."""
+
+_SMALLEST: Final = 4e-3
+"""Of the larger side of the scene: what is shorter is drawn as a mark, not as a box."""
+
+_ROAD, _BUILDING, _ENTITY = "#d9d9d9", "#a89f91", "#d62728"
+
+_COLOURS: Final[Mapping[Body, str]] = {
+    Body.CAR: "#1f77b4",
+    Body.SUV: "#7fb2d9",
+    Body.VAN: "#17becf",
+    Body.BUS: "#9467bd",
+    Body.TRUCK: "#8c564b",
+    Body.RAIL: "#e377c2",
+    Body.MOTORCYCLE: "#ff7f0e",
+    Body.BICYCLE: "#2ca02c",
+    Body.PEDESTRIAN: "#bcbd22",
+}
+_LIGHTS: Final = ("#7f7f7f", "#d62728", "#d62728", "#ffbf00", "#8fd18f", "#2ca02c", "#d62728")
+"""By the codes of `light.state`."""
+
+
+def draw(signals: Signals, names: Mapping[int, str], title: str) -> Figure:
+    """A picture of a source of traffic at one instant.
+
+    Args:
+        signals: its outputs; `light.*` may be absent.
+        names: labels of some, by their numbers: those of the declared entities.
+        title: above the picture.
+    """
+    arrays = {name: np.asarray(signal) for name, signal in signals.items() if _is_array(signal)}
+    low, high = _bounds(arrays)
+    span = np.maximum(high - low, 10.0)
+    figure = Figure(figsize=(_WIDTH, _WIDTH * float(np.clip(span[1] / span[0], 0.3, 1.4)) + 0.8))
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    margin = _MARGIN * float(span.max())
+    axes.set_xlim(low[0] - margin, low[0] + span[0] + margin)
+    axes.set_ylim(low[1] - margin, low[1] + span[1] + margin)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    axes.set_title(title, loc="left")
+    _polygons(axes, arrays, "road", _ROAD)
+    _polygons(axes, arrays, "building", _BUILDING)
+    _lights(axes, arrays)
+    _bodies(axes, arrays, names, float(span.max()))
+    figure.tight_layout()
+    return figure
+
+
+def _is_array(signal: Signal) -> bool:
+    return not isinstance(signal, bytes)
+
+
+def _bounds(arrays: Mapping[str, Array]) -> tuple[Float, Float]:
+    """The corners of everything [m], shapes (2,)."""
+    parts = [arrays["road.vertex"], arrays["building.vertex"], arrays["vehicle.position"][:, :2]]
+    points = np.concatenate([part.reshape(-1, 2) for part in parts])
+    return (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(2), np.ones(2))
+
+
+def _polygons(axes: Axes, arrays: Mapping[str, Array], group: str, colour: str) -> None:
+    vertex, index = arrays[f"{group}.vertex"], arrays[f"{group}.index"]
+    cuts = np.flatnonzero(np.diff(index)) + 1
+    rings = [ring for ring in np.split(vertex, cuts) if len(ring)]
+    axes.add_collection(PolyCollection(rings, facecolors=colour, edgecolors="none"))
+
+
+def _lights(axes: Axes, arrays: Mapping[str, Array]) -> None:
+    place = arrays.get("light.position")
+    if place is None or not len(place):
+        return
+    colours = [_LIGHTS[code] for code in arrays["light.state"].tolist()]
+    axes.scatter(place[:, 0], place[:, 1], s=6, c=colours, linewidths=0, zorder=3)
+
+
+def _bodies(axes: Axes, arrays: Mapping[str, Array], names: Mapping[int, str], span: float) -> None:
+    center, heading = arrays["vehicle.position"][:, :2], arrays["vehicle.heading"]
+    size, body = arrays["vehicle.size"][:, :2], arrays["vehicle.body"]
+    numbers = arrays["vehicle.id"].tolist()
+    present = []
+    for kind, colour in _COLOURS.items():
+        rows = np.flatnonzero(body == kind)
+        if not len(rows):
+            continue
+        present.append(Patch(color=colour, label=f"{kind.name.lower()} ({len(rows)})"))
+        boxes = Boxes(center=center[rows], heading=heading[rows], size=size[rows]).corners()
+        axes.add_collection(PolyCollection(list(boxes), facecolors=colour, zorder=4))
+        small = rows[size[rows].max(axis=1) < _SMALLEST * span]
+        axes.scatter(center[small, 0], center[small, 1], s=5, c=colour, linewidths=0, zorder=4)
+    carries = np.flatnonzero(arrays["vehicle.lidar"])
+    axes.scatter(
+        center[carries, 0], center[carries, 1], s=60, facecolors="none", edgecolors="black",
+        linewidths=0.8, zorder=5,
+    )  # fmt: skip
+    for row, number in enumerate(numbers):
+        if number in names:
+            axes.annotate(
+                names[number], center[row], xytext=(4, 4), textcoords="offset points",
+                fontsize=8, color=_ENTITY, zorder=6,
+            )  # fmt: skip
+    if present:
+        axes.legend(
+            handles=present, loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8,
+            frameon=False, title="circle: lidar", title_fontsize=8,
+        )  # fmt: skip

@@ -1,0 +1,253 @@
+"""What is found in the files of a SUMO scene, each thing at its line and column."""
+
+import gzip
+import shutil
+from pathlib import Path
+
+import pytest
+from hypothesis import given, strategies as st
+
+from adapters.sumo.checking import check_scene
+from adapters.sumo.checks.findings import MOST
+from tests.adapters.scene import ASSETS, NET, ROUTES, SHAPES, Folder, said
+
+SCENE = ASSETS / "red_light.sumocfg"
+CAR = '<vehicle id="{}" depart="0" type="{}"><route edges="south_in north_out"/></vehicle>'
+BUILDING = '<poly id="{}" type="{}" shape="{}"><param key="height" value="{}"/></poly>'
+SQUARE = "0,0 10,0 10,10 0,10"
+
+
+@pytest.mark.parametrize("thorough", [False, True], ids=["static", "thorough"])
+def test_the_red_light_scene_has_no_problem_and_no_vehicle(*, thorough: bool) -> None:
+    check = check_scene(SCENE, thorough=thorough)
+    assert check.problems == ()
+    assert said(check.remarks) == [
+        "red_light.sumocfg:1:1: the scene has no vehicle, person or flow"
+    ]
+
+
+@pytest.mark.parametrize("more", ["", '<begin value="57600"/>'], ids=["from 0 s", "from 16 h"])
+def test_a_sound_scene_passes(more: str, folder: Folder) -> None:
+    folder.write(ROUTES, f"<routes>{CAR.format('a', 'DEFAULT_VEHTYPE')}</routes>")
+    check = check_scene(folder.config(routes=ROUTES, more=more), thorough=True)
+    assert (check.problems, check.remarks) == ((), ())
+
+
+def test_a_left_hand_net_passes(folder: Folder) -> None:
+    net = folder.path / NET
+    net.write_text(net.read_text().replace("<net ", '<net lefthand="true" ', 1))
+    assert check_scene(folder.config(), thorough=True).problems == ()
+
+
+def test_compressed_files_are_read(folder: Folder) -> None:
+    with gzip.open(folder.path / "net.xml.gz", "wb") as stream:
+        stream.write((ASSETS / NET).read_bytes())
+    assert check_scene(folder.config(net="net.xml.gz"), thorough=True).problems == ()
+    whole = (folder.path / "net.xml.gz").read_bytes()
+    (folder.path / "net.xml.gz").write_bytes(whole[: len(whole) // 2])
+    (problem,) = check_scene(folder.config(net="net.xml.gz"), thorough=False).problems
+    assert "net.xml.gz:1:1: the compressed file is damaged" in str(problem)
+
+
+def test_a_cut_net_is_said_once_where_it_ends(folder: Folder) -> None:
+    text = (ASSETS / NET).read_text()
+    cut = text[: text.index('<edge id=":center_9"')]
+    folder.write(NET, cut + "<edge id=")
+    check = folder.routes(CAR.format("a", "DEFAULT_VEHTYPE"), thorough=True)
+    line = cut.count("\n") + 1
+    assert said(check.problems) == [
+        f"{NET}:{line}:5: not XML: unclosed token; the file is empty or has been cut off"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("net", "expected"),
+    [
+        ("<routes/>", "1:1: this is no net: it begins with `<routes>`, which is a route file"),
+        ("<nodes/>", "1:1: this is no net: it begins with `<nodes>`, which is a source of a net"),
+        ("<osm/>", "1:1: this is no net: it begins with `<osm>`, which is something else"),
+        ('<net version="1.20"/>', "1:1: the net has no lanes"),
+        (
+            (
+                '<net version="1.20">\n<location convBoundary="0,0,10,3e6"/>'
+                '<edge id="e"><lane id="e_0"/></edge></net>'
+            ),
+            "2:1: the coordinate 3000000 m is far from the origin; make the net again with netconv",
+        ),
+        (
+            '<net version="1.20"><edge id="e"><lane id="e_0"/></edge>\n <edge id="e"/></net>',
+            "2:2: edge `e` is declared in line 1 already",
+        ),
+        (
+            (
+                '<net version="1.20"><edge id="e" from="j" to="k"><lane id="e_0"/></edge>'
+                '<junction id="j"/></net>'
+            ),
+            "1:21: edge `e`: `to` is junction `k`, which is not here",
+        ),
+        (
+            (
+                '<net version="1.20"><edge id="e"><lane id="e_0"/></edge>\n'
+                '<connection from="e" to="f"/></net>'
+            ),
+            "2:1: connection: `to` is edge `f`, which is not before it",
+        ),
+    ],
+)
+def test_a_wrong_net_is_said(net: str, expected: str, folder: Folder) -> None:
+    folder.write(NET, net)
+    (problem,) = check_scene(folder.config(), thorough=False).problems
+    assert said([problem])[0].startswith(f"{NET}:{expected}")
+
+
+@pytest.mark.parametrize(
+    ("name", "is_routes"), [(NET, True), (NET, False), ("scene.sumocfg", False)]
+)
+def test_a_file_of_another_kind_is_said(name: str, *, is_routes: bool, folder: Folder) -> None:
+    config = folder.config(routes=name) if is_routes else folder.config(additional=name)
+    (problem,) = check_scene(config, thorough=True).problems
+    wanted = "route file" if is_routes else "additional file"
+    assert f"this is no {wanted}: it begins with `<" in problem.what
+
+
+def test_whatever_names_an_edge_names_one_of_the_net(folder: Folder) -> None:
+    check = folder.routes(
+        '<route id="r" edges="south_in x y"/>',
+        '<vehicle id="a" depart="0"><route edges="z"/></vehicle>',
+        '<trip id="b" depart="0" from="x" to="north_out" via="south_in"/>',
+        '<flow id="c" begin="0" end="1" number="1" from="south_in" to="north_out" via="x"/>',
+        '<person id="d" depart="0"><walk edges="x"/><ride to="y"/></person>',
+        '<vehicle id="e" depart="0" route="s"><stop lane="south_in_7"/></vehicle>',
+    )
+    assert said(check.problems) == [
+        f"{ROUTES}:2:1: route `r`: `edges`: the net has no edge `x` (and 1 more here)",
+        f"{ROUTES}:3:28: route: `edges`: the net has no edge `z`",
+        f"{ROUTES}:4:1: trip `b`: `from`: the net has no edge `x`",
+        f"{ROUTES}:5:1: flow `c`: `via`: the net has no edge `x`",
+        f"{ROUTES}:6:27: walk: `edges`: the net has no edge `x`",
+        f"{ROUTES}:6:44: ride: `to`: the net has no edge `y`",
+        f"{ROUTES}:7:1: vehicle `e`: no file of the scene declares the route `s`",
+        f"{ROUTES}:7:38: stop: `lane`: the net has no lane `south_in_7`",
+    ]
+
+
+def test_types_are_declared_anywhere_in_the_scene_or_built_in(folder: Folder) -> None:
+    check = folder.routes(
+        CAR.format("a", "late"),
+        '<vType id="late"/>',
+        CAR.format("b", "DEFAULT_BIKETYPE"),
+        '<vTypeDistribution id="mix" vTypes="late none"/>',
+        CAR.format("c", "mix"),
+        CAR.format("d", "taxi"),
+    )
+    assert [what.partition("; add")[0] for what in said(check.problems)] == [
+        f"{ROUTES}:5:1: vTypeDistribution `mix`: no file of the scene declares the type `none`",
+        f"{ROUTES}:7:1: vehicle `d`: no file of the scene declares the type `taxi`",
+    ]
+
+
+def test_ids_are_unique_among_their_kind(folder: Folder) -> None:
+    check = folder.routes(
+        CAR.format("a", "DEFAULT_VEHTYPE"),
+        '<trip id="a" depart="0" from="south_in" to="north_out"/>',
+        '<flow id="a" begin="0" end="1" number="1" from="south_in" to="north_out"/>',
+        '<vType id="a"/>',
+        '<vTypeDistribution id="a"/>',
+    )
+    assert said(check.problems) == [
+        f"{ROUTES}:3:1: trip `a` is declared in line 2 already",
+        f"{ROUTES}:6:1: vTypeDistribution `a` is declared in line 5 already",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("kind", "shape", "height", "expected"),
+    [
+        ("building", "0,0 1,0", "5", "at least 3 different corners are needed, there are 2"),
+        ("building", "0,0 1,0 0,0.001 1,0", "5", "at least 3 different corners are needed"),
+        ("building.yes", "0,0 5,5 9,9", "5", "its corners lie on a line, or its outline crosses"),
+        ("building", "0,0 5,5 x", "5", "`shape` is a list of `x,y`, got `0,0 5,5 x`"),
+        ("building", "0,0 5,nan 1,9", "5", "`shape` is a list of `x,y`"),
+        ("building", "", "5", "at least 3 different corners are needed, there are 0"),
+        ("building", "0,0 4.4e6,0 4.4e6,9", "5", "the coordinate 4400000 m is far from the origin"),
+        ("building", SQUARE, "tall", "the height [m] is a positive number in"),
+        ("building", SQUARE, "0", "the height [m] is a positive number in"),
+        ("building.house", SQUARE, "-3", "the height [m] is a positive number in"),
+        ("building", SQUARE, "inf", "the height [m] is a positive number in"),
+    ],
+)
+def test_a_building_has_a_ground_plan_and_a_height(
+    kind: str, shape: str, height: str, expected: str, folder: Folder
+) -> None:
+    check = folder.additional(
+        BUILDING.format("good", kind, SQUARE, 3), " " + BUILDING.format("bad", kind, shape, height)
+    )
+    (problem,) = said(check.problems)
+    assert problem.startswith(f"{SHAPES}:3:2: building `bad`: {expected}")
+
+
+def test_a_building_without_a_height_is_said(folder: Folder) -> None:
+    check = folder.additional(f'<poly id="b" type="building" shape="{SQUARE}"/>')
+    (problem,) = said(check.problems)
+    assert problem.endswith("it has none")
+
+
+def test_polygons_that_are_no_buildings_are_counted(folder: Folder) -> None:
+    lines = [f'<poly id="{k}" type="landuse.forest" shape="0,0"/>' for k in range(12)]
+    check = folder.additional(*lines, '<poly id="w" type="buildings" shape=""/>')
+    assert check.problems == ()
+    assert said(check.remarks)[:2] == [
+        f"{SHAPES}:2:1: 12 polygons of type `landuse.forest` are no buildings",
+        f"{SHAPES}:14:1: 1 polygon of type `buildings` is no building",
+    ]
+
+
+def test_of_very_many_problems_the_rest_is_counted(folder: Folder) -> None:
+    check = folder.routes(
+        *(f'<trip id="{k}" depart="0" from="x" to="north_out"/>' for k in range(MOST + 1480))
+    )
+    assert len(check.problems) == MOST + 1
+    assert said(check.problems)[-1] == (
+        f"{ROUTES}:{MOST + 2}:1: ... and 1,480 more unknown edges from here on"
+    )
+
+
+def test_entities_are_refused_before_they_grow(folder: Folder) -> None:
+    laughs = "".join(f'<!ENTITY a{k + 1} "{f"&a{k};" * 10}">' for k in range(9))
+    bomb = f'<!DOCTYPE r [<!ENTITY a0 "ha">{laughs}]>\n<routes>&a9;</routes>'
+    folder.write(ROUTES, bomb)
+    (problem,) = check_scene(folder.config(routes=ROUTES), thorough=True).problems
+    assert "a document type (`<!DOCTYPE ...>`) is refused" in problem.what
+    assert problem.where.line == 1
+
+
+FILES = ("red_light.sumocfg", "red_light.net.xml", "red_light.typ.xml", "red_light.poly.xml")
+
+
+@given(data=st.data())
+def test_no_cut_file_raises(data: st.DataObject, tmp_path_factory: pytest.TempPathFactory) -> None:
+    folder = tmp_path_factory.mktemp("cut")
+    for file in ASSETS.glob("red_light.*"):
+        shutil.copy(file, folder)
+    victim = folder / data.draw(st.sampled_from(FILES))
+    whole = victim.read_bytes()
+    end = len(whole.rstrip())
+    victim.write_bytes(whole[: data.draw(st.integers(0, end - 1))])
+    found = check_scene(folder / "red_light.sumocfg", thorough=False).problems
+    assert [problem.where.file for problem in found] == [str(victim)]
+
+
+@given(data=st.data())
+def test_no_damaged_file_raises(
+    data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    folder = tmp_path_factory.mktemp("damaged")
+    for file in ASSETS.glob("red_light.*"):
+        shutil.copy(file, folder)
+    victim = folder / data.draw(st.sampled_from(FILES))
+    raw = bytearray(victim.read_bytes())
+    for place in data.draw(st.lists(st.integers(0, len(raw) - 1), min_size=1, max_size=5)):
+        raw[place] = data.draw(st.integers(0, 255))
+    victim.write_bytes(raw)
+    for problem in check_scene(folder / "red_light.sumocfg", thorough=False).problems:
+        assert Path(problem.where.file).parent == folder

@@ -1,0 +1,115 @@
+"""The results that are committed are those of today's code: some runs of the studies, run again.
+
+`python tests/studies/test_kept_results.py FIRST LAST` compares all committed runs of these seeds.
+"""
+
+import csv
+import math
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from orchestrator.experiment.load import load_experiment
+from orchestrator.experiment.plan import Experiment
+from orchestrator.run import run_scenario
+from orchestrator.scenario.build import load_scenario
+
+ROOT = Path(__file__).parents[2]
+RELAY = "studies/relay/experiments/paper_relay.yaml", "relay_runs.csv"
+DRIVING = "studies/collision/experiments/collision_policies.yaml", "collision_policies_runs.csv"
+_NOT_RESULTS = {"seed", "wall_s", "error"}
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A committed run.
+
+    Attributes:
+        study: the experiment file, and the table of its runs.
+        levels: of its factors; enough of them to tell it from others.
+        seed: of it.
+    """
+
+    study: tuple[str, str]
+    levels: Mapping[str, str]
+    seed: int
+
+    def __str__(self) -> str:
+        return " ".join([*self.levels.values(), str(self.seed)])
+
+
+def committed(kept: Kept) -> Mapping[str, str]:
+    """The row of the table."""
+    with (ROOT / "docs" / "results" / kept.study[1]).open(encoding="utf-8", newline="") as stream:
+        rows = [
+            row
+            for row in csv.DictReader(stream)
+            if row["seed"] == str(kept.seed)
+            and all(row[factor] == level for factor, level in kept.levels.items())
+        ]
+    (row,) = rows
+    return row
+
+
+def differences(kept: Kept, experiment: Experiment) -> Iterator[str]:
+    """Where a run of today is not the committed one; numbers are committed with six decimals."""
+    (combination,) = [
+        each for each in experiment.combinations if kept.levels.items() <= each.levels.items()
+    ]
+    scenario = load_scenario(
+        experiment.scenario, (*combination.overrides, f"seed={kept.seed}", "report=red-light")
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        metrics = run_scenario(scenario, Path(folder) / "run", figure=False).metrics
+    row = committed(kept)
+    for column, path in experiment.metrics.items():
+        value: object = metrics
+        for key in path.split("."):
+            value = value.get(key) if isinstance(value, Mapping) else None
+        said = row[column]
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        if is_number:
+            assert isinstance(value, int | float)
+            same = bool(said) and math.isclose(float(said), value, abs_tol=5.1e-7)
+        else:
+            same = said == ("" if value is None else str(value))
+        if not same:
+            yield f"{kept}: {column} is {value}, committed is {said}"
+
+
+@pytest.mark.parametrize(
+    "kept",
+    [
+        Kept(RELAY, {"method": "mohed", "density": "30 m", "speed": "30 km/h"}, 101),
+        Kept(RELAY, {"method": "signal-strength", "density": "20 m", "speed": "30 km/h"}, 104),
+        Kept(RELAY, {"method": "random", "density": "30 m", "speed": "25 km/h"}, 107),
+        Kept(DRIVING, {"policy": "rule-based"}, 102),
+        Kept(DRIVING, {"policy": "cooperative-32"}, 110),
+    ],
+    ids=str,
+)
+def test_a_run_is_what_it_was(kept: Kept) -> None:
+    assert list(differences(kept, load_experiment(ROOT / kept.study[0]))) == []
+
+
+def compare(first: int, last: int) -> int:
+    """Compare all committed runs of seeds `first` to `last`; how many differ."""
+    wrong = total = 0
+    for study in (RELAY, DRIVING):
+        experiment = load_experiment(ROOT / study[0])
+        for seed in range(first, last + 1):
+            for combination in experiment.combinations:
+                found = list(differences(Kept(study, combination.levels, seed), experiment))
+                total += 1
+                wrong += bool(found)
+                print(*found, sep="\n", end="\n" if found else "")  # noqa: T201 - a command
+    print(f"{total} runs compared, {wrong} differ")  # noqa: T201 - a command
+    return wrong
+
+
+if __name__ == "__main__":
+    sys.exit(compare(*map(int, sys.argv[1:3])) > 0)
