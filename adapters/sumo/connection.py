@@ -32,13 +32,13 @@ with contextlib.redirect_stdout(sys.stderr):  # it may print about pyarrow, amon
 Program = Literal["libsumo", "sumo", "sumo-gui"]
 
 _WAIT: Final = 0.1
-"""Between two attempts to reach a program [s]."""
+"""The time between two attempts to reach a program [s]."""
 
 _ATTEMPTS: Final = 600
-"""To reach a program just started: it loads the net first."""
+"""How often a program just started is tried: it loads the net first."""
 
 _ATTEMPTS_TO_JOIN: Final = 20
-"""To reach one that ought to run already."""
+"""How often one is tried that ought to run already."""
 
 _SPEED, _POSITION, _ANGLE = 0x40, 0x42, 0x43
 _POSE: Final = (_POSITION, _ANGLE, _SPEED)

@@ -191,7 +191,7 @@ class Ego:
         self._closest = NOBODY
 
     def signals(self) -> Mapping[str, Array]:
-        """Its outputs, by what follows its name."""
+        """Its outputs, by what follows its name; `route` has shape (vertex, 2)."""
         driver, outcome, closest = self.driver, self.outcome, self._closest
         return {
             "id": np.array(self._number if self.is_present else GONE),

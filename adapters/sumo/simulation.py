@@ -34,7 +34,7 @@ _RELEASE: Final = -1.0
 """`setSpeed` with this value hands the speed back to the car-following model."""
 
 _STOP_GAP: Final = 1.0
-"""Of types without `jmStoplineGap` [m], SUMO's default."""
+"""The gap of types without `jmStoplineGap` [m], SUMO's default."""
 
 _PARKED: Final = 1
 """Flag of a stop beside the road."""
@@ -248,11 +248,11 @@ class Sumo:
         return sorted(self._lights.getIDList())
 
     def controlled_lanes(self, light: str) -> list[str]:
-        """For each signal of `light`, the lane that leads to it; empty where there is none."""
+        """The lane that leads to each signal of `light`; empty where there is none."""
         return [links[0][0] if links else "" for links in self._lights.getControlledLinks(light)]
 
     def light_states(self, lights: Sequence[str]) -> list[str]:
-        """For each of `lights`, one of SUMO's letters for each of its signals."""
+        """The state of each of `lights`: one of SUMO's letters for each of its signals."""
         return self._watched_lights.texts(lights)
 
     # ---- vehicles
@@ -286,21 +286,39 @@ class Sumo:
         self._vehicle.setStop(name, edge, position, lane, _FOR_EVER, _PARKED)
 
     def add_near(self, name: str, kind: str, front: Float) -> None:
-        """Have a vehicle inserted that is moved from then on, on the lane nearest to `front`."""
+        """Have a vehicle inserted that is moved from then on.
+
+        Args:
+            name: of the vehicle.
+            kind: its type.
+            front: it enters on the lane nearest to this place [m], shape (2,).
+        """
         x, y = (front + self._shift).tolist()
         edge, _, _ = self._simulation.convertRoad(x, y, vClass=self.type_class(kind))
         self.add_route(name, [edge])
         self._vehicle.add(name, name, kind, departLane="best", departSpeed="0")
 
     def add_person(self, name: str, kind: str, front: Float) -> None:
-        """Have a person enter that is moved from then on, on the edge nearest to `front`."""
+        """Have a person enter that is moved from then on.
+
+        Args:
+            name: of the person.
+            kind: its type.
+            front: it enters on the edge nearest to this place [m], shape (2,).
+        """
         x, y = (front + self._shift).tolist()
         edge, position, _ = self._simulation.convertRoad(x, y)
         self._person.add(name, edge, position, typeID=kind)
         self._person.appendWaitingStage(name, _FOR_EVER)
 
     def move_person(self, name: str, front: Float, heading: float) -> None:
-        """Put a person with its front at `front` [m] at the end of the next step."""
+        """Put a person somewhere at the end of the next step.
+
+        Args:
+            name: of the person.
+            front: the middle of its front [m], shape (2,).
+            heading: counter-clockwise from east [rad].
+        """
         angle = 90.0 - math.degrees(heading)
         x, y = (front + self._shift).tolist()
         self._person.moveToXY(name, "", x, y, angle, _EXACTLY_THERE, _MATCH_RADIUS)

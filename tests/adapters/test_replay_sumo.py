@@ -14,7 +14,7 @@ from adapters.sumo.road import read_road
 from adapters.sumo.scene import read_buildings
 from adapters.sumo.simulation import Sumo
 from adapters.traffic.geometry import wrap
-from tests.adapters.conftest import SCENE
+from tests.adapters.red_light import SCENE
 from tests.adapters.traces import Sample, array, entered, replay, states, write_csv
 
 STEPS = 300
