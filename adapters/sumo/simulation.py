@@ -363,7 +363,7 @@ class Sumo:
         return self._shifted(self._watched_vehicles.poses(names))
 
     def person_poses(self, names: Sequence[str]) -> Float:
-        """The same of persons."""
+        """Poses of persons, shape (person, 4); see `vehicle_poses`."""
         return self._shifted(self._watched_persons.poses(names))
 
     def _shifted(self, poses: Float) -> Float:

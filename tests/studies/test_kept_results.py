@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from typing_extensions import override
 
 from orchestrator.experiment.load import load_experiment
 from orchestrator.experiment.plan import Experiment
@@ -38,6 +39,7 @@ class Kept:
     levels: Mapping[str, str]
     seed: int
 
+    @override
     def __str__(self) -> str:
         return " ".join([*self.levels.values(), str(self.seed)])
 
