@@ -9,7 +9,7 @@ from orchestrator.scenario.units import format_duration
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, nanoseconds
 
 _STEP: Final = nanoseconds("0.1")
-"""Of traffic whose configuration is silent: the radios send ten BSMs a second."""
+"""The step of traffic whose configuration is silent: the radios send ten BSMs a second."""
 
 _RADIO_STEP: Final = nanoseconds("0.01")
 _SHORT: Final = 60 * NANOSECONDS_PER_SECOND

@@ -363,7 +363,7 @@ class Sumo:
         return self._shifted(self._watched_vehicles.poses(names))
 
     def person_poses(self, names: Sequence[str]) -> Float:
-        """The same of persons."""
+        """Front x, y [m], SUMO angle [degrees] and speed [m/s], shape (person, 4)."""
         return self._shifted(self._watched_persons.poses(names))
 
     def _shifted(self, poses: Float) -> Float:
