@@ -15,7 +15,7 @@ from adapters.traffic.geometry import Boxes, Float
 from orchestrator.signal import Array, Signal, Signals
 
 _WIDTH: Final = 10.0
-"""The size of the picture [inch]."""
+"""The width of the picture [inch]."""
 
 _MARGIN: Final = 0.03
 """The margin around everything, as a share of the larger side."""
