@@ -89,8 +89,8 @@ def differences(kept: Kept, experiment: Experiment) -> Iterator[str]:
         Kept(RELAY, {"method": "mohed", "density": "30 m", "speed": "30 km/h"}, 101),
         Kept(RELAY, {"method": "signal-strength", "density": "20 m", "speed": "30 km/h"}, 104),
         Kept(RELAY, {"method": "random", "density": "30 m", "speed": "25 km/h"}, 107),
-        Kept(DRIVING, {"policy": "rule-based"}, 102),
-        Kept(DRIVING, {"policy": "cooperative-32"}, 110),
+        Kept(DRIVING, {"policy": "expert"}, 102),
+        Kept(DRIVING, {"policy": "early-fusion"}, 110),
     ],
     ids=str,
 )
