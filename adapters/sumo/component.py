@@ -13,6 +13,7 @@ from adapters.sumo.driven import driven
 from adapters.sumo.ego import Command
 from adapters.sumo.entities import Entity
 from adapters.sumo.parameters import TrafficParameters
+from adapters.sumo.references import faults
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.traffic import Traffic
 from orchestrator.component import Component
@@ -133,7 +134,8 @@ def _check(parameters: TrafficParameters) -> None:
         )
     for name, entity in parameters.entities.items():
         if entity is not None:
-            problems += [f"`entities.{name}`: {what}" for what in _misdeclared(name, entity)]
+            found = [*_misdeclared(name, entity), *faults(entity, parameters.entities)]
+            problems += [f"`entities.{name}`: {what}" for what in found]
     if problems:
         raise ComponentTypeError("\n".join(problems))
 

@@ -17,6 +17,8 @@ from adapters.traffic.geometry import Float, direction
 class SpeedProfile:
     """Keeps the speeds of a profile on its way; before it begins, the speed at the start.
 
+    From that one the speed changes evenly to that of the first point.
+
     Args:
         sumo: the simulation.
         placed: a vehicle on the road.
@@ -32,8 +34,8 @@ class SpeedProfile:
         self._sumo = sumo
         self._name = placed.road.departure.name
         self._initial = placed.road.departure.speed or 0.0
-        self._times = np.array(times)
-        self._speeds = np.array([point.speed for point in points])
+        self._times = np.array([0.0, *times])
+        self._speeds = np.array([self._initial, *(point.speed for point in points)])
         self._start = Start(placed.entity.trigger, self._name)
 
     def drive(self, stage: Stage) -> None:

@@ -11,6 +11,7 @@ from adapters.sumo.background import Background, Spawned, kept_clear
 from adapters.sumo.cast import Cast
 from adapters.sumo.census import Census
 from adapters.sumo.connectors import OVER
+from adapters.sumo.driven import driven, signals_of_nobody
 from adapters.sumo.ego import Command
 from adapters.sumo.equipment import Outfitter
 from adapters.sumo.errors import SumoError
@@ -67,6 +68,7 @@ class Traffic:
         self._roadside = RoadsideUnits(units)
         placed = Placement(sumo, types, rng).place(parameters.entities)
         self._cast = Cast(sumo, placed)
+        self._driven = driven(parameters.entities)
         background, equipment = (np.random.default_rng(rng.integers(2**63)) for _ in range(2))
         self._background: Background | None = None
         if parameters.background is not None:
@@ -124,6 +126,10 @@ class Traffic:
             ego.look_back(
                 instants, before, poses, census.roster, census.poses, has_left=ego.name in leaving
             )
+        there = {name for name, _ in present}
+        for name, ego in egos.items():
+            if ego.is_present and name not in there:
+                ego.look_around(now + self._step_length, census.roster, census.poses)
 
     def _move_on(self, spawned: Sequence[Spawned], leaving: frozenset[str]) -> None:
         """Take one step of SUMO, in which entities and `spawned` enter if there is room."""
@@ -173,8 +179,10 @@ class Traffic:
             **self._lights.signals(),
             OVER: np.array(bool(egos) and all(ego.outcome.is_over for ego in egos.values())),
         }
-        for name, ego in egos.items():
-            arrays |= {f"{name}.{key}": array for key, array in ego.signals().items()}
+        for name in self._driven:
+            ego = egos.get(name)
+            signals = signals_of_nobody() if ego is None else ego.signals()
+            arrays |= {f"{name}.{key}": array for key, array in signals.items()}
         arrays = self._roadside.join(arrays)
         for array in arrays.values():
             array.flags.writeable = False
