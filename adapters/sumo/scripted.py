@@ -4,6 +4,7 @@ Neither lights nor other vehicles change what they do.
 """
 
 import math
+from typing import Final
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from adapters.sumo.placement import Anywhere, Placed
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.stage import Stage, Start
 from adapters.traffic.geometry import Float, direction
+
+_ROUNDING: Final = 1e-9
+"""Times [s] that differ by less are one: those of steps are sums."""
 
 
 class SpeedProfile:
@@ -29,7 +33,8 @@ class SpeedProfile:
         times = [point.time for point in points]
         if sorted(times) != times:
             raise SumoError(
-                f"`entities.{placed.called}.speed_profile`: the times must not decrease, got {times}"
+                f"`entities.{placed.called}.speed_profile`: the times must not decrease, got "
+                f"{times}"
             )
         self._sumo = sumo
         self._name = placed.road.departure.name
@@ -95,7 +100,7 @@ class Trajectory:
             return
         now = since + stage.h
         self.center = np.array([np.interp(now, self._times, axis) for axis in self._places.T])
-        piece = int(np.searchsorted(self._times, now, side="left"))
+        piece = int(np.searchsorted(self._times, now - _ROUNDING, side="left"))
         if piece in {0, len(self._times)}:
             self.velocity = np.zeros(2)
             return

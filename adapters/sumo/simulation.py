@@ -206,6 +206,10 @@ class Sumo:
         """The value of `<param key="...">` in a vehicle type, empty if there is none."""
         return str(self._type.getParameter(kind, key))
 
+    def min_gap(self, kind: str) -> float:
+        """How far vehicles of this type stay behind one that stands [m]."""
+        return float(self._type.getMinGap(kind))
+
     def stop_gap(self, kind: str) -> float:
         """How far before a stop line vehicles of this type come to rest [m]."""
         return float(self._type.getParameter(kind, "junctionModel.jmStoplineGap") or _STOP_GAP)

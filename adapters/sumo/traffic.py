@@ -25,7 +25,7 @@ from adapters.sumo.roadside import RoadsideUnits, check_places, units_of
 from adapters.sumo.scene import VehicleTypes, read_buildings
 from adapters.sumo.simulation import Sumo
 from orchestrator.signal import Array, Signal, Signals
-from orchestrator.timebase import Time, nanoseconds
+from orchestrator.timebase import NANOSECONDS_PER_SECOND, Time, nanoseconds
 
 logger = logging.getLogger(__name__)
 
@@ -91,6 +91,11 @@ class Traffic:
             self._step(commands)
         self.outputs = self._signals()
 
+    @property
+    def _elapsed(self) -> float:
+        """Time since the start, the nearest number to it [s]."""
+        return self._steps * self._step_length / NANOSECONDS_PER_SECOND
+
     def _populate(self) -> None:
         """Insert everybody who is there at the start; the first step of SUMO moves nobody."""
         spawned = [] if self._background is None else self._background.place()
@@ -110,7 +115,7 @@ class Traffic:
         census, egos = self._census, self._cast.egos
         before, poses = census.roster, census.poses
         now: Time = self._start + self._steps * self._step_length
-        elapsed = self._steps * self._h
+        elapsed = self._elapsed
         present = [(name, ego) for name, ego in egos.items() if ego.is_present]
         leaving = frozenset(
             ego.name
@@ -134,7 +139,7 @@ class Traffic:
     def _move_on(self, spawned: Sequence[Spawned], leaving: frozenset[str]) -> None:
         """Take one step of SUMO, in which entities and `spawned` enter if there is room."""
         sumo, cast, census = self._sumo, self._cast, self._census
-        expected = dict(cast.call(self._steps * self._h))
+        expected = dict(cast.call(self._elapsed))
         for newcomer in spawned:
             sumo.add(newcomer.departure)
             expected[newcomer.name] = self._outfitter.equip(newcomer.name, newcomer.type)
