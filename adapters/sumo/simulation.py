@@ -308,9 +308,9 @@ class Sumo:
         found: Sequence[str] = self._vehicle.getIDList()
         return found
 
-    def teleporting(self) -> frozenset[str]:
-        """Vehicles that SUMO has lifted off the road and will put down elsewhere."""
-        return frozenset(self._vehicle.getTeleportingIDList())
+    def lifted(self) -> frozenset[str]:
+        """Vehicles that SUMO lifted off the road in the last step; it may have put them down."""
+        return frozenset(self._simulation.getStartingTeleportIDList())
 
     def type_of(self, vehicle: str) -> str:
         """The type of a vehicle."""
