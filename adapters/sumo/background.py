@@ -130,7 +130,7 @@ class Background:
         self._types = [kind for kind in types if kind.share > 0.0]
         if not self._types:
             raise SumoError(
-                'no vehicle type of the scene has a positive `share`, so there is no background '
+                "no vehicle type of the scene has a positive `share`, so there is no background "
                 'traffic; add `<param key="share" value="1"/>` to a `<vType>`'
             )
         shares = np.array([kind.share for kind in self._types])

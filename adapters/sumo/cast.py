@@ -10,6 +10,7 @@ from adapters.sumo.scripted import SpeedProfile, Trajectory
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.stage import Stage
 from adapters.sumo.synchronised import Synchronised
+from adapters.traffic.geometry import Float
 from adapters.traffic.polyline import Polyline
 
 
@@ -129,8 +130,10 @@ class Cast:
             return
         driven = {e.name: e.whereabouts for e in self.egos.values() if e.has_entered}
         stage = Stage(roster=roster, poses=poses, driven=driven, elapsed=elapsed, h=h)
-        for driver in (*self._synchronised.values(), *self._profiles):
+        for driver in self._synchronised.values():
             driver.drive(stage)
+        for profile in self._profiles:
+            profile.drive(stage)
         for key, body in self._bodies.items():
             if roster.row(key) is not None:
                 body.advance(stage)
@@ -143,7 +146,7 @@ class Cast:
             poses.heading[row] = heading
             poses.velocity[row] = velocity
 
-    def _known(self, roster: Roster) -> Iterator[tuple[int, object, float, object]]:
+    def _known(self, roster: Roster) -> Iterator[tuple[int, Float, float, Float]]:
         for ego in self.egos.values():
             row = roster.row(ego.name)
             if row is not None:

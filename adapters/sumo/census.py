@@ -76,7 +76,8 @@ class Census:
     def _change(self, expected: Mapping[str, Vehicle], leaving: frozenset[str]) -> Change:
         vehicles, persons = self._sumo.vehicles(), self._sumo.persons()
         departed, lifted = self._sumo.departed(), self._sumo.lifted()
-        if not (departed or lifted or leaving) and (vehicles, persons) == (self._vehicles, self._persons):
+        same = (vehicles, persons) == (self._vehicles, self._persons)
+        if same and not (departed or lifted or leaving):
             return Change(entered=(), left=frozenset())
         self._vehicles, self._persons = vehicles, persons
         there = dict.fromkeys(vehicles, Kind.VEHICLE)

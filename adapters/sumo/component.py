@@ -57,14 +57,16 @@ class SumoTraffic(Component):
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         self.close()
         self._sumo = Sumo(self._connect(int(rng.integers(2**31))))
-        begin = round(self._sumo.time * NANOSECONDS_PER_SECOND)
-        if begin != start:
-            logger.info(
-                "SUMO begins at %g s, the scenario at %g s; the run shows SUMO from its begin on",
-                seconds(begin),
-                seconds(start),
-            )
-        self._traffic = Traffic(self._sumo, self._parameters, rng, start)
+        with self._sumo.reached():
+            begin = round(self._sumo.time * NANOSECONDS_PER_SECOND)
+            if begin != start:
+                logger.info(
+                    "SUMO begins at %g s, the scenario at %g s; the run shows SUMO from its begin "
+                    "on",
+                    seconds(begin),
+                    seconds(start),
+                )
+            self._traffic = Traffic(self._sumo, self._parameters, rng, start)
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
@@ -80,7 +82,9 @@ class SumoTraffic(Component):
             for name in self._egos
         }
         assert self._traffic is not None  # noqa: S101  (the contract: `setup` comes first)
-        self._traffic.advance(commands, count)
+        assert self._sumo is not None  # noqa: S101
+        with self._sumo.reached():
+            self._traffic.advance(commands, count)
 
     @override
     def outputs(self) -> Signals:

@@ -229,7 +229,9 @@ class Placement:
         front = first.departure.position
         fit = int((front - kind.length) // pitch) + 1
         if entity.count > fit:
-            raise SumoError(f"`count` is {entity.count}, but lane `{first.lane}` has room for {fit}")
+            raise SumoError(
+                f"`count` is {entity.count}, but lane `{first.lane}` has room for {fit}"
+            )
         start = first.departure
         return self._on_road(
             name, start.route, entity, kind, first.lane, first.links, first.path,
@@ -285,8 +287,8 @@ class Placement:
             )
         if other.speed <= 0.0:
             raise SumoError(
-                f"`{other.called}` stands at the start, so nobody can start as far in time from the "
-                "meeting as it; set `position.s` or `position.to_end`"
+                f"`{other.called}` stands at the start, so nobody can start as far in time from "
+                "the meeting as it; set `position.s` or `position.to_end`"
             )
         center = other.road.departure.position - 0.5 * other.vehicle.type.length
         time = (meets.first - center) / other.speed

@@ -67,4 +67,3 @@ def strip(line: Float, width: float) -> Float:
     bend = 1.0 + (before * behind).sum(axis=1)
     offset = 0.5 * width * (before + behind) / np.maximum(bend, _SHARPEST_MITRE)[:, None]
     return np.concatenate([line - offset, (line + offset)[::-1]])
-

@@ -6,6 +6,7 @@ vehicles are those of the middle of their front bumpers, angles clockwise from n
 
 import math
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -97,6 +98,10 @@ class Sumo:
         self._watched_lights = connection.watch(
             modules.trafficlight, poses=False, text="getRedYellowGreenState"
         )
+
+    def reached(self) -> AbstractContextManager[None]:
+        """Within it, SUMO that is gone raises SumoError, whatever it was asked for."""
+        return self._connection.reached()
 
     def close(self) -> None:
         """End the simulation, or leave one that others have started; twice is harmless."""
