@@ -5,8 +5,8 @@ vehicles are those of the middle of their front bumpers, angles clockwise from n
 """
 
 import math
-from collections.abc import Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -256,15 +256,20 @@ class Sumo:
         self._route.add(name, list(edges))
 
     def add(self, departure: Departure) -> None:
-        """Have a vehicle inserted at the end of the next step, if there is room then."""
-        self._vehicle.add(
-            departure.name,
-            departure.route,
-            departure.type,
-            departLane=str(departure.lane),
-            departPos=f"{departure.position:.6f}",
-            departSpeed="max" if departure.speed is None else f"{departure.speed:.6f}",
-        )
+        """Have a vehicle inserted at the end of the next step, if there is room then.
+
+        Raises:
+            SumoError: SUMO has one of that name already, or cannot insert it there.
+        """
+        with self._adding(departure.name):
+            self._vehicle.add(
+                departure.name,
+                departure.route,
+                departure.type,
+                departLane=str(departure.lane),
+                departPos=f"{departure.position:.6f}",
+                departSpeed="max" if departure.speed is None else f"{departure.speed:.6f}",
+            )
         if not departure.changes_lanes:
             self._vehicle.setLaneChangeMode(departure.name, _NO_LANE_CHANGES)
 
@@ -282,14 +287,17 @@ class Sumo:
     def add_near(self, name: str, kind: str, front: Float) -> None:
         """Have a vehicle inserted that is moved from then on, on the lane nearest to `front`."""
         edge, _, _ = self._simulation.convertRoad(front[0], front[1], vClass=self.type_class(kind))
-        self.add_route(name, [edge])
-        self._vehicle.add(name, name, kind, departLane="best", departSpeed="0")
+        route = route_name(name)
+        with self._adding(name):
+            self.add_route(route, [edge])
+            self._vehicle.add(name, route, kind, departLane="best", departSpeed="0")
 
     def add_person(self, name: str, kind: str, front: Float) -> None:
         """Have a person enter that is moved from then on, on the edge nearest to `front`."""
         edge, position, _ = self._simulation.convertRoad(front[0], front[1])
-        self._person.add(name, edge, position, typeID=kind)
-        self._person.appendWaitingStage(name, _FOR_EVER)
+        with self._adding(name):
+            self._person.add(name, edge, position, typeID=kind)
+            self._person.appendWaitingStage(name, _FOR_EVER)
 
     def move_person(self, name: str, front: Float, heading: float) -> None:
         """Put a person with its front at `front` [m] at the end of the next step."""
@@ -361,6 +369,19 @@ class Sumo:
                 f"`{name}` has left its route: its front is at ({front[0]:.1f}, {front[1]:.1f}) m "
                 f"and no lane of the route is near ({error})"
             ) from error
+
+    @contextmanager
+    def _adding(self, name: str) -> Iterator[None]:
+        """Say whom SUMO refuses."""
+        try:
+            yield
+        except self._connection.refusal as error:
+            raise SumoError(f"SUMO refuses `{name}`: {error}") from error
+
+
+def route_name(entity: str) -> str:
+    """The name of the route of an entity, which the scene's own routes do not have."""
+    return f"entities.{entity}"
 
 
 def _in_the_plane(shape: Any) -> Float:

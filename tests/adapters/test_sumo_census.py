@@ -2,6 +2,7 @@
 
 import logging
 import math
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,8 +13,10 @@ import numpy as np
 import pytest
 
 from adapters.sumo.errors import SumoError
+from adapters.sumo.parameters import Background
 from adapters.traffic.bodies import Body
-from tests.adapters.sumo_runs import Command, Run, car, scene, simulate
+from orchestrator.distribution import Constant
+from tests.adapters.sumo_runs import NETS, Command, Run, car, scene, simulate
 
 OUTPUT = '<output><fcd-output value="fcd.xml"/><precision value="9"/></output>'
 """SUMO's own record of everybody, after each of its steps."""
@@ -227,6 +230,27 @@ def test_a_scene_without_anybody_runs(tmp_path: Path) -> None:
     assert all(len(last[name]) == 0 for name in last if name.startswith("vehicle."))
     assert last["entered"] == b""
     assert run.array(20, "light.state").shape == (0,)
+
+
+def test_lanes_without_a_length_are_roads_like_others(tmp_path: Path) -> None:
+    """Netconvert leaves such lanes where an importer cut an edge short."""
+    net = (NETS / "street.net.xml").read_text()
+    net, count = re.subn(
+        r'length="142\.80" shape="201\.60,7\.20 201\.60,150\.00"',
+        'length="0.10" shape="201.60,7.20 201.60,7.20"',
+        net,
+    )
+    assert count == 1
+    (tmp_path / "short.net.xml").write_text(net)
+    share = '<vType id="any"><param key="share" value="1"/></vType>'
+    path = scene(tmp_path, str(tmp_path / "short"), extra=share)
+    ego = car("east_1_0", 150.0, speed=Constant(10.0), controller="policy", to="branch")
+    background = Background(turning_share=0.9)
+    run = simulate(path, 40.0, {"ego": ego}, background=background)
+    assert all(np.isfinite(run.array(0, f"road.{name}")).all() for name in ("vertex", "index"))
+    assert run.array(0, "ego.route")[-1] == pytest.approx((201.6, 7.2))
+    assert run.array(-1, "ego.id") == -1
+    assert len(run.number) > 20
 
 
 FOREIGN = """

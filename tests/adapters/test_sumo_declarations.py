@@ -344,3 +344,56 @@ def test_one_that_takes_part_later_can_be_met_at_a_place_that_is_given(tmp_path:
         "a": car("east_1_0", 100.0, speed=TEN),
     }
     assert simulate(scene(tmp_path), 0.1, entities).present(1) == ["b", "a"]
+
+
+def test_a_lane_is_for_vehicles_of_its_classes(tmp_path: Path) -> None:
+    with pytest.raises(SumoError) as caught:
+        simulate(scene(tmp_path, "town"), 0.0, {"a": car("em_1", 50.0)})
+    assert str(caught.value) == (
+        "`entities.a`: `position.lane`: `em_1` is not for the class `passenger`, to which the type "
+        "`car` belongs"
+    )
+
+
+def test_a_lane_shorter_than_the_body_has_no_place(tmp_path: Path) -> None:
+    long = '<vType id="train" vClass="ignoring" length="150"/>'
+    entity = Entity(type="train", position=on("branch_0", 100.0))
+    with pytest.raises(SumoError) as caught:
+        simulate(scene(tmp_path, extra=long), 0.0, {"a": entity})
+    assert str(caught.value) == (
+        "`entities.a`: `position.lane`: `branch_0` is 142.8 m long, too short for `train`, 150 m"
+    )
+
+
+OWN_NAMES = """
+    <person id="foot" depart="0"><walk edges="east_1"/></person>
+    <route id="way" edges="east_1 east_2"/>
+    <vehicle id="taken" type="car" route="way" depart="0"/>
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "entity", "refusal"),
+    [
+        ("taken", car("west_1_0", 50.0), "The vehicle 'taken' to add already exists."),
+        ("taken", at(30.0, 9.0), "The vehicle 'taken' to add already exists."),
+        (
+            "foot",
+            Entity(type="DEFAULT_PEDTYPE", position=Position(x=30.0, y=9.0)),
+            "The person foot to add already exists.",
+        ),
+    ],
+    ids=["on a lane", "anywhere", "on foot"],
+)
+def test_names_of_the_scenes_own_traffic_are_taken(
+    tmp_path: Path, name: str, entity: Entity, refusal: str
+) -> None:
+    with pytest.raises(SumoError) as caught:
+        simulate(scene(tmp_path, demand=OWN_NAMES), 0.0, {name: entity})
+    assert str(caught.value) == f"`entities.{name}`: SUMO refuses `{name}`: {refusal}"
+
+
+def test_names_of_the_scenes_routes_are_free(tmp_path: Path) -> None:
+    entities = {"way": car("west_1_0", 50.0)}
+    run = simulate(scene(tmp_path, demand=OWN_NAMES), 0.0, entities)
+    assert run.present(0) == ["way", "foot", "taken"]
