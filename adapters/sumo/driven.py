@@ -228,7 +228,10 @@ class Ego:
 
 
 def signals_of_nobody() -> Mapping[str, Array]:
-    """The outputs, by what follows its name, of a driven entity that does not take part."""
+    """The outputs of a driven entity that does not take part, by what follows its name.
+
+    Shapes are those of `connectors`; its route has shape (0, 2).
+    """
     return {
         "id": np.array(GONE),
         "position": np.zeros(2),

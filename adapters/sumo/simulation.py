@@ -285,22 +285,41 @@ class Sumo:
         self._vehicle.setStop(name, edge, position, lane, _FOR_EVER, _PARKED)
 
     def add_near(self, name: str, kind: str, front: Float) -> None:
-        """Have a vehicle inserted that is moved from then on, on the lane nearest to `front`."""
-        edge, _, _ = self._simulation.convertRoad(front[0], front[1], vClass=self.type_class(kind))
+        """Have a vehicle inserted that is moved from then on, on the lane nearest to a point.
+
+        Args:
+            name: of the vehicle.
+            kind: its type.
+            front: of its body [m], shape (2,).
+
+        Raises:
+            SumoError: SUMO has one of that name already, or no lane is near.
+        """
+        x, y, vehicle_class = *front.tolist(), self.type_class(kind)
         route = route_name(name)
         with self._adding(name):
+            edge, _, _ = self._simulation.convertRoad(x, y, vClass=vehicle_class)
             self.add_route(route, [edge])
             self._vehicle.add(name, route, kind, departLane="best", departSpeed="0")
 
     def add_person(self, name: str, kind: str, front: Float) -> None:
-        """Have a person enter that is moved from then on, on the edge nearest to `front`."""
-        edge, position, _ = self._simulation.convertRoad(front[0], front[1])
+        """Have a person enter that is moved from then on, on the edge nearest to a point.
+
+        Args:
+            name: of the person.
+            kind: its type.
+            front: of its body [m], shape (2,).
+
+        Raises:
+            SumoError: SUMO has one of that name already, or no edge is near.
+        """
         with self._adding(name):
+            edge, position, _ = self._simulation.convertRoad(*front.tolist())
             self._person.add(name, edge, position, typeID=kind)
             self._person.appendWaitingStage(name, _FOR_EVER)
 
     def move_person(self, name: str, front: Float, heading: float) -> None:
-        """Put a person with its front at `front` [m] at the end of the next step."""
+        """Put a person with its front at `front` [m], shape (2,), at the end of the next step."""
         angle = 90.0 - math.degrees(heading)
         self._person.moveToXY(name, "", front[0], front[1], angle, _EXACTLY_THERE, _MATCH_RADIUS)
 

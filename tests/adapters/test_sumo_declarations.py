@@ -393,6 +393,13 @@ def test_names_of_the_scenes_own_traffic_are_taken(
     assert str(caught.value) == f"`entities.{name}`: SUMO refuses `{name}`: {refusal}"
 
 
+@pytest.mark.parametrize("kind", ["van", "DEFAULT_PEDTYPE"])
+def test_nobody_can_be_placed_where_no_road_is_near(tmp_path: Path, kind: str) -> None:
+    entity = Entity(type=kind, position=Position(x=5000.0, y=9000.0))
+    with pytest.raises(SumoError, match=r"^`entities\.far`: SUMO refuses `far`: "):
+        simulate(scene(tmp_path), 0.0, {"far": entity})
+
+
 def test_names_of_the_scenes_routes_are_free(tmp_path: Path) -> None:
     entities = {"way": car("west_1_0", 50.0)}
     run = simulate(scene(tmp_path, demand=OWN_NAMES), 0.0, entities)
