@@ -114,6 +114,9 @@ class SumoTraffic(Component):
         }
         if given.entities:  # their bodies are checked here, exactly; SUMO must not act
             options["--collision.action"] = "none"
+        if any(entity is not None and entity.is_moved_here for entity in given.entities.values()):
+            options["--time-to-teleport"] = "-1"  # or SUMO lifts those off the road that stand
+            logger.info("SUMO teleports nobody in this run: entities are moved from outside")
         return connection.start(
             given.program, [part for option in options.items() for part in option]
         )

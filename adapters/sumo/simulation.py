@@ -295,8 +295,8 @@ class Sumo:
         Raises:
             SumoError: SUMO has one of that name already, or no lane is near.
         """
-        x, y, vehicle_class = *front.tolist(), self.type_class(kind)
-        route = route_name(name)
+        x, y = front.tolist()
+        route, vehicle_class = route_name(name), self.type_class(kind)
         with self._adding(name):
             edge, _, _ = self._simulation.convertRoad(x, y, vClass=vehicle_class)
             self.add_route(route, [edge])

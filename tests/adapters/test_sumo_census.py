@@ -12,6 +12,7 @@ import libsumo
 import numpy as np
 import pytest
 
+from adapters.sumo.entities import Entity, Position, SpeedPoint
 from adapters.sumo.errors import SumoError
 from adapters.sumo.parameters import Background
 from adapters.traffic.bodies import Body
@@ -189,6 +190,41 @@ def test_one_that_sumo_teleports_is_another_one_where_it_is_put_down(
         rows = [np.flatnonzero(run.array(k, "vehicle.id") == number) for k in range(201)]
         x = [run.array(k, "vehicle.position")[row[0], 0] for k, row in enumerate(rows) if len(row)]
         assert np.abs(np.diff(x)).max() < 14.0 * 0.1 + 1e-9
+
+
+def test_an_entity_that_sumo_teleports_keeps_its_role_and_what_it_carries(tmp_path: Path) -> None:
+    """Only its number is another one."""
+    block = BLOCKED.partition('<vehicle id="b"')[0]
+    options = OUTPUT + '<processing><time-to-teleport value="3"/></processing>'
+    follows = car("east_1_0", 60.0, speed=Constant(8.0), radio=False, lidar=True)
+    path = scene(tmp_path, demand=block, options=options)
+    run = simulate(path, 20.0, {"absent": None, "b": follows})
+    assert_complete(run, tmp_path / "fcd.xml")
+    assert list(run.name.values()) == ["b", "block", "b"]
+    for k in (0, 200):
+        row = run.row(k, "b") if k else 0
+        assert run.array(k, "vehicle.role")[row] == 2
+        assert not run.array(k, "vehicle.equipped")[row]
+        assert run.array(k, "vehicle.lidar")[row]
+
+
+def test_entities_that_are_moved_from_outside_are_not_teleported_however_long_they_stand(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    still = (SpeedPoint(time=0.0, speed=0.0),)
+    entities = {
+        "ego": car("east_1_0", 60.0, controller="policy"),
+        "keeps": car("north_1_0", 60.0, speed_profile=still),
+        "van": Entity(type="van", position=Position(x=-50.0, y=-1.6)),
+    }
+    options = '<processing><time-to-teleport value="3"/></processing>'
+    with caplog.at_level(logging.INFO):
+        run = simulate(scene(tmp_path, options=options), 20.0, entities)
+    assert "SUMO teleports nobody in this run" in caplog.text
+    assert run.name == {0: "ego", 1: "keeps", 2: "van"}
+    np.testing.assert_array_equal(run.array(0, "vehicle.id"), run.array(200, "vehicle.id"))
+    first, last = run.array(0, "vehicle.position"), run.array(200, "vehicle.position")
+    np.testing.assert_allclose(first, last, atol=1e-9)
 
 
 def test_one_that_takes_over_a_name_is_another_one(tmp_path: Path) -> None:
