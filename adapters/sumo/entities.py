@@ -171,7 +171,12 @@ class Entity:
     count: int = parameter(
         1, minimum=0, maximum=50, doc="that many in a row behind each other, a queue"
     )
-    gap: float = parameter(1.5, unit="m", minimum=0.5, doc="in the queue, bumper to bumper")
+    gap: float | None = parameter(
+        None,
+        unit="m",
+        minimum=0.5,
+        doc="in the queue, bumper to bumper; default: `minGap` of its type, the least",
+    )
     parked: bool = parameter(default=False, doc="whether it stands beside its lane for good")
     controller: Literal["sumo", "policy"] = parameter(
         "sumo",
@@ -218,6 +223,13 @@ class Entity:
     def is_driven(self) -> bool:
         """Whether a policy of the system drives it: it is an ego vehicle."""
         return self.controller == "policy"
+
+    @property
+    def is_moved_here(self) -> bool:
+        """Whether it is moved here, so that SUMO only shows it to other drivers."""
+        acts = self.synchronise is not None or bool(self.speed_profile or self.trajectory)
+        beside = self.position.x is not None and not self.is_roadside_unit
+        return self.is_driven or acts or beside
 
     @property
     def is_roadside_unit(self) -> bool:

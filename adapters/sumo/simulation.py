@@ -5,7 +5,8 @@ vehicles are those of the middle of their front bumpers, angles clockwise from n
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -112,6 +113,10 @@ class Sumo:
         self._watched_lights = connection.watch(
             modules.trafficlight, poses=False, text="getRedYellowGreenState"
         )
+
+    def reached(self) -> AbstractContextManager[None]:
+        """Within it, SUMO that is gone raises SumoError, whatever it was asked for."""
+        return self._connection.reached()
 
     def close(self) -> None:
         """End the simulation, or leave one that others have started; twice is harmless."""
@@ -221,6 +226,10 @@ class Sumo:
         """The value of `<param key="...">` in a vehicle type, empty if there is none."""
         return str(self._type.getParameter(kind, key))
 
+    def min_gap(self, kind: str) -> float:
+        """How far vehicles of this type stay behind one that stands [m]."""
+        return float(self._type.getMinGap(kind))
+
     def stop_gap(self, kind: str) -> float:
         """How far before a stop line vehicles of this type come to rest [m]."""
         return float(self._type.getParameter(kind, "junctionModel.jmStoplineGap") or _STOP_GAP)
@@ -262,15 +271,20 @@ class Sumo:
         self._route.add(name, list(edges))
 
     def add(self, departure: Departure) -> None:
-        """Have a vehicle inserted at the end of the next step, if there is room then."""
-        self._vehicle.add(
-            departure.name,
-            departure.route,
-            departure.type,
-            departLane=str(departure.lane),
-            departPos=f"{departure.position:.6f}",
-            departSpeed="max" if departure.speed is None else f"{departure.speed:.6f}",
-        )
+        """Have a vehicle inserted at the end of the next step, if there is room then.
+
+        Raises:
+            SumoError: SUMO has one of that name already, or cannot insert it there.
+        """
+        with self._adding(departure.name):
+            self._vehicle.add(
+                departure.name,
+                departure.route,
+                departure.type,
+                departLane=str(departure.lane),
+                departPos=f"{departure.position:.6f}",
+                departSpeed="max" if departure.speed is None else f"{departure.speed:.6f}",
+            )
         if not departure.changes_lanes:
             self._vehicle.setLaneChangeMode(departure.name, _NO_LANE_CHANGES)
 
@@ -286,30 +300,39 @@ class Sumo:
         self._vehicle.setStop(name, edge, position, lane, _FOR_EVER, _PARKED)
 
     def add_near(self, name: str, kind: str, front: Float) -> None:
-        """Have a vehicle inserted that is moved from then on.
+        """Have a vehicle inserted that is moved from then on, on the lane nearest to a point.
 
         Args:
             name: of the vehicle.
             kind: its type.
-            front: it enters on the lane nearest to this place [m], shape (2,).
+            front: of its body [m], shape (2,).
+
+        Raises:
+            SumoError: SUMO has one of that name already, or no lane is near.
         """
         x, y = (front + self._shift).tolist()
-        edge, _, _ = self._simulation.convertRoad(x, y, vClass=self.type_class(kind))
-        self.add_route(name, [edge])
-        self._vehicle.add(name, name, kind, departLane="best", departSpeed="0")
+        route, vehicle_class = route_name(name), self.type_class(kind)
+        with self._adding(name):
+            edge, _, _ = self._simulation.convertRoad(x, y, vClass=vehicle_class)
+            self.add_route(route, [edge])
+            self._vehicle.add(name, route, kind, departLane="best", departSpeed="0")
 
     def add_person(self, name: str, kind: str, front: Float) -> None:
-        """Have a person enter that is moved from then on.
+        """Have a person enter that is moved from then on, on the edge nearest to a point.
 
         Args:
             name: of the person.
             kind: its type.
-            front: it enters on the edge nearest to this place [m], shape (2,).
+            front: of its body [m], shape (2,).
+
+        Raises:
+            SumoError: SUMO has one of that name already, or no edge is near.
         """
         x, y = (front + self._shift).tolist()
-        edge, position, _ = self._simulation.convertRoad(x, y)
-        self._person.add(name, edge, position, typeID=kind)
-        self._person.appendWaitingStage(name, _FOR_EVER)
+        with self._adding(name):
+            edge, position, _ = self._simulation.convertRoad(x, y)
+            self._person.add(name, edge, position, typeID=kind)
+            self._person.appendWaitingStage(name, _FOR_EVER)
 
     def move_person(self, name: str, front: Float, heading: float) -> None:
         """Put a person somewhere at the end of the next step.
@@ -340,9 +363,9 @@ class Sumo:
         found: Sequence[str] = self._vehicle.getIDList()
         return found
 
-    def teleporting(self) -> frozenset[str]:
-        """Vehicles that SUMO has lifted off the road and will put down elsewhere."""
-        return frozenset(self._vehicle.getTeleportingIDList())
+    def lifted(self) -> frozenset[str]:
+        """Vehicles that SUMO lifted off the road in the last step; it may have put them down."""
+        return frozenset(self._simulation.getStartingTeleportIDList())
 
     def type_of(self, vehicle: str) -> str:
         """The type of a vehicle."""
@@ -407,6 +430,19 @@ class Sumo:
         points = np.array(shape, dtype=np.float64).reshape(len(shape), -1)[:, :2]
         shifted: Float = points.reshape(-1, 2) - self._shift
         return shifted
+
+    @contextmanager
+    def _adding(self, name: str) -> Iterator[None]:
+        """Say whom SUMO refuses."""
+        try:
+            yield
+        except self._connection.refusal as error:
+            raise SumoError(f"SUMO refuses `{name}`: {error}") from error
+
+
+def route_name(entity: str) -> str:
+    """The name of the route of an entity, which the scene's own routes do not have."""
+    return f"entities.{entity}"
 
 
 def _origin_of(low: Sequence[float], high: Sequence[float]) -> tuple[float, float]:
