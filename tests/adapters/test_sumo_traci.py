@@ -6,9 +6,9 @@ import socket
 import subprocess
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -95,6 +95,23 @@ def test_the_background_is_the_same_over_a_socket() -> None:
     ]
     assert len(runs[0].number) > 50
     assert_same(*runs)
+
+
+def test_one_process_holds_several_that_run_elsewhere_but_one_of_its_own(tmp_path: Path) -> None:
+    def traffic(program: Literal["libsumo", "sumo"]) -> SumoTraffic:
+        path = scene(tmp_path)
+        return SumoTraffic(TrafficParameters(scene=path, step_length=0.1, program=program))
+
+    with ExitStack() as stack:
+        several = [stack.enter_context(closing(traffic("sumo"))) for _ in range(2)]
+        for each in several:
+            each.setup(0, stream(1, "traffic"))
+        for each in several:
+            each.step({}, 0, H)
+        own, another = (stack.enter_context(closing(traffic("libsumo"))) for _ in range(2))
+        own.setup(0, stream(1, "traffic"))
+        with pytest.raises(SumoError, match="SUMO can run once per process"):
+            another.setup(0, stream(1, "traffic"))
 
 
 def free_port() -> int:
