@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 from adapters.sumo.entities import Entity, Position, SpeedPoint
-from adapters.sumo.errors import SumoError
-from adapters.sumo.parameters import Background
+from adapters.sumo.parameters import Background, Origin
 from adapters.traffic.bodies import Body
 from orchestrator.distribution import Constant
 from tests.adapters.sumo_runs import NETS, Command, Run, car, scene, simulate
@@ -312,7 +311,7 @@ def test_nets_may_be_left_handed_and_far_away_and_begin_in_the_afternoon(
     """Cars drive 1.6 m beside the middle line, and park one lane farther out."""
     options = OUTPUT + '<time><begin value="57600"/></time>'
     with caplog.at_level(logging.INFO):
-        run = simulate(scene(tmp_path, net, FOREIGN, options), 50.0)
+        run = simulate(scene(tmp_path, net, FOREIGN, options), 50.0, origin=Origin(x=0.0, y=0.0))
     assert_complete(run, tmp_path / "fcd.xml")
     assert "SUMO begins at 57600 s, the scenario at 0 s" in caplog.text
     x, y = origin
@@ -332,9 +331,25 @@ def test_entities_are_placed_on_foreign_nets_alike(tmp_path: Path) -> None:
             "ego": car("west_1_0", 50.0, controller="policy"),
             "queue": car("east_1_0", 90.0, count=3),
         }
-        run = simulate(scene(tmp_path, net), 3.0, entities)
-        places.append(run.array(30, "vehicle.position")[:, :2] - (x, y))
+        run = simulate(scene(tmp_path, net), 3.0, entities, origin=Origin(x=x, y=y))
+        places.append(run.array(30, "vehicle.position")[:, :2])
     np.testing.assert_allclose(places[0], places[1], atol=1e-6)
+
+
+def test_a_far_net_is_counted_from_its_corner(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The corner is at (399,800 m, -400,200 m), rounded down to whole kilometres."""
+    begin = '<time><begin value="57600"/></time>'
+    config = scene(tmp_path, "street_far", FOREIGN, begin, HOUSES)
+    with caplog.at_level(logging.INFO):
+        counted = simulate(config, 5.0)
+    absolute = simulate(config, 5.0, origin=Origin(x=0.0, y=0.0))
+    assert "positions are relative to (399000, -401000) m of the net" in caplog.text
+    for name in ("vehicle.position", "road.vertex", "building.vertex"):
+        apart = absolute.array(30, name) - counted.array(30, name)
+        assert len(apart)
+        np.testing.assert_allclose(apart[:, :2] - (399_000.0, -401_000.0), 0.0, atol=1e-6)
 
 
 HOUSES = """
@@ -361,17 +376,21 @@ def test_buildings_are_those_whose_type_says_so_and_the_others_are_told(
         assert f"{count} polygons of type `{kind}` are no buildings" in caplog.text
 
 
-def test_buildings_without_an_area_are_refused_by_name(tmp_path: Path) -> None:
+def test_buildings_without_an_area_are_left_out_and_said(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     extra = """
         <poly id="line" type="building" shape="0,10 10,10 20,10"/>
         <poly id="point" type="building.yes" shape="5,5 5,5"/>
         <poly id="low" type="building" shape="0,0 9,0 9,9"><param key="height" value="-3"/></poly>
     """
-    with pytest.raises(SumoError) as caught:
-        simulate(scene(tmp_path, extra=extra), 0.0)
-    flat = "different corners, at least 3 that are not on a line are needed"
-    assert str(caught.value).splitlines() == [
-        f"building `line` encloses no area: it has 3 {flat}",
-        "building `low`: `height` must be a positive number in a `<param>`, got `-3`",
-        f"building `point` encloses no area: it has 1 {flat}",
-    ]
+    with caplog.at_level(logging.INFO):
+        run = simulate(scene(tmp_path, extra=extra), 0.0, building_height=12.5)
+    assert run.array(0, "building.height").tolist() == [12.5]
+    assert len(run.array(0, "building.vertex")) == 3
+    for text in (
+        "building `line` encloses no area, it is left out",
+        "building `point` encloses no area, it is left out",
+        "building `low` has no height [m]: `-3`, the default holds",
+    ):
+        assert text in caplog.messages

@@ -40,8 +40,14 @@ MISDECLARED: Mapping[str, tuple[Mapping[str, Entity], str]] = {
         {"vehicle": car("east_1_0", 50.0, controller="policy")},
         "`entities.vehicle`: is the name of other connectors; call the entity otherwise",
     ),
-    "x without y": ({"a": at(1.0, None)}, "`entities.a`: `position` has only one of `x` and `y`"),
-    "y without x": ({"a": at(None, 1.0)}, "`entities.a`: `position` has only one of `x` and `y`"),
+    "x without y": (
+        {"a": at(1.0, None)},
+        "`entities.a`: `position` has only one of `x` and `y`; write both",
+    ),
+    "y without x": (
+        {"a": at(None, 1.0)},
+        "`entities.a`: `position` has only one of `x` and `y`; write both",
+    ),
     "lane and x": (
         {"a": Entity(type="car", position=Position(lane="east_1_0", x=1.0, y=1.0))},
         "`entities.a`: `position` has both `lane` and `x`, `y`; leave one out",
@@ -182,7 +188,7 @@ NOT_OF_THE_SCENE: Mapping[str, tuple[Mapping[str, Entity], str]] = {
     ),
     "moves from nowhere": (
         {"a": car("east_1_0", speed=TEN)},
-        "`entities.a`: `a` moves; say where it starts by `position.s` or `.to_end`",
+        "`entities.a`: it moves; say where it starts by `position.s` or `.to_end`",
     ),
     "walks on a lane": (
         {"a": Entity(type="DEFAULT_PEDTYPE", position=on("east_1_0", 10.0))},
