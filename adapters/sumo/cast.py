@@ -73,7 +73,12 @@ class Cast:
                 self._sumo, placed, finish_line(self._sumo, placed, self._first)
             )
         elif entity.synchronise is not None:
-            other = self._first[entity.synchronise.entity]
+            other = self._first.get(entity.synchronise.entity)
+            if other is None:
+                raise SumoError(
+                    f"`entities.{placed.called}.synchronise.entity`: "
+                    f"`{entity.synchronise.entity}` does not take part"
+                )
             self._synchronised[key] = Synchronised(self._sumo, placed, other)
         elif entity.speed_profile:
             self._profiles.append(SpeedProfile(self._sumo, placed))
@@ -150,6 +155,12 @@ class Cast:
                 yield row, body.center, body.heading, body.velocity
 
     def _add(self, placed: Placed) -> None:
+        try:
+            self._enter(placed)
+        except SumoError as error:
+            raise SumoError(f"`entities.{placed.called}`: {error}") from error
+
+    def _enter(self, placed: Placed) -> None:
         vehicle = placed.vehicle
         if isinstance(placed.place, OnRoad):
             departure = placed.place.departure

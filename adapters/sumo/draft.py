@@ -11,6 +11,9 @@ from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, nanoseconds
 _STEP: Final = nanoseconds("0.1")
 """Of traffic whose configuration is silent: the radios send ten BSMs a second."""
 
+_SHOWN: Final = 8
+"""Names of outputs that are written out."""
+
 _RADIO_STEP: Final = nanoseconds("0.01")
 _SHORT: Final = 60 * NANOSECONDS_PER_SECOND
 """The simulated time of a scene that sets no end."""
@@ -57,8 +60,11 @@ def draft(files: SceneFiles, folder: Path) -> Draft:
         + ("" if files.seed is None else "`sumo_seed` takes it"),
     ]
     if files.outputs:
-        names = ", ".join(f"`{each.path.name}`" for each in files.outputs)
-        assumed.append(f"SUMO writes the files that the configuration names: {names}")
+        names = list(dict.fromkeys(f"`{each.path.name}`" for each in files.outputs))
+        more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+        assumed.append(
+            f"SUMO writes the files that the scene names: {', '.join(names[:_SHOWN])}{more}"
+        )
     return Draft(text=_text(files, folder, start, stop, step, assumed), assumptions=tuple(assumed))
 
 

@@ -178,6 +178,11 @@ class Placement:
         if kind.body is Body.PEDESTRIAN:
             raise SumoError("who walks is placed by coordinates: `position: {x: .., y: ..}`")
         lane = self._lane(at.lane)
+        if not self._sumo.allows(lane, kind.vehicle_class):
+            raise SumoError(
+                f"`position.lane`: lane `{lane}` is closed to the class `{kind.vehicle_class}` of "
+                f"`{kind.name}`; {_open(self._sumo.allowed(lane))}"
+            )
         links = self._way(lane, entity)
         path = path_over(self._sumo, lane, links)
         front = self._front(name, entity, kind, speed, lane, path)
@@ -369,6 +374,10 @@ def behind(placed: Placed) -> float:
 def is_placed(position: Position) -> bool:
     """Whether coordinates say where it is."""
     return place_of(position.x, position.y) is not None
+
+
+def _open(classes: Sequence[str]) -> str:
+    return f"it is open to {', '.join(sorted(classes))}" if classes else "it is open to nobody"
 
 
 def _missing(noun: str, name: str, known: Sequence[str]) -> str:

@@ -164,9 +164,13 @@ class Sumo:
         """The width of `lane` [m]."""
         return float(self._lane.getWidth(lane))
 
+    def allowed(self, lane: str) -> list[str]:
+        """The classes of SUMO that may use `lane`."""
+        return list(self._lane.getAllowed(lane))
+
     def allows(self, lane: str, vehicle_class: str) -> bool:
         """Whether vehicles of SUMO's `vehicle_class` may use `lane`."""
-        return vehicle_class in self._lane.getAllowed(lane)
+        return vehicle_class == "ignoring" or vehicle_class in self._lane.getAllowed(lane)
 
     def ends_of(self, edge: str) -> tuple[str, str]:
         """The junctions that `edge` comes from and leads to."""
@@ -262,15 +266,22 @@ class Sumo:
         self._route.add(name, list(edges))
 
     def add(self, departure: Departure) -> None:
-        """Have a vehicle inserted at the end of the next step, if there is room then."""
-        self._vehicle.add(
-            departure.name,
-            departure.route,
-            departure.type,
-            departLane=str(departure.lane),
-            departPos=f"{departure.position:.6f}",
-            departSpeed="max" if departure.speed is None else f"{departure.speed:.6f}",
-        )
+        """Have a vehicle inserted at the end of the next step, if there is room then.
+
+        Raises:
+            SumoError: SUMO has a vehicle of this name already, or refuses it.
+        """
+        try:
+            self._vehicle.add(
+                departure.name,
+                departure.route,
+                departure.type,
+                departLane=str(departure.lane),
+                departPos=f"{departure.position:.6f}",
+                departSpeed="max" if departure.speed is None else f"{departure.speed:.6f}",
+            )
+        except self._connection.refusal as error:
+            raise SumoError(f"SUMO refuses the vehicle: {error}") from error
         if not departure.changes_lanes:
             self._vehicle.setLaneChangeMode(departure.name, _NO_LANE_CHANGES)
 
@@ -286,18 +297,42 @@ class Sumo:
         self._vehicle.setStop(name, edge, position, lane, _FOR_EVER, _PARKED)
 
     def add_near(self, name: str, kind: str, front: Float) -> None:
-        """Have a vehicle inserted that is moved from then on, on the lane nearest to `front`."""
-        x, y = (front + self._shift).tolist()
-        edge, _, _ = self._simulation.convertRoad(x, y, vClass=self.type_class(kind))
+        """Have a vehicle inserted that is moved from then on, on the lane nearest to `front`.
+
+        Raises:
+            SumoError: no lane of its class is near, or SUMO has a vehicle of this name already.
+        """
+        edge, _ = self._nearest(front, self.type_class(kind))
         self.add_route(name, [edge])
-        self._vehicle.add(name, name, kind, departLane="best", departSpeed="0")
+        try:
+            self._vehicle.add(name, name, kind, departLane="best", departSpeed="0")
+        except self._connection.refusal as error:
+            raise SumoError(f"SUMO refuses the vehicle: {error}") from error
 
     def add_person(self, name: str, kind: str, front: Float) -> None:
-        """Have a person enter that is moved from then on, on the edge nearest to `front`."""
-        x, y = (front + self._shift).tolist()
-        edge, position, _ = self._simulation.convertRoad(x, y)
-        self._person.add(name, edge, position, typeID=kind)
+        """Have a person enter that is moved from then on, on the edge nearest to `front`.
+
+        Raises:
+            SumoError: no edge is near, or SUMO has a person of this name already.
+        """
+        edge, position = self._nearest(front)
+        try:
+            self._person.add(name, edge, position, typeID=kind)
+        except self._connection.refusal as error:
+            raise SumoError(f"SUMO refuses the person: {error}") from error
         self._person.appendWaitingStage(name, _FOR_EVER)
+
+    def _nearest(self, front: Float, vehicle_class: str = "ignoring") -> tuple[str, float]:
+        """The nearest edge, and the position on it [m]."""
+        x, y = (front + self._shift).tolist()
+        try:
+            edge, position, _ = self._simulation.convertRoad(x, y, vClass=vehicle_class)
+        except self._connection.refusal as error:
+            raise SumoError(
+                f"SUMO finds no lane near ({front[0]:g}, {front[1]:g}) m ({error}); begin closer "
+                "to the roads of the net"
+            ) from error
+        return str(edge), float(position)
 
     def move_person(self, name: str, front: Float, heading: float) -> None:
         """Put a person with its front at `front` [m] at the end of the next step."""

@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterator, Mapping
 
 from adapters.sumo.checks.net import Roads
 from adapters.sumo.entities import Entity
-from orchestrator.errors import ParameterProblem
+from orchestrator.errors import Location, ParameterProblem
 from orchestrator.suggestion import suggestion
 
 
@@ -39,6 +39,22 @@ def missing_references(
         if entity.finish is not None:
             other = entity.finish.crossing
             yield from _missing((*address, "finish", "crossing"), "entity", other, entities, None)
+
+
+def names_taken(
+    entities: Mapping[str, Entity | None], declared: Mapping[tuple[str, str], Location]
+) -> Iterator[ParameterProblem]:
+    """Entities whose names vehicles of the scene have, now or when they depart.
+
+    Args:
+        entities: of a scenario.
+        declared: where the scene declares ids, by kind and id.
+    """
+    for name, entity in entities.items():
+        where = declared.get(("vehicle", name))
+        if entity is not None and where is not None:
+            what = f"a vehicle of the scene has this name ({where}); call the entity otherwise"
+            yield ParameterProblem(("entities", name), what, at_key=True)
 
 
 def _missing(
