@@ -51,6 +51,7 @@ bench: .venv-bench/installed  ## measure, and make docs/benchmarks.md; keep the 
 	.venv-bench/bin/nlosim bench channel --json > docs/results/bench-channel.json
 	.venv-bench/bin/nlosim bench lidar --json > docs/results/bench-lidar.json
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/nlosim bench policy --json > docs/results/bench-policy.json
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/nlosim bench egos --json > docs/results/bench-egos.json
 	.venv-bench/bin/python -m benchmarks.page docs/benchmarks.md docs/results/bench-*.json
 
 # SEEDS=1..5 is a quick look in directories of its own, without docs; without SEEDS it is the study.

@@ -26,6 +26,14 @@ _COUNTS: Final = (1, 2, 5, 10)
 _STOP: Final = "time.stop=10 s"
 
 
+def settings(count: int) -> Sequence[str]:
+    """What `--set` says so that only the first `count` egos of the scenario take part."""
+    present, absent = _EGOS[:count], _EGOS[count:]
+    entities = "components.traffic.parameters.entities"
+    nobody = [f"{entities}.{name}=null" for name in absent]
+    return [f"each.ego=[{', '.join(present)}]", _STOP, *nobody]
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EgosRun(Case):
     """One run of the scenario, all components in one process, with only some of the egos.
@@ -43,12 +51,8 @@ class EgosRun(Case):
         Returns:
             `cpu_s`: CPU seconds per simulated second, loading and recording included.
         """
-        present, absent = _EGOS[: self.count], _EGOS[self.count :]
-        entities = "components.traffic.parameters.entities"
-        settings = [f"each.ego=[{', '.join(present)}]", _STOP]
-        settings += [f"{entities}.{name}=null" for name in absent]
         before = process_time_ns()
-        scenario = load_scenario(SCENARIO, settings)
+        scenario = load_scenario(SCENARIO, settings(self.count))
         with tempfile.TemporaryDirectory() as folder:
             outcome = run_scenario(scenario, Path(folder) / "run", figure=False)
         spent = (process_time_ns() - before) / NANOSECONDS_PER_SECOND
