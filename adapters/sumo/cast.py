@@ -45,7 +45,7 @@ class Cast:
             except SumoError as error:
                 problems.append(str(error))
         if problems:
-            raise SumoError("\n".join(problems))
+            raise SumoError("\n".join(dict.fromkeys(problems)))
 
     def _assign(self, placed: Placed) -> None:
         """Say who moves somebody; nobody here if SUMO does."""
@@ -53,11 +53,10 @@ class Cast:
         actions = [
             name for name in ("synchronise", "speed_profile", "trajectory") if getattr(entity, name)
         ]
-        if len(actions) > 1 or (actions and (entity.is_driven or entity.parked)):
-            movers = ["controller: policy"] * entity.is_driven + ["parked"] * entity.parked
+        movers = ["controller: policy"] * entity.is_driven + ["parked"] * entity.parked + actions
+        if len(movers) > 1:
             raise SumoError(
-                f"`entities.{placed.called}` is moved by {' and '.join([*movers, *actions])}; "
-                "leave one"
+                f"`entities.{placed.called}` is moved by {' and '.join(movers)}; leave one"
             )
         if isinstance(placed.place, Anywhere):
             if entity.is_driven or entity.synchronise is not None or entity.speed_profile:
@@ -74,7 +73,12 @@ class Cast:
                 self._sumo, placed, finish_line(self._sumo, placed, self._first)
             )
         elif entity.synchronise is not None:
-            other = self._first[entity.synchronise.entity]
+            other = self._first.get(entity.synchronise.entity)
+            if other is None:
+                raise SumoError(
+                    f"`entities.{placed.called}.synchronise.entity` is "
+                    f"`{entity.synchronise.entity}`, which does not take part"
+                )
             self._synchronised[key] = Synchronised(self._sumo, placed, other)
         elif entity.speed_profile:
             self._profiles.append(SpeedProfile(self._sumo, placed))

@@ -73,8 +73,8 @@ class Census:
 
     def _change(self, expected: Mapping[str, Vehicle], leaving: frozenset[str]) -> Change:
         vehicles, persons = self._sumo.vehicles(), self._sumo.persons()
-        departed = self._sumo.departed()
-        if not (departed or leaving) and (vehicles, persons) == (self._vehicles, self._persons):
+        departed, lifted = self._sumo.departed(), self._sumo.lifted()
+        if not (departed or lifted or leaving) and (vehicles, persons) == (self._vehicles, self._persons):
             return Change(entered=(), left=frozenset())
         self._vehicles, self._persons = vehicles, persons
         there = dict.fromkeys(vehicles, Kind.VEHICLE)
@@ -86,9 +86,9 @@ class Census:
             names = ", ".join(f"`{name}`" for name in sorted(passed))
             logger.info("entered and left within one step of SUMO, and is not signalled: %s", names)
         known = self.roster.keys
-        successors = departed & known & there.keys()
+        successors = (departed | lifted) & known & there.keys()
         left = frozenset((known - there.keys()) | successors)
-        for name in sorted(self._sumo.teleporting() & left):
+        for name in sorted(lifted & left):
             logger.info("SUMO teleports vehicle `%s`; it enters again as another one", name)
         new = there.keys() - (known - successors)
         entered = [vehicle for key, vehicle in expected.items() if key in new]

@@ -18,6 +18,7 @@ from adapters.sumo.entities import Entity
 from adapters.sumo.files import read_scene
 from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.placement import place_of
+from adapters.sumo.references import faults
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.traffic import Traffic
 from orchestrator.errors import ComponentTypeError, Location, Problem
@@ -159,7 +160,8 @@ def _check(parameters: TrafficParameters) -> None:
         )
     for name, entity in parameters.entities.items():
         if entity is not None:
-            problems += [f"`entities.{name}`: {what}" for what in _misdeclared(name, entity)]
+            found = [*_misdeclared(name, entity), *faults(entity, parameters.entities)]
+            problems += [f"`entities.{name}`: {what}" for what in found]
     problems += _at_one_place(parameters.entities)
     if problems:
         raise ComponentTypeError("\n".join(problems))

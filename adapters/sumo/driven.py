@@ -9,7 +9,7 @@ from adapters.sumo.actuation import Actuation
 from adapters.sumo.ego import Command, EgoDynamics, EgoState, advance, velocity
 from adapters.sumo.entities import Entity
 from adapters.sumo.errors import SumoError
-from adapters.sumo.outcome import FinishLine, Instants, Outcome
+from adapters.sumo.outcome import NEVER, NO_PARTNER, FinishLine, Instants, Outcome
 from adapters.sumo.placement import OnRoad, Placed, meeting, place_of
 from adapters.sumo.population import Poses, Roster
 from adapters.sumo.proximity import NOBODY, Closest, closest_approach
@@ -225,6 +225,24 @@ class Ego:
             a=a.rows(old),
             b=b.rows(new),
         )
+
+
+def signals_of_nobody() -> Mapping[str, Array]:
+    """The outputs, by what follows its name, of a driven entity that does not take part."""
+    return {
+        "id": np.array(GONE),
+        "position": np.zeros(2),
+        "heading": np.array(0.0),
+        "speed": np.array(0.0),
+        "size": np.zeros(3),
+        "route": np.zeros((0, 2)),
+        "collision": np.array(Outcome().has_collided),
+        "collision_time": np.array(NEVER),
+        "collision_partner": np.array(NO_PARTNER),
+        "completion_time": np.array(NEVER),
+        "gap": np.array(NOBODY.gap),
+        "nearest": np.array(NOBODY.vehicle),
+    }
 
 
 def finish_line(sumo: Sumo, placed: Placed, others: Mapping[str, Placed]) -> FinishLine:

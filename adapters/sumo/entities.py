@@ -171,7 +171,12 @@ class Entity:
     count: int = parameter(
         1, minimum=0, maximum=50, doc="that many in a row behind each other, a queue"
     )
-    gap: float = parameter(1.5, unit="m", minimum=0.5, doc="in the queue, bumper to bumper")
+    gap: float | None = parameter(
+        None,
+        unit="m",
+        minimum=0.5,
+        doc="in the queue, bumper to bumper; default: `minGap` of its type, the least",
+    )
     parked: bool = parameter(default=False, doc="whether it stands beside its lane for good")
     controller: Literal["sumo", "policy"] = parameter(
         "sumo",

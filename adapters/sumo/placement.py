@@ -204,7 +204,14 @@ class Placement:
         """The place of vehicle `k` of a queue."""
         if isinstance(first, Anywhere):
             return first
-        pitch = kind.length + entity.gap
+        least = self._sumo.min_gap(kind.name)
+        gap = least if entity.gap is None else entity.gap
+        if entity.count > 1 and gap < least:
+            raise SumoError(
+                f"`gap` is {gap:g} m, but SUMO keeps the `minGap` of `{kind.name}`, {least:g} m; "
+                "change one of them"
+            )
+        pitch = kind.length + gap
         front = first.departure.position
         fit = int((front - kind.length) // pitch) + 1
         if entity.count > fit:

@@ -4,6 +4,7 @@ Neither lights nor other vehicles change what they do.
 """
 
 import math
+from typing import Final
 
 import numpy as np
 
@@ -13,9 +14,14 @@ from adapters.sumo.simulation import Sumo
 from adapters.sumo.stage import Stage, Start
 from adapters.traffic.geometry import Float, direction
 
+_ROUNDING: Final = 1e-9
+"""Times [s] that differ by less are one: those of steps are sums."""
+
 
 class SpeedProfile:
     """Keeps the speeds of a profile on its way; before it begins, the speed at the start.
+
+    From that one the speed changes evenly to that of the first point.
 
     Args:
         sumo: the simulation.
@@ -33,8 +39,8 @@ class SpeedProfile:
         self._sumo = sumo
         self._name = placed.road.departure.name
         self._initial = placed.road.departure.speed or 0.0
-        self._times = np.array(times)
-        self._speeds = np.array([point.speed for point in points])
+        self._times = np.array([0.0, *times])
+        self._speeds = np.array([self._initial, *(point.speed for point in points)])
         self._start = Start(placed.entity.trigger, self._name)
 
     def drive(self, stage: Stage) -> None:
@@ -94,7 +100,7 @@ class Trajectory:
             return
         now = since + stage.h
         self.center = np.array([np.interp(now, self._times, axis) for axis in self._places.T])
-        piece = int(np.searchsorted(self._times, now, side="left"))
+        piece = int(np.searchsorted(self._times, now - _ROUNDING, side="left"))
         if piece in {0, len(self._times)}:
             self.velocity = np.zeros(2)
             return

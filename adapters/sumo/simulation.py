@@ -221,6 +221,10 @@ class Sumo:
         """The value of `<param key="...">` in a vehicle type, empty if there is none."""
         return str(self._type.getParameter(kind, key))
 
+    def min_gap(self, kind: str) -> float:
+        """How far vehicles of this type stay behind one that stands [m]."""
+        return float(self._type.getMinGap(kind))
+
     def stop_gap(self, kind: str) -> float:
         """How far before a stop line vehicles of this type come to rest [m]."""
         return float(self._type.getParameter(kind, "junctionModel.jmStoplineGap") or _STOP_GAP)
@@ -322,9 +326,9 @@ class Sumo:
         found: Sequence[str] = self._vehicle.getIDList()
         return found
 
-    def teleporting(self) -> frozenset[str]:
-        """Vehicles that SUMO has lifted off the road and will put down elsewhere."""
-        return frozenset(self._vehicle.getTeleportingIDList())
+    def lifted(self) -> frozenset[str]:
+        """Vehicles that SUMO lifted off the road in the last step; it may have put them down."""
+        return frozenset(self._simulation.getStartingTeleportIDList())
 
     def type_of(self, vehicle: str) -> str:
         """The type of a vehicle."""

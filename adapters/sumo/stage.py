@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from adapters.sumo.entities import Trigger
-from adapters.sumo.population import Poses, Roster
+from adapters.sumo.population import Kind, Poses, Roster, key_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,6 +45,8 @@ class Stage:
         if found is not None:
             return found
         row = self.roster.row(name)
+        if row is None:
+            row = self.roster.row(key_of(name, Kind.PERSON))
         if row is None:
             return None
         x, y = self.poses.center[row].tolist()

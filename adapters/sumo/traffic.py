@@ -10,6 +10,7 @@ from adapters.sumo.background import Background, Spawned, kept_clear
 from adapters.sumo.cast import Cast
 from adapters.sumo.census import Census
 from adapters.sumo.connectors import OVER
+from adapters.sumo.driven import driven, signals_of_nobody
 from adapters.sumo.ego import Command
 from adapters.sumo.equipment import Outfitter
 from adapters.sumo.errors import SumoError
@@ -23,7 +24,7 @@ from adapters.sumo.roadside import RoadsideUnits, check_places, units_of
 from adapters.sumo.scene import VehicleTypes, read_buildings
 from adapters.sumo.simulation import Sumo
 from orchestrator.signal import Array, Signal, Signals
-from orchestrator.timebase import Time, nanoseconds
+from orchestrator.timebase import NANOSECONDS_PER_SECOND, Time, nanoseconds
 
 _ROUNDING = 1e-9
 """A step of SUMO that is longer than its instants by less has no more of them."""
@@ -62,6 +63,7 @@ class Traffic:
         self._roadside = RoadsideUnits(units)
         placed = Placement(sumo, types, rng).place(parameters.entities)
         self._cast = Cast(sumo, placed)
+        self._driven = driven(parameters.entities)
         background, equipment = (np.random.default_rng(rng.integers(2**63)) for _ in range(2))
         self._background: Background | None = None
         if parameters.background is not None:
@@ -84,6 +86,11 @@ class Traffic:
             self._step(commands)
         self.outputs = self._signals()
 
+    @property
+    def _elapsed(self) -> float:
+        """Time since the start, the nearest number to it [s]."""
+        return self._steps * self._step_length / NANOSECONDS_PER_SECOND
+
     def _populate(self) -> None:
         """Insert everybody who is there at the start; the first step of SUMO moves nobody."""
         spawned = [] if self._background is None else self._background.place()
@@ -103,7 +110,7 @@ class Traffic:
         census, egos = self._census, self._cast.egos
         before, poses = census.roster, census.poses
         now: Time = self._start + self._steps * self._step_length
-        elapsed = self._steps * self._h
+        elapsed = self._elapsed
         present = [(name, ego) for name, ego in egos.items() if ego.is_present]
         leaving = frozenset(
             ego.name
@@ -119,11 +126,15 @@ class Traffic:
             ego.look_back(
                 instants, before, poses, census.roster, census.poses, has_left=ego.name in leaving
             )
+        there = {name for name, _ in present}
+        for name, ego in egos.items():
+            if ego.is_present and name not in there:
+                ego.look_around(now + self._step_length, census.roster, census.poses)
 
     def _move_on(self, spawned: Sequence[Spawned], leaving: frozenset[str]) -> None:
         """Take one step of SUMO, in which entities and `spawned` enter if there is room."""
         sumo, cast, census = self._sumo, self._cast, self._census
-        expected = dict(cast.call(self._steps * self._h))
+        expected = dict(cast.call(self._elapsed))
         for newcomer in spawned:
             sumo.add(newcomer.departure)
             expected[newcomer.name] = self._outfitter.equip(newcomer.name, newcomer.type)
@@ -168,8 +179,10 @@ class Traffic:
             **self._lights.signals(),
             OVER: np.array(bool(egos) and all(ego.outcome.is_over for ego in egos.values())),
         }
-        for name, ego in egos.items():
-            arrays |= {f"{name}.{key}": array for key, array in ego.signals().items()}
+        for name in self._driven:
+            ego = egos.get(name)
+            signals = signals_of_nobody() if ego is None else ego.signals()
+            arrays |= {f"{name}.{key}": array for key, array in signals.items()}
         arrays = self._roadside.join(arrays)
         for array in arrays.values():
             array.flags.writeable = False
