@@ -49,6 +49,9 @@ def check_scene(config: Path, *, thorough: bool) -> SceneCheck:
     findings = Findings(forgiven=frozenset(forgiven))
     scene = Scene(findings, Roads(), PolygonReader(findings))
     unreadable = _read_contents(files, scene)
+    if files.is_on("mesosim"):
+        what = "the mesoscopic model has no positions on lanes; leave `mesosim` out"
+        problems.append(Problem(files.settings["mesosim"].where, what))
     problems = sorted({*problems, *unreadable, *findings.problems()}, key=_place)
     remarks = findings.all_remarks()
     if thorough and not problems:

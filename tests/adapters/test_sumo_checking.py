@@ -251,3 +251,12 @@ def test_no_damaged_file_raises(
     victim.write_bytes(raw)
     for problem in check_scene(folder / "red_light.sumocfg", thorough=False).problems:
         assert Path(problem.where.file).parent == folder
+
+
+def test_the_mesoscopic_model_is_refused_where_it_is_chosen(folder: Folder) -> None:
+    config = folder.config(more='<mesosim value="true"/>')
+    assert said(check_scene(config, thorough=True).problems) == [
+        "scene.sumocfg:5:1: the mesoscopic model has no positions on lanes; leave `mesosim` out"
+    ]
+    config = folder.config(more='<mesosim value="false"/>')
+    assert check_scene(config, thorough=False).problems == ()
