@@ -7,17 +7,17 @@ from typing import Final, TypeAlias
 import numpy as np
 from typing_extensions import override
 
-from adapters.replay.buildings import Buildings, read_buildings
+from adapters.replay.buildings import read_buildings
 from adapters.replay.findings import Findings, TrafficFileError
 from adapters.replay.kinds import Kind, Kinds, read_kinds
 from adapters.replay.motion import between
 from adapters.replay.net import read_road
 from adapters.replay.parameters import ReplayParameters
 from adapters.replay.source import MOST_SAMPLES, Frame, Source
-from adapters.replay.tracks import Roster, Rows, Window
+from adapters.replay.tracks import Roster, Tracks, Window
 from adapters.traffic.connectors import SURROUNDINGS, VEHICLES
 from adapters.traffic.geometry import direction
-from adapters.traffic.surroundings import RoadSurface
+from adapters.traffic.surroundings import Buildings, RoadSurface
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Array, Connector, Signals
@@ -172,7 +172,7 @@ def _road(parameters: ReplayParameters, problems: list[str]) -> RoadSurface:
     return road
 
 
-def _signals(state: Rows, before: Array, buildings: Buildings, road: RoadSurface) -> Signals:
+def _signals(state: Tracks, before: Array, buildings: Buildings, road: RoadSurface) -> Signals:
     """The outputs, of who is there now and of who has entered since `before`."""
     position = np.zeros((len(state), 3))
     position[:, :2] = state["center"]

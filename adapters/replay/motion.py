@@ -4,14 +4,14 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from adapters.replay.tracks import Rows
+from adapters.replay.tracks import Tracks
 from adapters.traffic.geometry import wrap
 from orchestrator.timebase import Time
 
 Interpolation: TypeAlias = Literal["linear", "hold"]
 
 
-def between(last: Rows, following: Rows, time: Time, interpolation: Interpolation) -> Rows:
+def between(last: Tracks, following: Tracks, time: Time, interpolation: Interpolation) -> Tracks:
     """The state of road users at a time; sizes and what they carry are those of the last samples.
 
     Args:

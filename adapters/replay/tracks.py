@@ -11,7 +11,7 @@ from adapters.replay.source import Frame
 from adapters.traffic.bodies import Body, is_motorised
 from orchestrator.timebase import Duration, Time
 
-Rows: TypeAlias = npt.NDArray[Any]
+Tracks: TypeAlias = npt.NDArray[Any]
 """An array of `SAMPLE`s, shape (road user,)."""
 
 SAMPLE: Final = np.dtype(
@@ -84,7 +84,7 @@ class Roster:
         self._users: dict[str, _RoadUser] = {}
         self._purge_at = _FEW
 
-    def number(self, frame: Frame) -> Rows:
+    def number(self, frame: Frame) -> Tracks:
         """The samples of the next frame, ascending by number, shape (road user,)."""
         users = [
             self._user(name, frame.time, body)
@@ -147,7 +147,7 @@ class Window:
         self._frames = frames
         self._roster = roster
         self._gap = maximum_gap
-        self._ahead: list[tuple[Time, Rows]] = []
+        self._ahead: list[tuple[Time, Tracks]] = []
         self._held = np.empty(0, SAMPLE)
         self._next = self._held
         self._continues = np.zeros(0, np.bool_)
@@ -156,7 +156,7 @@ class Window:
         self._read()
         self.first = self.last
 
-    def at(self, time: Time) -> tuple[Rows, Rows]:
+    def at(self, time: Time) -> tuple[Tracks, Tracks]:
         """The last samples at or before `time`, and the next ones, of everyone who is there.
 
         Args:
@@ -186,7 +186,7 @@ class Window:
             self.last = frame.time
             self._ahead.append((frame.time, self._roster.number(frame)))
 
-    def _pass(self, rows: Rows) -> None:
+    def _pass(self, rows: Tracks) -> None:
         """These are now the last samples of those whom they are of."""
         others = self._held[~np.isin(self._held["number"], rows["number"], assume_unique=True)]
         joined = np.concatenate([others, rows]) if len(others) else rows

@@ -97,8 +97,12 @@ class Cast:
         self._pending += [each for each in self._waiting if each.entity.enters <= elapsed]
         self._waiting = [each for each in self._waiting if each.entity.enters > elapsed]
         for each in self._pending:
-            if not self._sumo.is_pending(each.vehicle.name):
+            if self._sumo.is_pending(each.vehicle.name):
+                continue
+            try:
                 self._add(each)
+            except SumoError as error:
+                raise SumoError(f"`entities.{each.called}`: {error}") from error
         return {each.vehicle.key: each.vehicle for each in self._pending}
 
     def welcome(self, roster: Roster, entered: Sequence[Vehicle]) -> None:

@@ -33,9 +33,10 @@ class Change:
 class Census:
     """Keeps the roster of everybody on the road, parked beside it, or on foot.
 
-    A vehicle that SUMO teleports leaves, and enters as another one where SUMO puts it down. One
-    that takes over the name of one that left is another one, too. Persons who ride are no bodies
-    of their own; they leave when they board and enter when they alight.
+    A vehicle that SUMO teleports leaves, and enters under another number where SUMO puts it down;
+    an entity stays that entity, and keeps what it carries. One that takes over the name of one that
+    left is another one, too. Persons who ride are no bodies of their own; they leave when they
+    board and enter when they alight.
 
     Args:
         sumo: the simulation.
@@ -55,6 +56,7 @@ class Census:
         self._outfitter = outfitter
         self._vehicles: Sequence[str] = ()
         self._persons: Sequence[str] = ()
+        self._away: dict[str, Vehicle] = {}
 
     def take(self, expected: Mapping[str, Vehicle], leaving: frozenset[str]) -> Change:
         """Look who is there after a step of SUMO.
@@ -74,7 +76,8 @@ class Census:
     def _change(self, expected: Mapping[str, Vehicle], leaving: frozenset[str]) -> Change:
         vehicles, persons = self._sumo.vehicles(), self._sumo.persons()
         departed, lifted = self._sumo.departed(), self._sumo.lifted()
-        if not (departed or lifted or leaving) and (vehicles, persons) == (self._vehicles, self._persons):
+        same = (vehicles, persons) == (self._vehicles, self._persons)
+        if same and not (departed or lifted or leaving):
             return Change(entered=(), left=frozenset())
         self._vehicles, self._persons = vehicles, persons
         there = dict.fromkeys(vehicles, Kind.VEHICLE)
@@ -90,6 +93,10 @@ class Census:
         left = frozenset((known - there.keys()) | successors)
         for name in sorted(lifted & left):
             logger.info("SUMO teleports vehicle `%s`; it enters again as another one", name)
+            if self.roster.of(name).role:
+                self._away[name] = self.roster.of(name)
+        for name in departed & self._away.keys():  # the name is another one's now
+            del self._away[name]
         new = there.keys() - (known - successors)
         entered = [vehicle for key, vehicle in expected.items() if key in new]
         others = new - expected.keys()
@@ -97,7 +104,9 @@ class Census:
         return Change(entered=tuple(entered), left=left)
 
     def _of_the_scene(self, key: str, kind: Kind) -> Vehicle:
-        """Somebody whom SUMO brought in by itself."""
+        """Somebody whom SUMO brought in by itself, or an entity that comes back."""
+        if key in self._away:
+            return self._away.pop(key)
         if kind is _PERSON:
             name = key.rpartition("\0")[2]
             return self._outfitter.equip(name, self._types[self._sumo.type_of_person(name)], kind)

@@ -83,14 +83,16 @@ class SumoTraffic(FileReadingComponent):
         self._sumo = Sumo(self._connect(int(rng.integers(2**31))), origin)
         if any(self._sumo.origin):
             logger.info("positions are relative to (%g, %g) m of the net", *self._sumo.origin)
-        begin = round(self._sumo.time * NANOSECONDS_PER_SECOND)
-        if begin != start:
-            logger.info(
-                "SUMO begins at %g s, the scenario at %g s; the run shows SUMO from its begin on",
-                seconds(begin),
-                seconds(start),
-            )
-        self._traffic = Traffic(self._sumo, self._parameters, rng, start)
+        with self._sumo.reached():
+            begin = round(self._sumo.time * NANOSECONDS_PER_SECOND)
+            if begin != start:
+                logger.info(
+                    "SUMO begins at %g s, the scenario at %g s; the run shows SUMO from its begin "
+                    "on",
+                    seconds(begin),
+                    seconds(start),
+                )
+            self._traffic = Traffic(self._sumo, self._parameters, rng, start)
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
@@ -106,7 +108,9 @@ class SumoTraffic(FileReadingComponent):
             for name in self._egos
         }
         assert self._traffic is not None  # noqa: S101  (the contract: `setup` comes first)
-        self._traffic.advance(commands, count)
+        assert self._sumo is not None  # noqa: S101
+        with self._sumo.reached():
+            self._traffic.advance(commands, count)
 
     @override
     def outputs(self) -> Signals:
@@ -136,6 +140,9 @@ class SumoTraffic(FileReadingComponent):
         }
         if given.entities:  # their bodies are checked here, exactly; SUMO must not act
             options["--collision.action"] = "none"
+        if any(entity is not None and entity.is_moved_here for entity in given.entities.values()):
+            options["--time-to-teleport"] = "-1"  # or SUMO lifts those off the road that stand
+            logger.info("SUMO teleports nobody in this run: entities are moved from outside")
         return connection.start(
             given.program, [part for option in options.items() for part in option]
         )

@@ -13,7 +13,8 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
@@ -32,13 +33,13 @@ with contextlib.redirect_stdout(sys.stderr):  # it may print about pyarrow, amon
 Program = Literal["libsumo", "sumo", "sumo-gui"]
 
 _WAIT: Final = 0.1
-"""Between two attempts to reach a program [s]."""
+"""The time between two attempts to reach a program [s]."""
 
 _ATTEMPTS: Final = 600
-"""To reach a program just started: it loads the net first."""
+"""How often a program just started is tried: it loads the net first."""
 
 _ATTEMPTS_TO_JOIN: Final = 20
-"""To reach one that ought to run already."""
+"""How often one is tried that ought to run already."""
 
 _SPEED, _POSITION, _ANGLE = 0x40, 0x42, 0x43
 _POSE: Final = (_POSITION, _ANGLE, _SPEED)
@@ -84,6 +85,10 @@ class Connection(abc.ABC):
     @abc.abstractmethod
     def watch(self, module: Any, *, poses: bool = True, text: str | None = None) -> Watch:
         """Watch objects of a module: their poses, and a text by the name of its getter."""
+
+    @abc.abstractmethod
+    def reached(self) -> AbstractContextManager[None]:
+        """Within it, a connection that breaks raises SumoError with a sentence."""
 
     @abc.abstractmethod
     def close(self) -> None:
@@ -184,6 +189,10 @@ class InProcess(Connection):
         return _Getters(module, text)
 
     @override
+    def reached(self) -> AbstractContextManager[None]:
+        return contextlib.nullcontext()
+
+    @override
     def close(self) -> None:
         if not self._is_closed:
             self._is_closed = True
@@ -212,14 +221,20 @@ class OverTraci(Connection):
     def step(self) -> None:
         try:
             self.modules.simulationStep()
-        except self._lost as error:
-            raise SumoError(f"SUMO at {self._where} is gone: {error}") from error
         except self.refusal as error:
             raise SumoError(f"SUMO gave up: {error}") from error
 
     @override
     def watch(self, module: Any, *, poses: bool = True, text: str | None = None) -> Watch:
         return _Subscriptions(module, poses=poses, text=text)
+
+    @override
+    @contextlib.contextmanager
+    def reached(self) -> Iterator[None]:
+        try:
+            yield
+        except self._lost as error:
+            raise SumoError(f"SUMO at {self._where} is gone: {error}") from error
 
     @override
     def close(self) -> None:
@@ -304,10 +319,14 @@ def _reach(traci: Any, host: str, port: int, process: Any) -> Any:
     attempts = _ATTEMPTS if process is not None else _ATTEMPTS_TO_JOIN
     try:
         with contextlib.redirect_stdout(sys.stderr if process is None else io.StringIO()):
-            return traci.connect(port, attempts, host, proc=process, waitBetweenRetries=_WAIT)
+            found = traci.connect(port, attempts, host, proc=process, waitBetweenRetries=_WAIT)
+            found.simulation.getTime()  # it answers once it has loaded its files
+            return found
     except (traci.exceptions.FatalTraCIError, traci.exceptions.TraCIException, OSError) as error:
         if process is not None:
-            raise SumoError(f"SUMO did not start: {error}") from error
+            raise SumoError(
+                f"SUMO did not start: {error} (SUMO's own message is on standard error)"
+            ) from error
         raise SumoError(
             f"no SUMO answers at {host}:{port} ({error}); start one with `sumo -c FILE.sumocfg "
             f"--remote-port {port}`"

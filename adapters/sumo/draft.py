@@ -9,7 +9,7 @@ from orchestrator.scenario.units import format_duration
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, nanoseconds
 
 _STEP: Final = nanoseconds("0.1")
-"""Of traffic whose configuration is silent: the radios send ten BSMs a second."""
+"""The step of traffic whose configuration is silent: radios send ten BSMs a second."""
 
 _RADIO_STEP: Final = nanoseconds("0.01")
 _SHORT: Final = 60 * NANOSECONDS_PER_SECOND
@@ -55,8 +55,9 @@ def draft(files: SceneFiles, folder: Path) -> Draft:
         f"SUMO's random numbers come from the scenario's seed{said}",
     ]
     if files.outputs:
-        names = ", ".join(f"`{each.path.name}`" for each in files.outputs)
-        assumed.append(f"SUMO writes the files that the configuration names: {names}")
+        written = dict.fromkeys(f"`{each.path.name}`" for each in files.outputs)
+        named = ", ".join(written)
+        assumed.append(f"SUMO writes the files that the scene names: {named}")
     scene = files.config.absolute()
     scene = scene.relative_to(folder) if scene.is_relative_to(folder) else scene
     times = f"{{start: {format_duration(start)}, stop: {format_duration(stop)}}}"

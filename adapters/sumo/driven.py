@@ -191,7 +191,7 @@ class Ego:
         self._closest = NOBODY
 
     def signals(self) -> Mapping[str, Array]:
-        """Its outputs, by what follows its name."""
+        """Its outputs, by what follows its name; `route` has shape (vertex, 2)."""
         driver, outcome, closest = self.driver, self.outcome, self._closest
         return {
             "id": np.array(self._number if self.is_present else GONE),
@@ -228,7 +228,10 @@ class Ego:
 
 
 def signals_of_nobody() -> Mapping[str, Array]:
-    """The outputs, by what follows its name, of a driven entity that does not take part."""
+    """The outputs of a driven entity that does not take part, by what follows its name.
+
+    Shapes are those of `connectors`; its route has shape (0, 2).
+    """
     return {
         "id": np.array(GONE),
         "position": np.zeros(2),

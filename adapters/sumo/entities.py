@@ -225,6 +225,13 @@ class Entity:
         return self.controller == "policy"
 
     @property
+    def is_moved_here(self) -> bool:
+        """Whether it is moved here, so that SUMO only shows it to other drivers."""
+        acts = self.synchronise is not None or bool(self.speed_profile or self.trajectory)
+        beside = self.position.x is not None and not self.is_roadside_unit
+        return self.is_driven or acts or beside
+
+    @property
     def is_roadside_unit(self) -> bool:
         """Whether it is a radio on a mast and no vehicle."""
         return self.type == ROADSIDE_UNIT

@@ -49,7 +49,7 @@ class Lights:
         self._state: Array = np.zeros(len(controller), dtype=np.int32)
 
     def signals(self) -> Mapping[str, Array]:
-        """The outputs `light.*`; what did not change is the same object as before."""
+        """The outputs `light.*`, shape (signal, ...); what did not change is the same object."""
         shown = self._sumo.light_states(self._names)
         if shown != self._shown:
             self._shown = shown

@@ -9,7 +9,7 @@ from adapters.sumo.entities import Entity
 from adapters.sumo.errors import SumoError
 from adapters.sumo.population import Kind, Vehicle
 from adapters.sumo.scene import VehicleType, VehicleTypes, links_along, path_over, straight_on
-from adapters.sumo.simulation import Departure, Link, Sumo
+from adapters.sumo.simulation import Departure, Link, Sumo, route_name
 from adapters.traffic.bodies import Body
 from adapters.traffic.geometry import Float
 from adapters.traffic.polyline import Polyline
@@ -19,6 +19,9 @@ _FREE_ROAD = 10.0
 
 _LONGEST_WAY = 20_000.0
 """A way straight on without an end is followed so far [m]: a ring has no end."""
+
+_EVERYWHERE = "ignoring"
+"""SUMO's class of vehicles that may use any lane."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -177,12 +180,13 @@ class Placement:
             raise SumoError("`position` says neither `lane` nor both `x` and `y`")
         if kind.body is Body.PEDESTRIAN:
             raise SumoError("who walks is placed by coordinates: `position: {x: .., y: ..}`")
-        lane = self._lane(at.lane)
+        lane = self._lane(at.lane, kind)
         links = self._way(lane, entity)
         path = path_over(self._sumo, lane, links)
         front = self._front(entity, kind, speed, lane, path)
         edges = [self._sumo.edge_of(lane), *(self._sumo.edge_of(link.to_lane) for link in links)]
-        self._sumo.add_route(name, edges)
+        route = route_name(name)
+        self._sumo.add_route(route, edges)
         return OnRoad(
             lane=lane,
             links=tuple(links),
@@ -190,7 +194,7 @@ class Placement:
             departure=Departure(
                 name=name,
                 type=kind.name,
-                route=name,
+                route=route,
                 lane=self._sumo.index_of(lane),
                 position=front,
                 speed=min(speed, self._sumo.speed_limit(lane)),  # SUMO refuses faster ones
@@ -323,9 +327,21 @@ class Placement:
             except SumoError:
                 return
 
-    def _lane(self, lane: str) -> str:
+    def _lane(self, lane: str, kind: VehicleType) -> str:
         if not self._sumo.has_lane(lane):
             raise SumoError(f"`position.lane`: {_missing('lane', lane, self._sumo.lanes())}")
+        used_by = kind.vehicle_class
+        if used_by != _EVERYWHERE and not self._sumo.allows(lane, used_by):
+            raise SumoError(
+                f"`position.lane`: `{lane}` is not for the class `{used_by}`, to which the type "
+                f"`{kind.name}` belongs"
+            )
+        length = self._sumo.lane_length(lane)
+        if length < kind.length:
+            raise SumoError(
+                f"`position.lane`: `{lane}` is {length:.1f} m long, too short for `{kind.name}`, "
+                f"{kind.length:g} m"
+            )
         return lane
 
     def _edge(self, edge: str, parameter: str) -> None:

@@ -185,7 +185,7 @@ class Poses:
 
     @classmethod
     def nobody(cls) -> "Poses":
-        """Of an empty roster."""
+        """The poses of an empty roster."""
         return cls(center=np.zeros((0, 2)), heading=np.zeros(0), velocity=np.zeros((0, 2)))
 
     @classmethod

@@ -28,9 +28,8 @@ units' own, do not depend on who else is there."""
 BODY_SIZE: Final = 0.001
 """Length, width and height of the body [m]."""
 
-
 _ANTENNA_HEIGHT: Final = 5.0
-"""Of roadside units that say none [m]: TR 37.885, table 6.1.4-1."""
+"""The height of roadside units' antennas that say none [m]: TR 37.885, table 6.1.4-1."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

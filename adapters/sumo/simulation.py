@@ -5,7 +5,8 @@ vehicles are those of the middle of their front bumpers, angles clockwise from n
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -34,7 +35,7 @@ _RELEASE: Final = -1.0
 """`setSpeed` with this value hands the speed back to the car-following model."""
 
 _STOP_GAP: Final = 1.0
-"""Of types without `jmStoplineGap` [m], SUMO's default."""
+"""The gap of types without `jmStoplineGap` [m], SUMO's default."""
 
 _PARKED: Final = 1
 """Flag of a stop beside the road."""
@@ -112,6 +113,10 @@ class Sumo:
         self._watched_lights = connection.watch(
             modules.trafficlight, poses=False, text="getRedYellowGreenState"
         )
+
+    def reached(self) -> AbstractContextManager[None]:
+        """Within it, SUMO that is gone raises SumoError, whatever it was asked for."""
+        return self._connection.reached()
 
     def close(self) -> None:
         """End the simulation, or leave one that others have started; twice is harmless."""
@@ -252,11 +257,11 @@ class Sumo:
         return sorted(self._lights.getIDList())
 
     def controlled_lanes(self, light: str) -> list[str]:
-        """For each signal of `light`, the lane that leads to it; empty where there is none."""
+        """The lane that leads to each signal of `light`; empty where there is none."""
         return [links[0][0] if links else "" for links in self._lights.getControlledLinks(light)]
 
     def light_states(self, lights: Sequence[str]) -> list[str]:
-        """For each of `lights`, one of SUMO's letters for each of its signals."""
+        """The state of each of `lights`: one of SUMO's letters for each of its signals."""
         return self._watched_lights.texts(lights)
 
     # ---- vehicles
@@ -266,15 +271,20 @@ class Sumo:
         self._route.add(name, list(edges))
 
     def add(self, departure: Departure) -> None:
-        """Have a vehicle inserted at the end of the next step, if there is room then."""
-        self._vehicle.add(
-            departure.name,
-            departure.route,
-            departure.type,
-            departLane=str(departure.lane),
-            departPos=f"{departure.position:.6f}",
-            departSpeed="max" if departure.speed is None else f"{departure.speed:.6f}",
-        )
+        """Have a vehicle inserted at the end of the next step, if there is room then.
+
+        Raises:
+            SumoError: SUMO has one of that name already, or cannot insert it there.
+        """
+        with self._adding(departure.name):
+            self._vehicle.add(
+                departure.name,
+                departure.route,
+                departure.type,
+                departLane=str(departure.lane),
+                departPos=f"{departure.position:.6f}",
+                departSpeed="max" if departure.speed is None else f"{departure.speed:.6f}",
+            )
         if not departure.changes_lanes:
             self._vehicle.setLaneChangeMode(departure.name, _NO_LANE_CHANGES)
 
@@ -290,21 +300,48 @@ class Sumo:
         self._vehicle.setStop(name, edge, position, lane, _FOR_EVER, _PARKED)
 
     def add_near(self, name: str, kind: str, front: Float) -> None:
-        """Have a vehicle inserted that is moved from then on, on the lane nearest to `front`."""
+        """Have a vehicle inserted that is moved from then on, on the lane nearest to a point.
+
+        Args:
+            name: of the vehicle.
+            kind: its type.
+            front: of its body [m], shape (2,).
+
+        Raises:
+            SumoError: SUMO has one of that name already, or no lane is near.
+        """
         x, y = (front + self._shift).tolist()
-        edge, _, _ = self._simulation.convertRoad(x, y, vClass=self.type_class(kind))
-        self.add_route(name, [edge])
-        self._vehicle.add(name, name, kind, departLane="best", departSpeed="0")
+        route, vehicle_class = route_name(name), self.type_class(kind)
+        with self._adding(name):
+            edge, _, _ = self._simulation.convertRoad(x, y, vClass=vehicle_class)
+            self.add_route(route, [edge])
+            self._vehicle.add(name, route, kind, departLane="best", departSpeed="0")
 
     def add_person(self, name: str, kind: str, front: Float) -> None:
-        """Have a person enter that is moved from then on, on the edge nearest to `front`."""
+        """Have a person enter that is moved from then on, on the edge nearest to a point.
+
+        Args:
+            name: of the person.
+            kind: its type.
+            front: of its body [m], shape (2,).
+
+        Raises:
+            SumoError: SUMO has one of that name already, or no edge is near.
+        """
         x, y = (front + self._shift).tolist()
-        edge, position, _ = self._simulation.convertRoad(x, y)
-        self._person.add(name, edge, position, typeID=kind)
-        self._person.appendWaitingStage(name, _FOR_EVER)
+        with self._adding(name):
+            edge, position, _ = self._simulation.convertRoad(x, y)
+            self._person.add(name, edge, position, typeID=kind)
+            self._person.appendWaitingStage(name, _FOR_EVER)
 
     def move_person(self, name: str, front: Float, heading: float) -> None:
-        """Put a person with its front at `front` [m] at the end of the next step."""
+        """Put a person somewhere at the end of the next step.
+
+        Args:
+            name: of the person.
+            front: the middle of its front [m], shape (2,).
+            heading: counter-clockwise from east [rad].
+        """
         angle = 90.0 - math.degrees(heading)
         x, y = (front + self._shift).tolist()
         self._person.moveToXY(name, "", x, y, angle, _EXACTLY_THERE, _MATCH_RADIUS)
@@ -349,7 +386,7 @@ class Sumo:
         return self._shifted(self._watched_vehicles.poses(names))
 
     def person_poses(self, names: Sequence[str]) -> Float:
-        """The same of persons."""
+        """Poses of persons, shape (person, 4); see `vehicle_poses`."""
         return self._shifted(self._watched_persons.poses(names))
 
     def _shifted(self, poses: Float) -> Float:
@@ -393,6 +430,19 @@ class Sumo:
         points = np.array(shape, dtype=np.float64).reshape(len(shape), -1)[:, :2]
         shifted: Float = points.reshape(-1, 2) - self._shift
         return shifted
+
+    @contextmanager
+    def _adding(self, name: str) -> Iterator[None]:
+        """Say whom SUMO refuses."""
+        try:
+            yield
+        except self._connection.refusal as error:
+            raise SumoError(f"SUMO refuses `{name}`: {error}") from error
+
+
+def route_name(entity: str) -> str:
+    """The name of the route of an entity, which the scene's own routes do not have."""
+    return f"entities.{entity}"
 
 
 def _origin_of(low: Sequence[float], high: Sequence[float]) -> tuple[float, float]:

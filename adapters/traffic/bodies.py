@@ -21,7 +21,7 @@ class Body(IntEnum):
 
 
 BODIES: Final[Mapping[str, Body]] = MappingProxyType({body.name.lower(): body for body in Body})
-"""By the names that `<param key="body">` of a vehicle type, a table or a scenario may say."""
+"""The bodies by the names that a `<param key="body">`, a table or a scenario may say."""
 
 _TALL_CAR: Final = 1.6
 """Passenger cars from this height [m] on have the shape of an SUV or MPV; SUMO's default is 1.5."""
@@ -50,7 +50,7 @@ _OF_CLASS: Final[Mapping[str, Body]] = MappingProxyType(
         "wheelchair": Body.PEDESTRIAN,
     }
 )
-"""Of SUMO's abstract vehicle classes; all others have the bodies of passenger cars."""
+"""The bodies of SUMO's abstract vehicle classes; all others have those of passenger cars."""
 
 
 def body_of(vehicle_class: str, height: float) -> Body:

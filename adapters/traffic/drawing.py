@@ -15,13 +15,13 @@ from adapters.traffic.geometry import Boxes, Float
 from orchestrator.signal import Array, Signal, Signals
 
 _WIDTH: Final = 10.0
-"""Of the picture [inch]."""
+"""The width of the picture [inch]."""
 
 _MARGIN: Final = 0.03
 """Around everything, as a share of the larger side."""
 
 _SMALLEST: Final = 4e-3
-"""Of the larger side of the scene: what is shorter is drawn as a mark, not as a box."""
+"""Bodies shorter than this share of the larger side of the scene are drawn as marks, too."""
 
 _ROAD, _BUILDING, _ENTITY = "#d9d9d9", "#a89f91", "#d62728"
 
@@ -37,7 +37,7 @@ _COLOURS: Final[Mapping[Body, str]] = {
     Body.PEDESTRIAN: "#bcbd22",
 }
 _LIGHTS: Final = ("#7f7f7f", "#d62728", "#d62728", "#ffbf00", "#8fd18f", "#2ca02c", "#d62728")
-"""By the codes of `light.state`."""
+"""Colours by the codes of `light.state`."""
 
 
 def draw(signals: Signals, names: Mapping[int, str], title: str) -> Figure:

@@ -56,7 +56,8 @@ def _cells(parameter: Parameter) -> tuple[str, ...]:
 
 
 def _bounds(parameter: Parameter, unit: str) -> str:
-    shown = "" if isinstance(parameter.default, int | float | Constant) else unit
+    default = parameter.default
+    shown = "" if isinstance(default, int | float | Constant | tuple) and default != () else unit
     match parameter.minimum, parameter.maximum:
         case None, None:
             return shown

@@ -32,7 +32,7 @@ ROLE_WORDS: Final = (
 _PLAYED_BY: Final = MappingProxyType(
     {"ego": EGO, "collider": COLLISION, "sharer": SHARING, "blocking": BLOCKING}
 )
-"""By the names of entities; those called otherwise are background to the study."""
+"""The roles by the names of entities; those called otherwise are background to the study."""
 
 _ROADSIDE_UNIT: Final = "roadside_unit"
 """The type of entities that are roadside units, whatever they are called."""

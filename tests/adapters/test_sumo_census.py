@@ -2,6 +2,7 @@
 
 import logging
 import math
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,9 +12,11 @@ import libsumo
 import numpy as np
 import pytest
 
-from adapters.sumo.errors import SumoError
+from adapters.sumo.entities import Entity, Position, SpeedPoint
+from adapters.sumo.parameters import Background, Origin
 from adapters.traffic.bodies import Body
-from tests.adapters.sumo_runs import Command, Run, car, scene, simulate
+from orchestrator.distribution import Constant
+from tests.adapters.sumo_runs import NETS, Command, Run, car, scene, simulate
 
 OUTPUT = '<output><fcd-output value="fcd.xml"/><precision value="9"/></output>'
 """SUMO's own record of everybody, after each of its steps."""
@@ -188,6 +191,41 @@ def test_one_that_sumo_teleports_is_another_one_where_it_is_put_down(
         assert np.abs(np.diff(x)).max() < 14.0 * 0.1 + 1e-9
 
 
+def test_an_entity_that_sumo_teleports_keeps_its_role_and_what_it_carries(tmp_path: Path) -> None:
+    """Only its number is another one."""
+    block = BLOCKED.partition('<vehicle id="b"')[0]
+    options = OUTPUT + '<processing><time-to-teleport value="3"/></processing>'
+    follows = car("east_1_0", 60.0, speed=Constant(8.0), radio=False, lidar=True)
+    path = scene(tmp_path, demand=block, options=options)
+    run = simulate(path, 20.0, {"absent": None, "b": follows})
+    assert_complete(run, tmp_path / "fcd.xml")
+    assert list(run.name.values()) == ["b", "block", "b"]
+    for k in (0, 200):
+        row = run.row(k, "b") if k else 0
+        assert run.array(k, "vehicle.role")[row] == 2
+        assert not run.array(k, "vehicle.equipped")[row]
+        assert run.array(k, "vehicle.lidar")[row]
+
+
+def test_entities_that_are_moved_from_outside_are_not_teleported_however_long_they_stand(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    still = (SpeedPoint(time=0.0, speed=0.0),)
+    entities = {
+        "ego": car("east_1_0", 60.0, controller="policy"),
+        "keeps": car("north_1_0", 60.0, speed_profile=still),
+        "van": Entity(type="van", position=Position(x=-50.0, y=-1.6)),
+    }
+    options = '<processing><time-to-teleport value="3"/></processing>'
+    with caplog.at_level(logging.INFO):
+        run = simulate(scene(tmp_path, options=options), 20.0, entities)
+    assert "SUMO teleports nobody in this run" in caplog.text
+    assert run.name == {0: "ego", 1: "keeps", 2: "van"}
+    np.testing.assert_array_equal(run.array(0, "vehicle.id"), run.array(200, "vehicle.id"))
+    first, last = run.array(0, "vehicle.position"), run.array(200, "vehicle.position")
+    np.testing.assert_allclose(first, last, atol=1e-9)
+
+
 def test_one_that_takes_over_a_name_is_another_one(tmp_path: Path) -> None:
     """Later, or in the very next step: numbers are never used again."""
 
@@ -229,6 +267,27 @@ def test_a_scene_without_anybody_runs(tmp_path: Path) -> None:
     assert run.array(20, "light.state").shape == (0,)
 
 
+def test_lanes_without_a_length_are_roads_like_others(tmp_path: Path) -> None:
+    """Netconvert leaves such lanes where an importer cut an edge short."""
+    net = (NETS / "street.net.xml").read_text()
+    net, count = re.subn(
+        r'length="142\.80" shape="201\.60,7\.20 201\.60,150\.00"',
+        'length="0.10" shape="201.60,7.20 201.60,7.20"',
+        net,
+    )
+    assert count == 1
+    (tmp_path / "short.net.xml").write_text(net)
+    share = '<vType id="any"><param key="share" value="1"/></vType>'
+    path = scene(tmp_path, str(tmp_path / "short"), extra=share)
+    ego = car("east_1_0", 150.0, speed=Constant(10.0), controller="policy", to="branch")
+    background = Background(turning_share=0.9)
+    run = simulate(path, 40.0, {"ego": ego}, background=background)
+    assert all(np.isfinite(run.array(0, f"road.{name}")).all() for name in ("vertex", "index"))
+    assert run.array(0, "ego.route")[-1] == pytest.approx((201.6, 7.2))
+    assert run.array(-1, "ego.id") == -1
+    assert len(run.number) > 20
+
+
 FOREIGN = """
     <vehicle id="a" type="car" depart="57600"><route edges="east_1 east_2 branch"/></vehicle>
     <vehicle id="parked" type="car" depart="57600" departPos="100">
@@ -252,7 +311,7 @@ def test_nets_may_be_left_handed_and_far_away_and_begin_in_the_afternoon(
     """Cars drive 1.6 m beside the middle line, and park one lane farther out."""
     options = OUTPUT + '<time><begin value="57600"/></time>'
     with caplog.at_level(logging.INFO):
-        run = simulate(scene(tmp_path, net, FOREIGN, options), 50.0)
+        run = simulate(scene(tmp_path, net, FOREIGN, options), 50.0, origin=Origin(x=0.0, y=0.0))
     assert_complete(run, tmp_path / "fcd.xml")
     assert "SUMO begins at 57600 s, the scenario at 0 s" in caplog.text
     x, y = origin
@@ -272,9 +331,25 @@ def test_entities_are_placed_on_foreign_nets_alike(tmp_path: Path) -> None:
             "ego": car("west_1_0", 50.0, controller="policy"),
             "queue": car("east_1_0", 90.0, count=3),
         }
-        run = simulate(scene(tmp_path, net), 3.0, entities)
-        places.append(run.array(30, "vehicle.position")[:, :2] - (x, y))
+        run = simulate(scene(tmp_path, net), 3.0, entities, origin=Origin(x=x, y=y))
+        places.append(run.array(30, "vehicle.position")[:, :2])
     np.testing.assert_allclose(places[0], places[1], atol=1e-6)
+
+
+def test_a_far_net_is_counted_from_its_corner(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The corner is at (399,800 m, -400,200 m), rounded down to whole kilometres."""
+    begin = '<time><begin value="57600"/></time>'
+    config = scene(tmp_path, "street_far", FOREIGN, begin, HOUSES)
+    with caplog.at_level(logging.INFO):
+        counted = simulate(config, 5.0)
+    absolute = simulate(config, 5.0, origin=Origin(x=0.0, y=0.0))
+    assert "positions are relative to (399000, -401000) m of the net" in caplog.text
+    for name in ("vehicle.position", "road.vertex", "building.vertex"):
+        apart = absolute.array(30, name) - counted.array(30, name)
+        assert len(apart)
+        np.testing.assert_allclose(apart[:, :2] - (399_000.0, -401_000.0), 0.0, atol=1e-6)
 
 
 HOUSES = """
@@ -301,17 +376,21 @@ def test_buildings_are_those_whose_type_says_so_and_the_others_are_told(
         assert f"{count} polygons of type `{kind}` are no buildings" in caplog.text
 
 
-def test_buildings_without_an_area_are_refused_by_name(tmp_path: Path) -> None:
+def test_buildings_without_an_area_are_left_out_and_said(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     extra = """
         <poly id="line" type="building" shape="0,10 10,10 20,10"/>
         <poly id="point" type="building.yes" shape="5,5 5,5"/>
         <poly id="low" type="building" shape="0,0 9,0 9,9"><param key="height" value="-3"/></poly>
     """
-    with pytest.raises(SumoError) as caught:
-        simulate(scene(tmp_path, extra=extra), 0.0)
-    flat = "different corners, at least 3 that are not on a line are needed"
-    assert str(caught.value).splitlines() == [
-        f"building `line` encloses no area: it has 3 {flat}",
-        "building `low`: `height` must be a positive number in a `<param>`, got `-3`",
-        f"building `point` encloses no area: it has 1 {flat}",
-    ]
+    with caplog.at_level(logging.INFO):
+        run = simulate(scene(tmp_path, extra=extra), 0.0, building_height=12.5)
+    assert run.array(0, "building.height").tolist() == [12.5]
+    assert len(run.array(0, "building.vertex")) == 3
+    for text in (
+        "building `line` encloses no area, it is left out",
+        "building `point` encloses no area, it is left out",
+        "building `low` has no height [m]: `-3`, the default holds",
+    ):
+        assert text in caplog.messages

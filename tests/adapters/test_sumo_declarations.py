@@ -40,8 +40,14 @@ MISDECLARED: Mapping[str, tuple[Mapping[str, Entity], str]] = {
         {"vehicle": car("east_1_0", 50.0, controller="policy")},
         "`entities.vehicle`: is the name of other connectors; call the entity otherwise",
     ),
-    "x without y": ({"a": at(1.0, None)}, "`entities.a`: `position` has only one of `x` and `y`"),
-    "y without x": ({"a": at(None, 1.0)}, "`entities.a`: `position` has only one of `x` and `y`"),
+    "x without y": (
+        {"a": at(1.0, None)},
+        "`entities.a`: `position` has only one of `x` and `y`; write both",
+    ),
+    "y without x": (
+        {"a": at(None, 1.0)},
+        "`entities.a`: `position` has only one of `x` and `y`; write both",
+    ),
     "lane and x": (
         {"a": Entity(type="car", position=Position(lane="east_1_0", x=1.0, y=1.0))},
         "`entities.a`: `position` has both `lane` and `x`, `y`; leave one out",
@@ -182,7 +188,7 @@ NOT_OF_THE_SCENE: Mapping[str, tuple[Mapping[str, Entity], str]] = {
     ),
     "moves from nowhere": (
         {"a": car("east_1_0", speed=TEN)},
-        "`entities.a`: `a` moves; say where it starts by `position.s` or `.to_end`",
+        "`entities.a`: it moves; say where it starts by `position.s` or `.to_end`",
     ),
     "walks on a lane": (
         {"a": Entity(type="DEFAULT_PEDTYPE", position=on("east_1_0", 10.0))},
@@ -344,3 +350,63 @@ def test_one_that_takes_part_later_can_be_met_at_a_place_that_is_given(tmp_path:
         "a": car("east_1_0", 100.0, speed=TEN),
     }
     assert simulate(scene(tmp_path), 0.1, entities).present(1) == ["b", "a"]
+
+
+def test_a_lane_is_for_vehicles_of_its_classes(tmp_path: Path) -> None:
+    with pytest.raises(SumoError) as caught:
+        simulate(scene(tmp_path, "town"), 0.0, {"a": car("em_1", 50.0)})
+    assert str(caught.value) == (
+        "`entities.a`: `position.lane`: `em_1` is not for the class `passenger`, to which the type "
+        "`car` belongs"
+    )
+
+
+def test_a_lane_shorter_than_the_body_has_no_place(tmp_path: Path) -> None:
+    long = '<vType id="train" vClass="ignoring" length="150"/>'
+    entity = Entity(type="train", position=on("branch_0", 100.0))
+    with pytest.raises(SumoError) as caught:
+        simulate(scene(tmp_path, extra=long), 0.0, {"a": entity})
+    assert str(caught.value) == (
+        "`entities.a`: `position.lane`: `branch_0` is 142.8 m long, too short for `train`, 150 m"
+    )
+
+
+OWN_NAMES = """
+    <person id="foot" depart="0"><walk edges="east_1"/></person>
+    <route id="way" edges="east_1 east_2"/>
+    <vehicle id="taken" type="car" route="way" depart="0"/>
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "entity", "refusal"),
+    [
+        ("taken", car("west_1_0", 50.0), "The vehicle 'taken' to add already exists."),
+        ("taken", at(30.0, 9.0), "The vehicle 'taken' to add already exists."),
+        (
+            "foot",
+            Entity(type="DEFAULT_PEDTYPE", position=Position(x=30.0, y=9.0)),
+            "The person foot to add already exists.",
+        ),
+    ],
+    ids=["on a lane", "anywhere", "on foot"],
+)
+def test_names_of_the_scenes_own_traffic_are_taken(
+    tmp_path: Path, name: str, entity: Entity, refusal: str
+) -> None:
+    with pytest.raises(SumoError) as caught:
+        simulate(scene(tmp_path, demand=OWN_NAMES), 0.0, {name: entity})
+    assert str(caught.value) == f"`entities.{name}`: SUMO refuses `{name}`: {refusal}"
+
+
+@pytest.mark.parametrize("kind", ["van", "DEFAULT_PEDTYPE"])
+def test_nobody_can_be_placed_where_no_road_is_near(tmp_path: Path, kind: str) -> None:
+    entity = Entity(type=kind, position=Position(x=5000.0, y=9000.0))
+    with pytest.raises(SumoError, match=r"^`entities\.far`: SUMO refuses `far`: "):
+        simulate(scene(tmp_path), 0.0, {"far": entity})
+
+
+def test_names_of_the_scenes_routes_are_free(tmp_path: Path) -> None:
+    entities = {"way": car("west_1_0", 50.0)}
+    run = simulate(scene(tmp_path, demand=OWN_NAMES), 0.0, entities)
+    assert run.present(0) == ["way", "foot", "taken"]

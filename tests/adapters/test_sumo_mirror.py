@@ -37,7 +37,7 @@ def test_sumo_has_the_ego_where_it_is_at_every_step(
     traffic = Traffic(sumo, red_light(background={"spacing": 60.0}), stream(1, "traffic"), 0)
     for k in range(320):
         traffic.advance({"ego": Command.of(np.array(policy(k * 0.05)))}, 1)
-        seen = Poses.from_sumo(sumo.watched_vehicles.poses(("ego",)), LENGTH)
+        seen = Poses.from_sumo(sumo.vehicle_poses(("ego",)), LENGTH)
         truth = traffic.outputs
         apart = seen.center[0] - np.asarray(truth["ego.position"])
         aside = float(np.asarray(truth["ego.position"])[0]) - 7.0

@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given, strategies as st
 
 from adapters.sumo import SumoTraffic
-from adapters.sumo.road import Road, read_road, strip
+from adapters.sumo.road import read_road
 from adapters.sumo.scene import read_buildings
 from adapters.sumo.simulation import Sumo
+from adapters.traffic.surroundings import RoadSurface, strip
 from orchestrator.randomness import stream
 from tests.adapters.red_light import STEP, red_light
 
@@ -29,7 +30,7 @@ def inside(ring: Float, points: Float) -> Bool:
     return np.asarray(up.sum(axis=1) != down.sum(axis=1))
 
 
-def on_road(road: Road, points: Float) -> Bool:
+def on_road(road: RoadSurface, points: Float) -> Bool:
     rings = [road.vertex[road.index == k] for k in np.unique(road.index)]
     return np.asarray(np.any([inside(ring, points) for ring in rings], axis=0))
 

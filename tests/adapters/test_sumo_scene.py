@@ -1,5 +1,6 @@
 """Facts of the red-light scene: what hides what from whom, and when."""
 
+import logging
 import re
 import shutil
 import subprocess
@@ -256,12 +257,6 @@ class Defect:
     "defect",
     [
         Defect(
-            "red_light.poly.xml",
-            'key="height" value="24"',
-            'key="height" value="high"',
-            "building `sw_corner`: `height` must be a positive number in a `<param>`, got `high`",
-        ),
-        Defect(
             "red_light.typ.xml",
             '<param key="antenna_height" value="4.00"/>',
             '<param key="antenna_height" value="-4.00"/>',
@@ -276,14 +271,24 @@ class Defect:
             "motorcycle, bicycle, pedestrian, got `coach`",
         ),
     ],
-    ids=["height", "antenna", "body"],
+    ids=["antenna", "body"],
 )
 def test_a_defect_of_the_scene_is_named(
     tmp_path: Path, loaded: Callable[..., Sumo], defect: Defect
 ) -> None:
     simulation = loaded(with_file(tmp_path, defect.file, defect.old, defect.new))
     with pytest.raises(SumoError, match=re.escape(defect.message)):
-        (VehicleTypes(simulation, 0.05).declared(), read_buildings(simulation, 10.0))
+        VehicleTypes(simulation, 0.05).declared()
+
+
+def test_a_height_that_is_no_number_is_said_and_the_usual_one_holds(
+    tmp_path: Path, loaded: Callable[..., Sumo], caplog: pytest.LogCaptureFixture
+) -> None:
+    old, new = 'key="height" value="24"', 'key="height" value="high"'
+    simulation = loaded(with_file(tmp_path, "red_light.poly.xml", old, new))
+    with caplog.at_level(logging.INFO):
+        assert 7.5 in read_buildings(simulation, 7.5).height
+    assert "building `sw_corner` has no height [m]: `high`, the default holds" in caplog.messages
 
 
 def test_what_the_scene_does_not_say_is_as_the_parameters_say(

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from typing_extensions import override
 
 from orchestrator.experiment.load import load_experiment
 from orchestrator.experiment.plan import Experiment
@@ -38,18 +39,22 @@ class Kept:
     levels: Mapping[str, str]
     seed: int
 
+    @override
     def __str__(self) -> str:
         return " ".join([*self.levels.values(), str(self.seed)])
 
 
 def committed(kept: Kept) -> Mapping[str, str]:
-    """The row of the table."""
+    """The row of the table, whose conditions are those of the scenario, not names of levels."""
+    levels = dict(kept.levels)
+    if levels.get("policy", "").startswith("cooperative-"):
+        levels["policy"], _, levels["compression"] = levels["policy"].partition("-")
     with (ROOT / "docs" / "results" / kept.study[1]).open(encoding="utf-8", newline="") as stream:
         rows = [
             row
             for row in csv.DictReader(stream)
             if row["seed"] == str(kept.seed)
-            and all(row[factor] == level for factor, level in kept.levels.items())
+            and all(row[factor] == level for factor, level in levels.items())
         ]
     (row,) = rows
     return row
@@ -87,7 +92,7 @@ def differences(kept: Kept, experiment: Experiment) -> Iterator[str]:
         Kept(RELAY, {"method": "mohed", "density": "30 m", "speed": "30 km/h"}, 101),
         Kept(RELAY, {"method": "signal-strength", "density": "20 m", "speed": "30 km/h"}, 104),
         Kept(RELAY, {"method": "random", "density": "30 m", "speed": "25 km/h"}, 107),
-        Kept(DRIVING, {"policy": "rule-based"}, 102),
+        Kept(DRIVING, {"policy": "expert"}, 102),
         Kept(DRIVING, {"policy": "cooperative-32"}, 110),
     ],
     ids=str,

@@ -75,10 +75,16 @@ class PolygonReader:
         self._building = _Polygon(attributes.get("id", ""), where)
         text = attributes.get("shape", "")
         is_geodetic = attributes.get("geo", "").lower() in {"true", "1", "yes", "on"}
-        what = _shape_problem(text, is_geodetic=is_geodetic)
-        if what is not None:
-            what = f"building `{self._building.name}` is left out: {what}"
-            self._findings.add(SHAPES, where, what)
+        name = f"building `{self._building.name}`"
+        try:
+            corners = [_corner(part) for part in text.split()]
+        except ValueError:
+            what = f"{name}: `shape` is a list of `x,y`, got `{_shortened(text)}`"
+            self._findings.add("shapes", where, what)
+            return
+        missing = _missing(corners, is_geodetic=is_geodetic)
+        if missing is not None:
+            self._findings.add(SHAPES, where, f"{name} is left out: {missing}")
 
     def _check_height(self, building: _Polygon) -> None:
         if building.height is None or height_in(building.height) is not None:
@@ -99,12 +105,8 @@ def height_in(text: str) -> float | None:
     return height if 0.0 < height < math.inf else None
 
 
-def _shape_problem(text: str, *, is_geodetic: bool) -> str | None:
-    """What is wrong with the ground plan of a building; `None` if nothing is."""
-    try:
-        corners = [_corner(part) for part in text.split()]
-    except ValueError:
-        return f"`shape` is a list of `x,y`, got `{_shortened(text)}`"
+def _missing(corners: list[tuple[float, float]], *, is_geodetic: bool) -> str | None:
+    """What a ground plan lacks; `None` if nothing."""
     if is_geodetic:  # degrees: SUMO projects them
         return "at least 3 different corners are needed" if len(set(corners)) < 3 else None
     count = _different(corners)

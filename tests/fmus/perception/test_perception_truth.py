@@ -16,6 +16,7 @@ import pytest
 from typing_extensions import override
 
 from fmus.messages.apm import Float
+from fmus.messages.bodies import Body
 from fmus.messages.records import SENSOR, frame, unframe
 from orchestrator.signal import Array
 from tests.fmus.driver import Library
@@ -69,7 +70,7 @@ def mover(
         id=number,
         position=(*place, 0.0),
         heading=heading,
-        size=KINDS[kind],
+        size=KINDS[Body(kind)],
         body=kind,
         lidar=number <= 2,
     )
