@@ -75,6 +75,20 @@ class ComponentTypeError(CosimError):
     """A component type cannot be found, loaded or given these parameters. Exit code 2."""
 
 
+class ParameterError(ComponentTypeError):
+    """A component type refuses parameters, or several that do not fit together. Exit code 2.
+
+    Attributes:
+        problems: each at its address.
+    """
+
+    def __init__(self, problems: Sequence[ParameterProblem]) -> None:
+        super().__init__(
+            "\n".join(f"`{'.'.join(map(str, each.address))}`: {each.what}" for each in problems)
+        )
+        self.problems = tuple(problems)
+
+
 class ComponentError(CosimError):
     """A component failed or broke its contract during a run. Exit code 3.
 

@@ -1,7 +1,10 @@
 """What `nlosim check` finds in a SUMO scene."""
 
+import os
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from adapters.sumo.checks.demand import DemandElements, Scene
 from adapters.sumo.checks.departures import UNSORTED, Departures
@@ -9,9 +12,14 @@ from adapters.sumo.checks.findings import Findings
 from adapters.sumo.checks.net import NetElements, Roads
 from adapters.sumo.checks.polygons import HEIGHTS, SHAPES, PolygonReader
 from adapters.sumo.checks.reading import WellFormed, read
-from adapters.sumo.files import FileKind, NamedFile, SceneFiles, read_scene
+from adapters.sumo.files import FileKind, NamedFile, SceneFiles, read_scene, resolved
 from adapters.sumo.probing import probe
 from orchestrator.errors import Location, Problem
+
+_MESOSCOPIC: Final = (
+    "with `mesosim` SUMO has queues instead of lanes: bodies overlap, and places between the ends "
+    "of queues are estimates; entities cannot take part"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,14 +30,16 @@ class SceneCheck:
         files: of the scene.
         problems: what keeps it from being simulated, each at its place, in the order of the files.
         remarks: what is not wrong, but may not be meant.
+        declared: where ids are declared, by kind and id.
         is_empty: whether no vehicle, person or flow is declared.
         roads: edges and lanes of the net.
-        types: vehicle types.
+        types: vehicle types, without distributions of them.
     """
 
     files: SceneFiles
     roads: Roads
     types: frozenset[str]
+    declared: Mapping[tuple[str, str], Location]
     problems: tuple[Problem, ...]
     remarks: tuple[Problem, ...]
     is_empty: bool
@@ -50,10 +60,10 @@ def check_scene(config: Path, *, thorough: bool) -> SceneCheck:
     findings = Findings(forgiven=frozenset(forgiven))
     scene = Scene(findings, Roads(), PolygonReader(findings))
     unreadable = _read_contents(files, scene)
+    homeless = _without_folder(files)
+    problems = sorted({*problems, *unreadable, *homeless, *findings.problems()}, key=_place)
     if files.is_on("mesosim"):
-        what = "the mesoscopic model has no positions on lanes; leave `mesosim` out"
-        problems.append(Problem(files.settings["mesosim"].where, what))
-    problems = sorted({*problems, *unreadable, *findings.problems()}, key=_place)
+        findings.remark(files.settings["mesosim"].where, _MESOSCOPIC)
     remarks = findings.all_remarks()
     if thorough and not problems:
         seen = probe(files, scene.ids)
@@ -64,8 +74,23 @@ def check_scene(config: Path, *, thorough: bool) -> SceneCheck:
         remarks=tuple(remarks),
         is_empty=scene.roads.complete and not scene.traffic,
         roads=scene.roads,
-        types=frozenset(scene.types),
+        types=frozenset(scene.types - scene.distributions),
+        declared=scene.ids,
     )
+
+
+def _without_folder(files: SceneFiles) -> Iterator[Problem]:
+    """Outputs that SUMO could not write: it makes no folders."""
+    prefix = files.settings.get("output-prefix")  # may have folders of its own
+    for each in files.outputs:
+        name = each.path.name if prefix is None else prefix.value + each.path.name
+        folder = resolved(each.path.parent, name).parent
+        if not folder.is_dir():
+            what = f"`{each.named_by}`: the folder {folder} does not exist; make it, or write NUL"
+            yield Problem(each.where, what)
+        elif not os.access(folder, os.W_OK):
+            what = f"`{each.named_by}`: nothing can be written to the folder {folder}"
+            yield Problem(each.where, what)
 
 
 def inputs_of(config: Path) -> tuple[Path, ...]:

@@ -1,7 +1,7 @@
 """The component: SUMO traffic, entities that a scenario declares, and egos that policies drive."""
 
 import logging
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Final, TypeAlias
 
@@ -10,18 +10,16 @@ from typing_extensions import override
 
 from adapters.sumo import connection
 from adapters.sumo.checking import check_scene
-from adapters.sumo.checks.references import missing_references
-from adapters.sumo.connectors import RESERVED, connectors
+from adapters.sumo.checks.references import missing_references, names_taken
+from adapters.sumo.connectors import connectors
+from adapters.sumo.declarations import misdeclared
 from adapters.sumo.driven import driven
 from adapters.sumo.ego import Command
-from adapters.sumo.entities import Entity
-from adapters.sumo.files import read_scene
+from adapters.sumo.files import SceneFiles, read_scene
 from adapters.sumo.parameters import TrafficParameters
-from adapters.sumo.placement import place_of
-from adapters.sumo.references import faults
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.traffic import Traffic
-from orchestrator.errors import ComponentTypeError, Location, Problem
+from orchestrator.errors import Location, ParameterError, ParameterProblem, Problem
 from orchestrator.input_files import FileCheck, FileReadingComponent
 from orchestrator.signal import Connector, Signals
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, Time, nanoseconds, seconds
@@ -29,8 +27,6 @@ from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, Time, nanose
 logger = logging.getLogger(__name__)
 
 _MILLISECOND: Final = nanoseconds("0.001")
-_FARTHEST: Final = 1e6
-"""From the origin [m]: farther is a mistake in writing."""
 
 
 class SumoTraffic(FileReadingComponent):
@@ -67,13 +63,17 @@ class SumoTraffic(FileReadingComponent):
     @override
     def check_files(cls, parameters: TrafficParameters, *, thorough: bool) -> FileCheck:
         found = check_scene(parameters.scene, thorough=thorough and not parameters.traci)
-        missing = tuple(missing_references(parameters.entities, found.roads, found.types))
+        wrong = (
+            *missing_references(parameters.entities, found.roads, found.types),
+            *names_taken(parameters.entities, found.declared),
+            *_mesoscopic(parameters, found.files),
+        )
         has_own = bool(parameters.entities) or parameters.background is not None
         remarks = found.remarks
         if found.is_empty and not has_own:
             what = "neither the scene nor `entities` or `background` bring a vehicle or a person"
             remarks = (*remarks, Problem(Location(str(parameters.scene), 1, 1), what))
-        return FileCheck(problems=(*found.problems, *missing), remarks=remarks)
+        return FileCheck(problems=(*found.problems, *wrong), remarks=remarks)
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -137,6 +137,7 @@ class SumoTraffic(FileReadingComponent):
             "--no-step-log": "true",
             "--no-warnings": "true",
             "--duration-log.disable": "true",
+            "--random": "false",  # it would overrule the seed
         }
         if given.entities:  # their bodies are checked here, exactly; SUMO must not act
             options["--collision.action"] = "none"
@@ -148,65 +149,34 @@ class SumoTraffic(FileReadingComponent):
         )
 
 
+def _mesoscopic(parameters: TrafficParameters, files: SceneFiles) -> Iterator[ParameterProblem]:
+    """Whoever would have to be on a lane of a scene that simulates queues."""
+    for key in ("entities", "background"):
+        if getattr(parameters, key) and files.is_on("mesosim"):
+            what = f"SUMO has no lanes with `mesosim` in {files.config.name}; leave it out there"
+            yield ParameterProblem((key,), what, at_key=True)
+
+
 def _check(parameters: TrafficParameters) -> None:
     """Refuse parameters that do not fit together.
 
     Raises:
-        ComponentTypeError: all that is wrong, one sentence each.
+        ParameterError: all that is wrong.
     """
     problems = []
     if not parameters.scene.is_file():
-        problems.append(f"`scene`: there is no file `{parameters.scene}`; name a *.sumocfg file")
+        what = f"there is no file `{parameters.scene}`; name a *.sumocfg file"
+        problems.append(ParameterProblem(("scene",), what))
     try:
         step_length = nanoseconds(parameters.step_length)
     except ValueError:
         step_length = 1
     if step_length % _MILLISECOND:
-        problems.append(
-            f"`step_length` is {parameters.step_length:g} s; SUMO counts whole milliseconds"
-        )
-    for name, entity in parameters.entities.items():
-        if entity is not None:
-            found = [*_misdeclared(name, entity), *faults(entity, parameters.entities)]
-            problems += [f"`entities.{name}`: {what}" for what in found]
-    problems += _at_one_place(parameters.entities)
+        what = f"is {parameters.step_length:g} s; SUMO counts whole milliseconds"
+        problems.append(ParameterProblem(("step_length",), what))
+    problems += misdeclared(parameters.entities)
     if problems:
-        raise ComponentTypeError("\n".join(problems))
-
-
-def _misdeclared(name: str, entity: Entity) -> list[str]:
-    """What is wrong with an entity, whatever the scene."""
-    problems = []
-    if entity.is_driven and name in RESERVED:
-        problems.append("is the name of other connectors; call the entity otherwise")
-    at = entity.position
-    if (at.x is None) != (at.y is None):
-        problems.append("`position` has only one of `x` and `y`; write both")
-    if at.lane and at.x is not None:
-        problems.append("`position` has both `lane` and `x`, `y`; leave one out")
-    if any(not abs(value or 0.0) <= _FARTHEST for value in (at.x, at.y)):  # true for NaN
-        problems.append(f"`position`: x and y must be finite and within +-{_FARTHEST:g} m")
-    wanted = entity.synchronise
-    if wanted is not None and wanted.min_speed > wanted.max_speed:
-        problems.append("`synchronise.min_speed` is above `max_speed`")
-    return problems
-
-
-def _at_one_place(entities: Mapping[str, Entity | None]) -> list[str]:
-    """Which roadside units stand where another one does: no radio can be nowhere from another."""
-    problems = []
-    known: dict[tuple[float, float], str] = {}
-    for name, entity in entities.items():
-        if entity is None or not entity.is_roadside_unit:
-            continue
-        at = place_of(entity.position.x, entity.position.y)
-        first = name if at is None else known.setdefault(at, name)
-        if at is not None and first != name:
-            problems.append(
-                f"`entities.{name}`: `position` is ({at[0]:g}, {at[1]:g}) m, the same place as "
-                f"that of `entities.{first}`; leave one out"
-            )
-    return problems
+        raise ParameterError(problems)
 
 
 __all__ = ["SumoTraffic"]

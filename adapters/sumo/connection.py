@@ -41,6 +41,10 @@ _ATTEMPTS: Final = 600
 _ATTEMPTS_TO_JOIN: Final = 20
 """How often one is tried that ought to run already."""
 
+_REFUSALS: Final = (libsumo.TraCIException, libsumo.FatalTraCIError)
+_NO_CLIENTS: Final = ("--remote-port", "0")
+"""A configuration that names a port would have SUMO wait for a client before its first step."""
+
 _SPEED, _POSITION, _ANGLE = 0x40, 0x42, 0x43
 _POSE: Final = (_POSITION, _ANGLE, _SPEED)
 """Variables of vehicles and persons that can be subscribed to (SUMO's TraCI constants)."""
@@ -172,8 +176,8 @@ class InProcess(Connection):
                 "`sumo-traffic` component a `process:` of their own, or close the other one first"
             )
         try:
-            libsumo.start(["sumo", *options])
-        except libsumo.TraCIException as error:
+            libsumo.start(["sumo", *options, *_NO_CLIENTS])
+        except _REFUSALS as error:
             raise SumoError(_cannot_load(options, error)) from error
         self._is_closed = False
 
@@ -181,7 +185,7 @@ class InProcess(Connection):
     def step(self) -> None:
         try:
             libsumo.simulationStep()
-        except libsumo.TraCIException as error:
+        except _REFUSALS as error:
             raise SumoError(f"SUMO gave up: {error}") from error
 
     @override
@@ -268,7 +272,7 @@ def start(program: Program, options: Sequence[str]) -> Connection:
     path = _installed(program)
     extra = ["--start", "true", "--quit-on-end", "true"] if program == "sumo-gui" else []
     port = int(traci.getFreeSocketPort())
-    command = [path, *options, *extra, "--remote-port", str(port)]
+    command = [path, *options, *extra, "--remote-port", str(port), "--num-clients", "1"]
     process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
     try:
         connection = _reach(traci, "localhost", port, process)

@@ -11,6 +11,9 @@ from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, nanoseconds
 _STEP: Final = nanoseconds("0.1")
 """The step of traffic whose configuration is silent: radios send ten BSMs a second."""
 
+_SHOWN: Final = 8
+"""Names of outputs that are written out."""
+
 _RADIO_STEP: Final = nanoseconds("0.01")
 _SHORT: Final = 60 * NANOSECONDS_PER_SECOND
 """The simulated time of a scene that sets no end."""
@@ -55,9 +58,11 @@ def draft(files: SceneFiles, folder: Path) -> Draft:
         f"SUMO's random numbers come from the scenario's seed{said}",
     ]
     if files.outputs:
-        written = dict.fromkeys(f"`{each.path.name}`" for each in files.outputs)
-        named = ", ".join(written)
-        assumed.append(f"SUMO writes the files that the scene names: {named}")
+        names = list(dict.fromkeys(f"`{each.path.name}`" for each in files.outputs))
+        more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+        assumed.append(
+            f"SUMO writes the files that the scene names: {', '.join(names[:_SHOWN])}{more}"
+        )
     scene = files.config.absolute()
     scene = scene.relative_to(folder) if scene.is_relative_to(folder) else scene
     times = f"{{start: {format_duration(start)}, stop: {format_duration(stop)}}}"

@@ -2,7 +2,6 @@
 
 import enum
 import os
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing_extensions import override
 
 from adapters.sumo.checks.configuration import Setting, read_configuration
 from adapters.sumo.checks.options import time
-from adapters.sumo.checks.reading import Attributes, Elements, opened, read
+from adapters.sumo.checks.reading import Attributes, Elements, mentions, read
 from orchestrator.errors import Location, Problem
 from orchestrator.input_files import digest
 from orchestrator.timebase import Duration, Time
@@ -234,7 +233,9 @@ class _Walk:
             reason = "is a folder" if path.is_dir() else "does not exist"
             self._problems.append(Problem(where, f"`{named_by}`: the file {path} {reason}"))
             return
-        if kind is FileKind.DATA or (kind is not FileKind.ADDITIONAL and not _includes(path)):
+        if kind is FileKind.DATA or (
+            kind is not FileKind.ADDITIONAL and not mentions(path, _INCLUDE)
+        ):
             return
         names = _Names(path.parent)
         self._problems += read(path, names)
@@ -288,22 +289,7 @@ def resolved(folder: Path, name: str) -> Path:
     return Path(os.path.normpath(folder / name))
 
 
-_BLOCK: Final = 1 << 20
 _INCLUDE: Final = b"<include"
-
-
-def _includes(path: Path) -> bool:
-    """Whether a file may include others, without parsing it; a damaged one is left to `read`."""
-    tail = b""
-    try:
-        with opened(path) as stream:
-            while block := stream.read(_BLOCK):
-                if _INCLUDE in tail + block:
-                    return True
-                tail = block[-len(_INCLUDE) :]
-    except (EOFError, OSError, zlib.error):
-        return True
-    return False
 
 
 def _relative(path: Path, folder: Path) -> str:

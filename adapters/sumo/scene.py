@@ -1,7 +1,7 @@
 """What the scene consists of: vehicle types, buildings, roads and paths along lanes."""
 
 import logging
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Set
 from dataclasses import dataclass
 from typing import Final, TypeVar
 
@@ -59,10 +59,14 @@ class VehicleTypes:
     Args:
         sumo: the simulation.
         antenna_above_roof: of types without `antenna_height` [m].
+        distributions: names that are no types but distributions of them, which are not read.
     """
 
-    def __init__(self, sumo: Sumo, antenna_above_roof: float) -> None:
+    def __init__(
+        self, sumo: Sumo, antenna_above_roof: float, distributions: Set[str] = frozenset()
+    ) -> None:
         self._sumo = sumo
+        self._distributions = distributions
         self._above_roof = antenna_above_roof
         self._known: dict[str, VehicleType] = {}
 
@@ -82,7 +86,8 @@ class VehicleTypes:
         return found
 
     def __contains__(self, name: str) -> bool:
-        return name in self._known or self._sumo.has_type(name)
+        is_type = name in self._known or self._sumo.has_type(name)
+        return is_type and name not in self._distributions
 
     def declared(self) -> list[VehicleType]:
         """The types that the scene declares, by name.
@@ -91,11 +96,12 @@ class VehicleTypes:
             SumoError: parameters of types are wrong; all of them are named.
         """
         problems: list[str] = []
-        for name in self._sumo.types():
+        names = [name for name in self._sumo.types() if name not in self._distributions]
+        for name in names:
             self._known[name] = self._read(name, problems)
         if problems:
             raise SumoError("\n".join(problems))
-        return [self._known[name] for name in self._sumo.types()]
+        return [self._known[name] for name in names]
 
     def _read(self, name: str, problems: list[str]) -> VehicleType:
         sumo, place = self._sumo, f"vehicle type `{name}`"

@@ -169,9 +169,13 @@ class Sumo:
         """The width of `lane` [m]."""
         return float(self._lane.getWidth(lane))
 
+    def allowed(self, lane: str) -> list[str]:
+        """The classes of SUMO that may use `lane`."""
+        return list(self._lane.getAllowed(lane))
+
     def allows(self, lane: str, vehicle_class: str) -> bool:
         """Whether vehicles of SUMO's `vehicle_class` may use `lane`."""
-        return vehicle_class in self._lane.getAllowed(lane)
+        return vehicle_class == "ignoring" or vehicle_class in self._lane.getAllowed(lane)
 
     def ends_of(self, edge: str) -> tuple[str, str]:
         """The junctions that `edge` comes from and leads to."""
@@ -310,10 +314,9 @@ class Sumo:
         Raises:
             SumoError: SUMO has one of that name already, or no lane is near.
         """
-        x, y = (front + self._shift).tolist()
-        route, vehicle_class = route_name(name), self.type_class(kind)
+        edge, _ = self._nearest(front, self.type_class(kind))
+        route = route_name(name)
         with self._adding(name):
-            edge, _, _ = self._simulation.convertRoad(x, y, vClass=vehicle_class)
             self.add_route(route, [edge])
             self._vehicle.add(name, route, kind, departLane="best", departSpeed="0")
 
@@ -328,11 +331,22 @@ class Sumo:
         Raises:
             SumoError: SUMO has one of that name already, or no edge is near.
         """
-        x, y = (front + self._shift).tolist()
+        edge, position = self._nearest(front)
         with self._adding(name):
-            edge, position, _ = self._simulation.convertRoad(x, y)
             self._person.add(name, edge, position, typeID=kind)
             self._person.appendWaitingStage(name, _FOR_EVER)
+
+    def _nearest(self, front: Float, vehicle_class: str = "ignoring") -> tuple[str, float]:
+        """The nearest edge, and the position on it [m]."""
+        x, y = (front + self._shift).tolist()
+        try:
+            edge, position, _ = self._simulation.convertRoad(x, y, vClass=vehicle_class)
+        except self._connection.refusal as error:
+            raise SumoError(
+                f"SUMO finds no lane near ({front[0]:g}, {front[1]:g}) m ({error}); begin closer "
+                "to the roads of the net"
+            ) from error
+        return str(edge), float(position)
 
     def move_person(self, name: str, front: Float, heading: float) -> None:
         """Put a person somewhere at the end of the next step.

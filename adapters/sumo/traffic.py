@@ -10,6 +10,7 @@ from adapters.sumo.background import Background, Spawned, kept_clear
 from adapters.sumo.cast import Cast
 from adapters.sumo.census import Census
 from adapters.sumo.connectors import OVER
+from adapters.sumo.distributions import distributions_of
 from adapters.sumo.driven import driven, signals_of_nobody
 from adapters.sumo.ego import Command
 from adapters.sumo.equipment import Outfitter
@@ -53,7 +54,8 @@ class Traffic:
         self._start = start
         self._instants = math.ceil(parameters.step_length / parameters.collision_step - _ROUNDING)
         self._steps = 0
-        types = VehicleTypes(sumo, parameters.antenna_above_roof)
+        distributions = distributions_of(parameters.scene)
+        types = VehicleTypes(sumo, parameters.antenna_above_roof, distributions)
         self._buildings = read_buildings(sumo, parameters.building_height)
         self._road = read_road(sumo)
         self._lights = Lights(sumo)

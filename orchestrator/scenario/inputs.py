@@ -10,11 +10,10 @@ from orchestrator.errors import (
     Problem,
     ScenarioError,
 )
-from orchestrator.input_files import FileCheck, Finding, digest
-from orchestrator.scenario.diagnosis import spell
-from orchestrator.scenario.document import Address, Document
+from orchestrator.input_files import FileCheck, digest
+from orchestrator.scenario.document import Document
 from orchestrator.scenario.model import ComponentUse, Scenario
-from orchestrator.scenario.wiring import refusal
+from orchestrator.scenario.wiring import located, refusals
 
 
 def check_inputs(scenario: Scenario, *, thorough: bool) -> list[Problem]:
@@ -36,8 +35,8 @@ def check_inputs(scenario: Scenario, *, thorough: bool) -> list[Problem]:
     for name, use in scenario.components.items():
         address = ("components", name, "parameters")
         found = _check(scenario.document, use, thorough=thorough)
-        problems.update(_located(scenario.document, address, found.problems))
-        remarks.update(_located(scenario.document, address, found.remarks))
+        problems.update(located(scenario.document, address, found.problems))
+        remarks.update(located(scenario.document, address, found.remarks))
     if problems:
         raise ScenarioError(_ordered(problems))
     return _ordered(remarks)
@@ -64,7 +63,7 @@ def _check(document: Document, use: ComponentUse, *, thorough: bool) -> FileChec
     try:
         return use.type.check_files(use.values, thorough=thorough)
     except (ComponentTypeError, ValueError) as error:
-        return FileCheck(problems=(refusal(document, use, error),))
+        return FileCheck(problems=tuple(refusals(document, use, error)))
     except CosimError:
         raise
     except Exception as error:  # anything else is a defect of the component
@@ -80,16 +79,6 @@ def _files(use: ComponentUse) -> Iterable[Path]:
     except Exception as error:  # a defect of the component
         reason = f"cannot name its files: {type(error).__name__}: {error}"
         raise ComponentError(use.name, None, reason) from error
-
-
-def _located(document: Document, address: Address, found: Iterable[Finding]) -> Iterable[Problem]:
-    for each in found:
-        if isinstance(each, Problem):
-            yield each
-            continue
-        inner = (*address, *each.address)
-        where = document.key(inner) if each.at_key else document.value(inner)
-        yield Problem(where, f"{spell(inner)}: {each.what}")
 
 
 def _ordered(problems: Iterable[Problem]) -> list[Problem]:

@@ -1,6 +1,6 @@
 """From a `Scenario` to components that exist and are connected."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -14,10 +14,12 @@ from orchestrator.errors import (
     ComponentTypeError,
     CosimError,
     Location,
+    ParameterError,
     Problem,
     ScenarioError,
     SystemStructureError,
 )
+from orchestrator.input_files import Finding
 from orchestrator.recording.recorder import select
 from orchestrator.scenario.diagnosis import once, spell
 from orchestrator.scenario.document import Address, Document
@@ -160,7 +162,7 @@ def _create(
         try:
             components[name] = place(use)
         except (ComponentTypeError, ValueError) as error:
-            problems.append(refusal(document, use, error))
+            problems += refusals(document, use, error)
         except CosimError:
             raise
         except Exception as error:  # anything else is a defect of the component
@@ -169,11 +171,31 @@ def _create(
     return problems
 
 
-def refusal(document: Document, use: ComponentUse, error: Exception) -> Problem:
-    """What a component type says of parameters that it refuses, at the one that it names."""
+def refusals(document: Document, use: ComponentUse, error: Exception) -> list[Problem]:
+    """What a component type says of parameters that it refuses, at those that it names."""
+    if isinstance(error, ParameterError):
+        top = ("components", use.name, "parameters")
+        return list(located(document, top, error.problems))
     address = ("components", use.name)
     where = document.key((*address, "parameters", *_named(str(error), use)))
-    return Problem(where, f"{spell(address)}: {error}")
+    return [Problem(where, f"{spell(address)}: {error}")]
+
+
+def located(document: Document, top: Address, found: Iterable[Finding]) -> Iterator[Problem]:
+    """What is found in parameters, at its places in the scenario; what is in files, as it is.
+
+    Args:
+        document: the scenario.
+        top: address of the parameters.
+        found: problems or remarks.
+    """
+    for each in found:
+        if isinstance(each, Problem):
+            yield each
+            continue
+        inner = (*top, *each.address)
+        where = document.key(inner) if each.at_key else document.value(inner)
+        yield Problem(where, f"{spell(inner)}: {each.what}")
 
 
 def _named(what: str, use: ComponentUse) -> tuple[str, ...]:

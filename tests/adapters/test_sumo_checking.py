@@ -266,15 +266,6 @@ def test_no_damaged_file_raises(
         assert Path(problem.where.file).parent == folder
 
 
-def test_the_mesoscopic_model_is_refused_where_it_is_chosen(folder: Folder) -> None:
-    config = folder.config(more='<mesosim value="true"/>')
-    assert said(check_scene(config, thorough=True).problems) == [
-        "scene.sumocfg:5:1: the mesoscopic model has no positions on lanes; leave `mesosim` out"
-    ]
-    config = folder.config(more='<mesosim value="false"/>')
-    assert check_scene(config, thorough=False).problems == ()
-
-
 UNSORTED = """\
 <routes>
 <vehicle id="a" depart="10"><route edges="south_in north_out"/></vehicle>

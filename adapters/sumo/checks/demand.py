@@ -51,7 +51,8 @@ _LANES: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
 _TRAFFIC: Final = frozenset(
     {"vehicle", "trip", "flow", "person", "personFlow", "container", "containerFlow"}
 )
-_TYPES: Final = frozenset({"vType", "vTypeDistribution"})
+DISTRIBUTION: Final = "vTypeDistribution"
+_TYPES: Final = frozenset({"vType", DISTRIBUTION})
 _ROUTES: Final = frozenset({"route", "routeDistribution"})
 
 _ONE_OF: Final[Mapping[str, str]] = MappingProxyType(
@@ -83,6 +84,7 @@ class Scene:
     polygons: PolygonReader
     traffic: int = 0
     types: set[str] = field(default_factory=lambda: set(DEFAULT_TYPES))
+    distributions: set[str] = field(default_factory=set)
     routes: set[str] = field(default_factory=set)
     ids: dict[tuple[str, str], Location] = field(default_factory=dict)
     wanted_types: list[tuple[str, str, Location]] = field(default_factory=list)
@@ -149,6 +151,8 @@ class DemandElements(Elements):
             return
         if name in _TYPES:
             scene.types.add(attributes["id"])
+            if name == DISTRIBUTION:
+                scene.distributions.add(attributes["id"])
         elif name in _ROUTES:
             scene.routes.add(attributes["id"])
         key = (_ONE_OF[name] or name, attributes["id"])
@@ -163,7 +167,7 @@ class DemandElements(Elements):
         scene = self._scene
         if name in _TRAFFIC and (kind := attributes.get("type", "")) not in scene.types and kind:
             scene.wanted_types.append((kind, user, self._here()))
-        if name == "vTypeDistribution":
+        if name == DISTRIBUTION:
             members = attributes.get("vTypes", "").split()
             scene.wanted_types += [(member, user, self._here()) for member in members]
         if name in {"vehicle", "flow"} and "route" in attributes:

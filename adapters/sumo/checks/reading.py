@@ -119,6 +119,20 @@ def opened(path: Path) -> IO[bytes]:
     return cast("IO[bytes]", gzip.open(path)) if is_compressed else path.open("rb")
 
 
+def mentions(path: Path, text: bytes) -> bool:
+    """Whether `text` stands in a file, without parsing it; a damaged one is left to `read`."""
+    tail = b""
+    try:
+        with opened(path) as stream:
+            while block := stream.read(_CHUNK):
+                if text in tail + block:
+                    return True
+                tail = block[-len(text) :]
+    except (EOFError, OSError, zlib.error):
+        return True
+    return False
+
+
 def _unreadable(error: Exception) -> str:
     match error:
         case EOFError() | zlib.error() | gzip.BadGzipFile():

@@ -4,14 +4,14 @@ from collections.abc import Collection, Iterator, Mapping
 
 from adapters.sumo.checks.net import Roads
 from adapters.sumo.entities import Entity
-from orchestrator.errors import ParameterProblem
+from orchestrator.errors import Location, ParameterProblem
 from orchestrator.suggestion import suggestion
 
 
 def missing_references(
     entities: Mapping[str, Entity | None], roads: Roads, types: Collection[str]
 ) -> Iterator[ParameterProblem]:
-    """Lanes, edges, vehicle types and other entities that are named and not there.
+    """Lanes, edges and vehicle types that are named and not there.
 
     Args:
         entities: of a scenario.
@@ -29,27 +29,27 @@ def missing_references(
             for k, edge in enumerate(entity.route):
                 yield from _missing((*address, "route", k), "edge", edge, roads.edges, entity)
             yield from _missing((*address, "to"), "edge", entity.to, roads.edges, entity)
-        if entity.synchronise is not None:
-            other = entity.synchronise.entity
-            yield from _missing(
-                (*address, "synchronise", "entity"), "entity", other, entities, None
-            )
-        other = entity.trigger.entity
-        yield from _missing((*address, "trigger", "entity"), "entity", other, entities, None)
-        if entity.finish is not None:
-            other = entity.finish.crossing
-            yield from _missing((*address, "finish", "crossing"), "entity", other, entities, None)
+
+
+def names_taken(
+    entities: Mapping[str, Entity | None], declared: Mapping[tuple[str, str], Location]
+) -> Iterator[ParameterProblem]:
+    """Entities whose names vehicles of the scene have, now or when they depart.
+
+    Args:
+        entities: of a scenario.
+        declared: where the scene declares ids, by kind and id.
+    """
+    for name, entity in entities.items():
+        where = declared.get(("vehicle", name))
+        if entity is not None and where is not None:
+            what = f"a vehicle of the scene has this name ({where}); call the entity otherwise"
+            yield ParameterProblem(("entities", name), what, at_key=True)
 
 
 def _missing(
-    address: tuple[str | int, ...],
-    noun: str,
-    name: str,
-    known: Collection[str],
-    entity: Entity | None,
+    address: tuple[str | int, ...], noun: str, name: str, known: Collection[str], entity: Entity
 ) -> Iterator[ParameterProblem]:
-    is_unit = entity is not None and entity.is_roadside_unit
-    if name and name not in known and not (noun == "vehicle type" and is_unit):
-        owner = "the scenario declares" if noun == "entity" else "the scene has"
-        what = f"{owner} no {noun} `{name}`; {suggestion(name, list(known))}"
+    if name and name not in known and not (noun == "vehicle type" and entity.is_roadside_unit):
+        what = f"the scene has no {noun} `{name}`; {suggestion(name, list(known))}"
         yield ParameterProblem(address, what)
