@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from adapters.sumo.checks.demand import DemandElements, Scene
+from adapters.sumo.checks.departures import UNSORTED, Departures
 from adapters.sumo.checks.findings import Findings
 from adapters.sumo.checks.net import NetElements, Roads
 from adapters.sumo.checks.polygons import HEIGHTS, SHAPES, PolygonReader
@@ -53,7 +54,7 @@ def check_scene(config: Path, *, thorough: bool) -> SceneCheck:
             if nothing else is wrong.
     """
     files, problems = read_scene(config)
-    forgiven = {SHAPES, HEIGHTS}
+    forgiven = {SHAPES, HEIGHTS, UNSORTED}
     if files.is_on("ignore-route-errors"):
         forgiven.add("unknown edges")
     findings = Findings(forgiven=frozenset(forgiven))
@@ -103,7 +104,7 @@ def _read_contents(files: SceneFiles, scene: Scene) -> list[Problem]:
     net = NetElements(scene.findings, scene.roads)
     present = [each for each in files.inputs if each.path.is_file()]
     for each in present:
-        problems = _read(each, net, scene)
+        problems = _read(each, net, scene, in_parts=files.reads_routes_in_parts)
         unreadable += problems
         if each.kind is FileKind.NET and not problems:
             net.finish()
@@ -114,12 +115,13 @@ def _read_contents(files: SceneFiles, scene: Scene) -> list[Problem]:
     return unreadable
 
 
-def _read(each: NamedFile, net: NetElements, scene: Scene) -> list[Problem]:
+def _read(each: NamedFile, net: NetElements, scene: Scene, *, in_parts: bool) -> list[Problem]:
     match each.kind:
         case FileKind.NET:
             return read(each.path, net)
         case FileKind.ROUTES:
-            return read(each.path, DemandElements(scene, "routes"))
+            departures = Departures(scene.findings) if in_parts else None
+            return read(each.path, DemandElements(scene, "routes", departures))
         case FileKind.ADDITIONAL:
             return read(each.path, DemandElements(scene, "additional"))
         case _:

@@ -264,3 +264,41 @@ def test_no_damaged_file_raises(
     victim.write_bytes(raw)
     for problem in check_scene(folder / "red_light.sumocfg", thorough=False).problems:
         assert Path(problem.where.file).parent == folder
+
+
+UNSORTED = """\
+<routes>
+<vehicle id="a" depart="10"><route edges="south_in north_out"/></vehicle>
+<vehicle id="b" depart="5"><route edges="south_in north_out"/></vehicle>
+<person id="p" depart="triggered"><walk edges="south_in"/></person>
+<trip id="t" depart="0:00:12" from="south_in" to="north_out"/>
+<flow id="f" begin="11" end="20" period="3" from="south_in" to="north_out"/>
+<personFlow id="g" begin="12" end="20" period="3"><walk edges="south_in"/></personFlow>
+</routes>
+"""
+
+
+def test_who_stands_behind_one_that_departs_later_is_left_out_and_said(folder: Folder) -> None:
+    """As SUMO does: it ignores `b` and `f`, and says so only once it has read that far."""
+    folder.write(ROUTES, UNSORTED)
+    check = check_scene(folder.config(routes=ROUTES), thorough=False)
+    late = "{} is left out by SUMO: it departs at {} s, and stands behind one that departs at {} s"
+    assert check.problems == ()
+    assert said(check.remarks) == [
+        f"{ROUTES}:3:1: {late.format('vehicle `b`', 5, 10)}; sort the file by departure",
+        f"{ROUTES}:6:1: {late.format('flow `f`', 11, 12)}; sort the file by departure",
+    ]
+
+
+@pytest.mark.parametrize("how", ["all at once", "in an additional file"])
+def test_where_sumo_reads_all_demand_first_the_order_does_not_matter(
+    how: str, folder: Folder
+) -> None:
+    if how == "all at once":
+        folder.write(ROUTES, UNSORTED)
+        config = folder.config(routes=ROUTES, more='<route-steps value="0"/>')
+    else:
+        folder.write(SHAPES, UNSORTED.replace("routes>", "additional>"))
+        config = folder.config(additional=SHAPES)
+    check = check_scene(config, thorough=False)
+    assert (check.problems, check.remarks) == ((), ())

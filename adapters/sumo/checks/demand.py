@@ -7,6 +7,7 @@ from typing import Final
 
 from typing_extensions import override
 
+from adapters.sumo.checks.departures import Departures
 from adapters.sumo.checks.findings import Findings
 from adapters.sumo.checks.net import Roads
 from adapters.sumo.checks.polygons import PolygonReader
@@ -110,12 +111,14 @@ class DemandElements(Elements):
     Args:
         scene: what has been read so far.
         wanted: `routes` or `additional`.
+        departures: look at their order; `None` if it does not matter.
     """
 
-    def __init__(self, scene: Scene, wanted: str) -> None:
+    def __init__(self, scene: Scene, wanted: str, departures: Departures | None = None) -> None:
         super().__init__()
         self._scene = scene
         self._wanted = wanted
+        self._departures = departures
 
     @override
     def root(self, name: str, attributes: Attributes) -> bool:
@@ -130,6 +133,8 @@ class DemandElements(Elements):
         user = f"{name} `{attributes['id']}`" if "id" in attributes else name
         self._declare(name, user, attributes)
         self._refer(name, user, attributes)
+        if self._departures is not None:
+            self._departures.note(name, user, attributes, self._here())
         if self._scene.roads.complete:
             roads = self._scene.roads
             self._look_up("edge", roads.edges, _EDGES.get(name, ()), user, attributes)
