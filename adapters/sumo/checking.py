@@ -15,7 +15,6 @@ from adapters.sumo.files import FileKind, NamedFile, SceneFiles, read_scene, res
 from adapters.sumo.probing import probe
 from orchestrator.errors import Location, Problem
 
-
 _MESOSCOPIC: Final = (
     "with `mesosim` SUMO has queues instead of lanes: bodies overlap, and places between the ends "
     "of queues are estimates; entities cannot take part"
