@@ -12,6 +12,7 @@ from typing_extensions import override
 
 from adapters.sumo import connection
 from adapters.sumo.checking import check_scene
+from adapters.sumo.checks.outputs import unwritable
 from adapters.sumo.checks.references import missing_references, names_taken
 from adapters.sumo.connectors import connectors
 from adapters.sumo.declarations import misdeclared
@@ -67,6 +68,7 @@ class SumoTraffic(FileReadingComponent):
     def check_files(cls, parameters: TrafficParameters, *, thorough: bool) -> FileCheck:
         found = check_scene(parameters.scene, thorough=thorough and not parameters.traci)
         wrong = (
+            *unwritable(found.files),
             *missing_references(parameters.entities, found.roads, found.types),
             *names_taken(parameters.entities, found.declared),
             *_mesoscopic(parameters, found.files),

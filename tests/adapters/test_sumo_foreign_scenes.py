@@ -15,7 +15,7 @@ from adapters.sumo.checking import check_scene
 from adapters.sumo.entities import Entity, Finish, Position, SpeedPoint, Synchronise, Vertex
 from adapters.sumo.errors import SumoError
 from adapters.sumo.parameters import Equipment
-from orchestrator.errors import ParameterError
+from orchestrator.errors import ParameterError, Problem
 from orchestrator.randomness import stream
 from tests.adapters.scene import NET, ROUTES, SHAPES, Folder, said
 
@@ -142,6 +142,13 @@ def test_a_random_seed_in_the_configuration_does_not_overrule_that_of_the_run(
     assert_same(shown(config), config, "--random", "false")
 
 
+def problems_of(config: Path) -> list[Problem]:
+    """What the component finds in the files of a scene."""
+    parameters = SumoTraffic.Parameters(scene=config)
+    found = SumoTraffic.check_files(parameters, thorough=False).problems
+    return [each for each in found if isinstance(each, Problem)]
+
+
 @pytest.mark.parametrize(
     ("more", "expected"),
     [
@@ -159,21 +166,21 @@ def test_a_random_seed_in_the_configuration_does_not_overrule_that_of_the_run(
 def test_an_output_without_a_folder_is_found_before_sumo_starts(
     more: str, expected: str, folder: Folder
 ) -> None:
-    problems = check_scene(scene(folder, more), thorough=False).problems
+    problems = problems_of(scene(folder, more))
     hint = "does not exist; make it, or write NUL"
     assert said(problems) == [f"{expected.format(folder.path)} {hint}"]
 
 
 def test_detectors_without_a_folder_are_found_too(folder: Folder) -> None:
     loop = '<e1Detector id="d" lane="south_in_0" pos="3" period="60" file="out/d.xml"/>'
-    (problem,) = said(folder.additional(loop).problems)
+    (problem,) = said(problems_of(folder.additional(loop).files.config))
     assert problem.startswith(f"{SHAPES}:2:1: `e1Detector file`: the folder ")
 
 
 def test_outputs_with_a_folder_or_without_a_file_are_sound(folder: Folder) -> None:
     (folder.path / "a").mkdir()
     more = '<tripinfo-output value="a/t.xml"/><log value="NUL"/><summary-output value="s.xml"/>'
-    assert check_scene(scene(folder, more), thorough=True).problems == ()
+    assert problems_of(scene(folder, more)) == []
 
 
 def test_a_mesoscopic_scene_is_remarked_and_has_no_entities(folder: Folder) -> None:
