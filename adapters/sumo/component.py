@@ -67,8 +67,8 @@ class SumoTraffic(FileReadingComponent):
     @override
     def check_files(cls, parameters: TrafficParameters, *, thorough: bool) -> FileCheck:
         found = check_scene(parameters.scene, thorough=thorough and not parameters.traci)
-        wrong = (
-            *unwritable(found.files),
+        wrong: tuple[Finding, ...] = (
+            *(() if parameters.traci else unwritable(found.files)),
             *missing_references(parameters.entities, found.roads, found.types),
             *names_taken(parameters.entities, found.declared),
             *_mesoscopic(parameters, found.files),
