@@ -15,6 +15,8 @@ from adapters.sumo.checking import check_scene
 from adapters.sumo.entities import Entity, Finish, Position, SpeedPoint, Synchronise, Vertex
 from adapters.sumo.errors import SumoError
 from adapters.sumo.parameters import Equipment
+from adapters.sumo.roadside import RoadsideUnit, check_places
+from adapters.traffic.surroundings import Buildings, RoadSurface
 from orchestrator.errors import ParameterError, Problem
 from orchestrator.randomness import stream
 from tests.adapters.scene import NET, ROUTES, SHAPES, Folder, said
@@ -330,3 +332,26 @@ def test_sumo_gives_up_in_the_middle_with_its_own_words(folder: Folder) -> None:
     with pytest.raises(SumoError, match="SUMO gave up: Invalid departLane definition"):
         traffic.step({}, 9 * H, H)
     traffic.close()
+
+
+def test_exactly_the_units_within_walls_or_on_the_road_are_refused() -> None:
+    """Among thousands of squares, wherever they are; the answer is known by subtraction."""
+    rng = np.random.default_rng(1)
+    centres = rng.uniform(0.0, 1000.0, (400, 2))
+    corners = np.array([(-5.0, -5.0), (5.0, -5.0), (5.0, 5.0), (-5.0, 5.0)])
+    squares = [centre + corners for centre in centres]
+    units = [
+        RoadsideUnit(name=f"u{k}", x=x, y=y, antenna_height=3.0, role=k + 1)
+        for k, (x, y) in enumerate(rng.uniform(-100.0, 1100.0, (300, 2)).tolist())
+    ]
+    walls, lanes = Buildings.of(squares[:200], [10.0] * 200), RoadSurface.of(squares[200:])
+    with pytest.raises(SumoError) as caught:
+        check_places(units, buildings=walls, road=lanes, tallest=4.0)
+    refused = [line.split("`")[1] for line in str(caught.value).splitlines()]
+    within = [np.abs(centres - (unit.x, unit.y)).max(axis=1) < 5.0 for unit in units]
+    expected = [f"entities.u{k}" for k, each in enumerate(within) if each.any()]
+    assert refused == expected
+    assert 3 < len(expected) < 100
+    assert sum("inside a building" in line for line in str(caught.value).splitlines()) == sum(
+        each[:200].any() for each in within
+    )
