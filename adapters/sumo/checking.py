@@ -1,7 +1,6 @@
 """What `nlosim check` finds in a SUMO scene."""
 
-import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -12,7 +11,7 @@ from adapters.sumo.checks.findings import Findings
 from adapters.sumo.checks.net import NetElements, Roads
 from adapters.sumo.checks.polygons import HEIGHTS, SHAPES, PolygonReader
 from adapters.sumo.checks.reading import WellFormed, read
-from adapters.sumo.files import FileKind, NamedFile, SceneFiles, read_scene, resolved
+from adapters.sumo.files import FileKind, NamedFile, SceneFiles, read_scene
 from adapters.sumo.probing import probe
 from orchestrator.errors import Location, Problem
 
@@ -60,8 +59,7 @@ def check_scene(config: Path, *, thorough: bool) -> SceneCheck:
     findings = Findings(forgiven=frozenset(forgiven))
     scene = Scene(findings, Roads(), PolygonReader(findings))
     unreadable = _read_contents(files, scene)
-    homeless = _without_folder(files)
-    problems = sorted({*problems, *unreadable, *homeless, *findings.problems()}, key=_place)
+    problems = sorted({*problems, *unreadable, *findings.problems()}, key=_place)
     if files.is_on("mesosim"):
         findings.remark(files.settings["mesosim"].where, _MESOSCOPIC)
     remarks = findings.all_remarks()
@@ -77,20 +75,6 @@ def check_scene(config: Path, *, thorough: bool) -> SceneCheck:
         types=frozenset(scene.types - scene.distributions),
         declared=scene.ids,
     )
-
-
-def _without_folder(files: SceneFiles) -> Iterator[Problem]:
-    """Outputs that SUMO could not write: it makes no folders."""
-    prefix = files.settings.get("output-prefix")  # may have folders of its own
-    for each in files.outputs:
-        name = each.path.name if prefix is None else prefix.value + each.path.name
-        folder = resolved(each.path.parent, name).parent
-        if not folder.is_dir():
-            what = f"`{each.named_by}`: the folder {folder} does not exist; make it, or write NUL"
-            yield Problem(each.where, what)
-        elif not os.access(folder, os.W_OK):
-            what = f"`{each.named_by}`: nothing can be written to the folder {folder}"
-            yield Problem(each.where, what)
 
 
 def inputs_of(config: Path) -> tuple[Path, ...]:

@@ -1,5 +1,6 @@
 """A scenario for a SUMO scene that somebody brings: traffic, radios and BSMs, no ego vehicle."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -10,6 +11,9 @@ from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, nanoseconds
 
 _STEP: Final = nanoseconds("0.1")
 """The step of traffic whose configuration is silent: radios send ten BSMs a second."""
+
+_SHORTEST, _LONGEST = nanoseconds("0.001"), nanoseconds("10")
+"""Steps that `sumo-traffic` takes."""
 
 _SHOWN: Final = 8
 """Names of outputs that are written out."""
@@ -43,11 +47,13 @@ def draft(files: SceneFiles, folder: Path) -> Draft:
     start = files.begin or 0
     step, note = _step(files.step_length)
     assumed.append(note)
-    if files.end is None:
-        stop = start + _SHORT
-        assumed.append(f"the scene sets no end: the run takes {format_duration(_SHORT)}")
+    grid = math.lcm(step, _radio_step(step))
+    if files.end is None or files.end < start + grid:
+        stop = start + max(_SHORT - _SHORT % grid, grid)
+        what = "sets no end" if files.end is None else "ends within its first step"
+        assumed.append(f"the scene {what}: the run takes {format_duration(stop - start)}")
     else:
-        stop = files.end - (files.end - start) % step
+        stop = files.end - (files.end - start) % grid
         assumed.append("time is that of the scene, from its begin to its end")
     said = "" if files.seed is None else f"; for the scene's own set `sumo_seed: {files.seed}`"
     assumed += [
@@ -76,11 +82,20 @@ def _step(said: Duration | None) -> tuple[Duration, str]:
             "the scene leaves SUMO's step at 1 s: here it is 100 ms, so that radios meet vehicles "
             "where they are; trajectories differ from those of `sumo -c`"
         )
+    if said % _SHORTEST or not _SHORTEST <= said <= _LONGEST:
+        return _STEP, (
+            f"SUMO's step is 100 ms, not the scene's, {format_duration(said)}, which is not a "
+            "whole number of milliseconds up to 10 s"
+        )
     return said, f"SUMO's step is that of the scene, {format_duration(said)}"
 
 
+def _radio_step(step: Duration) -> Duration:
+    return min(_RADIO_STEP, step)
+
+
 def _text(scene: Path, times: str, step: Duration, assumed: list[str]) -> str:
-    radio = format_duration(min(_RADIO_STEP, step))
+    radio = format_duration(_radio_step(step))
     notes = "\n".join(f"#   * {each}" for each in assumed)
     title = scene.name.removesuffix(".sumocfg")
     own = format_duration(step)
