@@ -236,8 +236,7 @@ def car(position: Position = ON, **more: Any) -> Entity:
         (car(Position()), "position", "says neither `lane` nor both"),
         (car(Position(x=1.0)), "position", "has only one of"),
         (car(Position(lane="south_in_0", s=9.0, to_end=9.0)), "position", "both `s` and `to_end`"),
-        (car(controller="policy", count=0), "count", "it is driven; declare each by its name"),
-        (car(controller="policy", presence=0.5), "presence", "always takes part"),
+        (car(controller="policy", count=2), "count", "it is driven; declare each by its name"),
         (car(AT, controller="policy"), "position", "must be on a lane because of `controller`"),
         (car(AT, count=2), "count", "a queue stands on a lane"),
         (car(controller="policy", parked=True), "parked", "moved by controller: policy and parked"),
@@ -307,8 +306,8 @@ def test_a_lane_that_is_closed_to_the_class_is_named_with_those_it_is_open_to(
     config = folder.config()
     what = refusal(config, {"e": Entity(type="DEFAULT_VEHTYPE", position=ON)})
     assert what == (
-        "`entities.e`: `position.lane`: lane `south_in_0` is closed to the class `passenger` of "
-        "`DEFAULT_VEHTYPE`; it is open to bus, tram"
+        "`entities.e`: `position.lane`: `south_in_0` is not for the class `passenger`, to which "
+        "the type `DEFAULT_VEHTYPE` belongs; it is open to bus, tram"
     )
 
 
@@ -316,7 +315,7 @@ def test_a_name_that_sumo_has_already_names_the_entity(folder: Folder) -> None:
     vehicle = '<vehicle id="v" depart="0"><route edges="south_in north_out"/></vehicle>'
     folder.write(ROUTES, f"<routes>{TYPES}{vehicle}</routes>")
     what = refusal(folder.config(routes=ROUTES), {"v": car()})
-    assert what.startswith("`entities.v`: SUMO refuses the vehicle: The vehicle 'v'")
+    assert what.startswith("`entities.v`: SUMO refuses `v`: The vehicle 'v'")
 
 
 def test_sumo_gives_up_in_the_middle_with_its_own_words(folder: Folder) -> None:
