@@ -346,9 +346,8 @@ class Placement:
         return lane
 
     def _edge(self, edge: str, parameter: str) -> None:
-        edges = self._sumo.edges()
-        if edge not in edges:
-            raise SumoError(f"`{parameter}`: {_missing('edge', edge, edges)}")
+        if not self._sumo.has_edge(edge):
+            raise SumoError(f"`{parameter}`: {_missing('edge', edge, self._sumo.edges())}")
 
     def _type(self, name: str) -> VehicleType:
         if name not in self._types:
