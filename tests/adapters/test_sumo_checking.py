@@ -215,6 +215,15 @@ def test_polygons_that_are_no_buildings_are_counted(folder: Folder) -> None:
     ]
 
 
+def test_loads_are_left_out_and_said(folder: Folder) -> None:
+    load = '<container id="{}" depart="0"><tranship from="south_in" to="north_out"/></container>'
+    check = folder.routes(load.format("a"), load.format("b"))
+    assert check.problems == ()
+    assert said(check.remarks) == [
+        f"{ROUTES}:2:1: 2 containers or flows of them are left out: loads are no road users"
+    ]
+
+
 def test_of_very_many_problems_the_rest_is_counted(folder: Folder) -> None:
     check = folder.routes(
         *(f'<trip id="{k}" depart="0" from="x" to="north_out"/>' for k in range(MOST + 1480))

@@ -51,6 +51,7 @@ _LANES: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
 _TRAFFIC: Final = frozenset(
     {"vehicle", "trip", "flow", "person", "personFlow", "container", "containerFlow"}
 )
+_LOADS: Final = frozenset({"container", "containerFlow"})
 DISTRIBUTION: Final = "vTypeDistribution"
 _TYPES: Final = frozenset({"vType", DISTRIBUTION})
 _ROUTES: Final = frozenset({"route", "routeDistribution"})
@@ -77,12 +78,14 @@ class Scene:
         roads: of the net; edges and lanes are looked up if it is complete.
         polygons: reads the polygons.
         traffic: how many vehicles, trips, flows, persons and containers are declared.
+        loads: how many of them are containers, and where the first one is.
     """
 
     findings: Findings
     roads: Roads
     polygons: PolygonReader
     traffic: int = 0
+    loads: tuple[int, Location] | None = None
     types: set[str] = field(default_factory=lambda: set(DEFAULT_TYPES))
     distributions: set[str] = field(default_factory=set)
     routes: set[str] = field(default_factory=set)
@@ -91,7 +94,11 @@ class Scene:
     wanted_routes: list[tuple[str, str, Location]] = field(default_factory=list)
 
     def finish(self) -> None:
-        """All files have been read to their ends: what nobody has declared."""
+        """All files have been read to their ends: what nobody has declared, what is left out."""
+        if self.loads is not None:
+            count, where = self.loads
+            noun = "container is" if count == 1 else "containers or flows of them are"
+            self.findings.remark(where, f"{count} {noun} left out: loads are no road users")
         for name, user, where in self.wanted_types:
             if name not in self.types:
                 what = (
@@ -147,6 +154,9 @@ class DemandElements(Elements):
     def _declare(self, name: str, user: str, attributes: Attributes) -> None:
         scene = self._scene
         scene.traffic += name in _TRAFFIC
+        if name in _LOADS:
+            count, first = scene.loads or (0, self._here())
+            scene.loads = (count + 1, first)
         if name not in _ONE_OF or "id" not in attributes:
             return
         if name in _TYPES:
