@@ -19,6 +19,7 @@ from adapters.sumo.files import SceneFiles, read_scene
 from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.traffic import Traffic
+from adapters.sumo.warning_log import WarningLog
 from orchestrator.errors import Location, ParameterError, ParameterProblem, Problem
 from orchestrator.input_files import FileCheck, FileReadingComponent
 from orchestrator.signal import Connector, Signals
@@ -47,6 +48,7 @@ class SumoTraffic(FileReadingComponent):
         self._egos = tuple(driven(parameters.entities))
         self._connectors = connectors(self._egos)
         self._sumo: Sumo | None = None
+        self._warnings: WarningLog | None = None
         self._traffic: Traffic | None = None
 
     @property
@@ -93,6 +95,7 @@ class SumoTraffic(FileReadingComponent):
                     seconds(start),
                 )
             self._traffic = Traffic(self._sumo, self._parameters, rng, start)
+        self._read_warnings()
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
@@ -111,6 +114,7 @@ class SumoTraffic(FileReadingComponent):
         assert self._sumo is not None  # noqa: S101
         with self._sumo.reached():
             self._traffic.advance(commands, count)
+        self._read_warnings()
 
     @override
     def outputs(self) -> Signals:
@@ -120,9 +124,18 @@ class SumoTraffic(FileReadingComponent):
     @override
     def close(self) -> None:
         self._traffic = None
-        if self._sumo is not None:
-            self._sumo.close()
+        try:
+            if self._sumo is not None:
+                self._sumo.close()
+        finally:
             self._sumo = None
+            if self._warnings is not None:
+                self._warnings.close()
+            self._warnings = None
+
+    def _read_warnings(self) -> None:
+        if self._warnings is not None:
+            self._warnings.read()
 
     def _connect(self, seed: int) -> connection.Connection:
         """Start SUMO with `seed` unless the parameters have another one, or join it."""
@@ -135,7 +148,7 @@ class SumoTraffic(FileReadingComponent):
             "--step-length": f"{seconds(self._step_length):.3f}",
             "--seed": str(seed if given.sumo_seed is None else given.sumo_seed),
             "--no-step-log": "true",
-            "--no-warnings": "true",
+            "--no-warnings": "true",  # on standard error; see `WarningLog`
             "--duration-log.disable": "true",
             "--random": "false",  # it would overrule the seed
         }
@@ -144,9 +157,9 @@ class SumoTraffic(FileReadingComponent):
         if any(entity is not None and entity.is_moved_here for entity in given.entities.values()):
             options["--time-to-teleport"] = "-1"  # or SUMO lifts those off the road that stand
             logger.info("SUMO teleports nobody in this run: entities are moved from outside")
-        return connection.start(
-            given.program, [part for option in options.items() for part in option]
-        )
+        self._warnings = WarningLog(given.scene)
+        given_options = (part for option in options.items() for part in option)
+        return connection.start(given.program, [*given_options, *self._warnings.options])
 
 
 def _mesoscopic(parameters: TrafficParameters, files: SceneFiles) -> Iterator[ParameterProblem]:

@@ -38,6 +38,9 @@ _WAIT: Final = 0.1
 _ATTEMPTS: Final = 600
 """How often a program just started is tried: it loads the net first."""
 
+_TIME_TO_END: Final = 2.0
+"""For a program that was asked to end, until it is asked more firmly [s]."""
+
 _ATTEMPTS_TO_JOIN: Final = 20
 """How often one is tried that ought to run already."""
 
@@ -178,6 +181,7 @@ class InProcess(Connection):
         try:
             libsumo.start(["sumo", *options, *_NO_CLIENTS])
         except _REFUSALS as error:
+            libsumo.close()  # or what it has loaded so far would be in the way of the next one
             raise SumoError(_cannot_load(options, error)) from error
         self._is_closed = False
 
@@ -248,12 +252,7 @@ class OverTraci(Connection):
         with contextlib.suppress(self.refusal, *self._lost):
             self.modules.close(wait=False)
         if self._process is not None:
-            self._process.terminate()
-            try:
-                self._process.wait(timeout=5.0)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
-                self._process.wait()
+            _end(self._process)
 
 
 def start(program: Program, options: Sequence[str]) -> Connection:
@@ -356,6 +355,16 @@ def _installed(program: str) -> str:
             "set SUMO_HOME"
         )
     return found
+
+
+def _end(process: Any) -> None:
+    """Wait for a process that is to end; it writes its files to their ends first."""
+    for insist in (process.terminate, process.kill):
+        try:
+            process.wait(timeout=_TIME_TO_END)
+        except subprocess.TimeoutExpired:
+            insist()
+    process.wait()
 
 
 def _cannot_load(options: Sequence[str], error: Exception) -> str:

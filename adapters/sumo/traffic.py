@@ -77,6 +77,7 @@ class Traffic:
         self._census = Census(sumo, types, self._outfitter)
         self._entered: list[tuple[int, str, str]] = []
         self._populate()
+        self._entered += self._roadside.entered
         self.outputs = self._signals()
 
     def advance(self, commands: Mapping[str, Command], count: int) -> None:
