@@ -39,7 +39,7 @@ _ATTEMPTS: Final = 600
 """How often a program just started is tried: it loads the net first."""
 
 _TIME_TO_END: Final = 2.0
-"""For a program that was asked to end, until it is asked more firmly [s]."""
+"""The time that a program has to end before it is told so more firmly [s]."""
 
 _ATTEMPTS_TO_JOIN: Final = 20
 """How often one is tried that ought to run already."""
