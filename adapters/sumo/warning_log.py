@@ -23,6 +23,7 @@ _VARIABLE: Final = re.compile(r"'[^']*'|\d[\d.:]*")
 """What differs between warnings of one kind: names and numbers."""
 
 _ERROR: Final = "Error:"
+_WARNING: Final = "Warning: "
 _NAME: Final = "warnings.log"
 
 
@@ -89,6 +90,7 @@ class WarningLog:
     def _take(self, line: str) -> None:
         if not line or line.startswith(_ERROR):  # errors are on standard error, and raised
             return
+        line = line.removeprefix(_WARNING)
         kind = _VARIABLE.sub("", line)
         if kind not in self._counts and len(self._counts) >= _MOST_KINDS:
             kind = _OTHERS

@@ -18,7 +18,7 @@ UNSORTED = """
     <vehicle id="a" type="car" route="way" depart="2"/>
     <vehicle id="c" type="car" route="way" depart="1"/>
 """
-IGNORED = "SUMO (scene.sumocfg): Warning: Route file should be sorted by departure time, ignoring "
+IGNORED = "SUMO (scene.sumocfg): Route file should be sorted by departure time, ignoring "
 
 
 def said(caplog: pytest.LogCaptureFixture) -> list[tuple[int, str]]:
@@ -117,8 +117,8 @@ def test_of_many_alike_the_first_are_logged_and_all_counted(
     """Whatever names and numbers are in them, and wherever SUMO's blocks end."""
     warnings = WarningLog(scene(tmp_path))
     file = Path(warnings.options[1])
-    alike = [f"Warning: Vehicle 'v.{k}' brakes with {k / 7}; time={k}.00.\n" for k in range(50_000)]
-    text = "".join(alike) + "Warning: another\n"
+    alike = [f"Vehicle 'v.{k}' brakes with {k / 7}; time={k}.00." for k in range(50_000)]
+    text = "".join(f"Warning: {line}\n" for line in [*alike, "another"])
     for k in range(0, len(text), 8191):
         with file.open("a") as stream:
             stream.write(text[k : k + 8191])
@@ -126,20 +126,18 @@ def test_of_many_alike_the_first_are_logged_and_all_counted(
     warnings.close()
     warnings.close()
     braking, last = said(caplog)[:-2], said(caplog)[-2:]
-    assert [text for _, text in braking] == [
-        f"SUMO (scene.sumocfg): {line.rstrip()}" for line in alike[:20]
-    ]
+    assert [text for _, text in braking] == [f"SUMO (scene.sumocfg): {line}" for line in alike[:20]]
     assert [level for level, _ in braking] == [logging.WARNING] + 19 * [logging.INFO]
     assert last == [
-        (logging.WARNING, "SUMO (scene.sumocfg): Warning: another"),
-        (logging.WARNING, f"SUMO (scene.sumocfg): 50000 in all like: {alike[0].rstrip()}"),
+        (logging.WARNING, "SUMO (scene.sumocfg): another"),
+        (logging.WARNING, f"SUMO (scene.sumocfg): 50000 in all like: {alike[0]}"),
     ]
 
 
 def test_kinds_without_end_are_one_kind(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     warnings = WarningLog(scene(tmp_path))
-    words = [f"Warning: {chr(97 + k % 26)}{chr(97 + k // 26)}\n" for k in range(600)]
-    Path(warnings.options[1]).write_text("".join(words))
+    words = [f"{chr(97 + k % 26)}{chr(97 + k // 26)}" for k in range(600)]
+    Path(warnings.options[1]).write_text("".join(f"Warning: {word}\n" for word in words))
     warnings.close()
     assert len(said(caplog)) == 40 + 20 + 1
-    assert said(caplog)[-1][1] == f"SUMO (scene.sumocfg): 560 in all like: {words[40].rstrip()}"
+    assert said(caplog)[-1][1] == f"SUMO (scene.sumocfg): 560 in all like: {words[40]}"
