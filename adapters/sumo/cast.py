@@ -50,35 +50,14 @@ class Cast:
     def _assign(self, placed: Placed) -> None:
         """Say who moves somebody; nobody here if SUMO does."""
         entity, key = placed.entity, placed.vehicle.key
-        actions = [
-            name for name in ("synchronise", "speed_profile", "trajectory") if getattr(entity, name)
-        ]
-        movers = ["controller: policy"] * entity.is_driven + ["parked"] * entity.parked + actions
-        if len(movers) > 1:
-            raise SumoError(
-                f"`entities.{placed.called}` is moved by {' and '.join(movers)}; leave one"
-            )
         if isinstance(placed.place, Anywhere):
-            if entity.is_driven or entity.synchronise is not None or entity.speed_profile:
-                placed.road  # noqa: B018 - says that it must be on a lane
             self._bodies[key] = Trajectory(placed)
-        elif entity.trajectory:
-            raise SumoError(
-                f"`entities.{placed.called}` follows a trajectory; place it by `position.x`, `.y`"
-            )
         elif entity.is_driven:
-            if entity.count > 1:
-                raise SumoError(f"`entities.{placed.called}` is driven; declare each by its name")
             self.egos[placed.called] = Ego(
                 self._sumo, placed, finish_line(self._sumo, placed, self._first)
             )
         elif entity.synchronise is not None:
-            other = self._first.get(entity.synchronise.entity)
-            if other is None:
-                raise SumoError(
-                    f"`entities.{placed.called}.synchronise.entity` is "
-                    f"`{entity.synchronise.entity}`, which does not take part"
-                )
+            other = self._first[entity.synchronise.entity]
             self._synchronised[key] = Synchronised(self._sumo, placed, other)
         elif entity.speed_profile:
             self._profiles.append(SpeedProfile(self._sumo, placed))
@@ -118,8 +97,12 @@ class Cast:
 
     @property
     def missing(self) -> list[str]:
-        """The names of those who found no room yet."""
-        return [each.vehicle.name for each in self._pending]
+        """What to say of those who found no room yet, a sentence each."""
+        return [
+            f"`entities.{each.called}`: there is no room for `{each.vehicle.name}` at the start; "
+            "change its `position` or `count`, or what others keep clear"
+            for each in self._pending
+        ]
 
     def act(self, roster: Roster, poses: Poses, elapsed: float, h: float) -> None:
         """Move those who are moved from here in the next step; driven ones have moved.

@@ -1,16 +1,15 @@
-"""`nlosim scene new|show`, found by the entry point group `orchestrator.commands`."""
+"""What `nlosim scene new` and `show` do."""
 
 import argparse
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from adapters.sumo.draft import draft
 from adapters.sumo.files import read_scene
-from orchestrator.cli.command import command
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.component import Component
 from orchestrator.errors import ComponentError, CosimError
@@ -25,42 +24,6 @@ _DRAWN: Final = ("vehicle.position", "road.vertex", "building.vertex")
 """A component with these outputs is a source of traffic."""
 
 _PICTURES: Final = (".png", ".svg", ".pdf")
-
-_NEW: Final = """\
-The scenario has all traffic of the scene, a radio in every vehicle, BSMs and the radio channel, and
-no ego vehicle. It names what it takes for granted; edit it, or declare `entities`.
-
-  nlosim scene new city.sumocfg
-  nlosim run city.yaml
-"""
-_SHOW: Final = """\
-Draws what the traffic component shows: roads, buildings, lights, every vehicle and person; declared
-entities have their names. Without `--at` it is the first communication point.
-
-  nlosim scene show city.yaml --at 120s --out city.png
-"""
-
-
-def add_command(commands: Any) -> None:
-    """Add `scene` to the subparsers of the command line.
-
-    Each of its parsers has the default `execute`: parsed arguments to `Outcome`.
-    """
-    scene = commands.add_parser("scene", help="a scenario for a SUMO net; a picture of a scenario")
-    actions = scene.add_subparsers(dest="action", required=True, metavar="ACTION")
-    maker = command(actions, "new", "write a runnable scenario for a SUMO scene", _NEW, execute=new)
-    maker.add_argument("config", type=Path, metavar="FILE.sumocfg", help="SUMO configuration")
-    maker.add_argument(
-        "--out", type=Path, metavar="FILE.yaml", help="default: beside where you are, NAME.yaml"
-    )
-    viewer = command(actions, "show", "draw the scene of a scenario", _SHOW, execute=show)
-    viewer.add_argument("scenario", help="a scenario file, or the name of an installed scenario")
-    viewer.add_argument(
-        "--set", action="append", default=[], dest="overrides", metavar="PATH=VALUE"
-    )
-    viewer.add_argument("--seed", type=int, help="instead of the scenario's")
-    viewer.add_argument("--at", metavar="TIME", help="after the start, for example 30s")
-    viewer.add_argument("--out", type=Path, default=Path("scene.png"), help="PNG, SVG or PDF")
 
 
 def new(arguments: argparse.Namespace) -> Outcome:

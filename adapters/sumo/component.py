@@ -2,8 +2,7 @@
 
 import fnmatch
 import logging
-import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final, TypeAlias
 
@@ -20,8 +19,10 @@ from adapters.sumo.driven import driven
 from adapters.sumo.ego import Command
 from adapters.sumo.files import SceneFiles, read_scene
 from adapters.sumo.parameters import TrafficParameters
+from adapters.sumo.rehearsal import rehearse
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.traffic import Traffic
+from adapters.sumo.warning_log import WarningLog
 from orchestrator.errors import Location, ParameterError, ParameterProblem, Problem
 from orchestrator.input_files import FileCheck, FileReadingComponent, Finding
 from orchestrator.signal import Connector, Signals
@@ -29,7 +30,6 @@ from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, Time, nanose
 
 logger = logging.getLogger(__name__)
 
-_ADDRESS: Final = re.compile(r".+:\d+")
 _MILLISECOND: Final = nanoseconds("0.001")
 
 
@@ -51,6 +51,7 @@ class SumoTraffic(FileReadingComponent):
         self._egos = tuple(driven(parameters.entities))
         self._connectors = connectors(self._egos)
         self._sumo: Sumo | None = None
+        self._warnings: WarningLog | None = None
         self._traffic: Traffic | None = None
 
     @property
@@ -79,7 +80,31 @@ class SumoTraffic(FileReadingComponent):
             what = "neither the scene nor `entities` or `background` bring a vehicle or a person"
             remarks = (*remarks, Problem(Location(str(parameters.scene), 1, 1), what))
         remarks = (*remarks, *_idle_rules(parameters, found.types))
-        return FileCheck(problems=(*found.problems, *wrong), remarks=remarks)
+        problems = (*found.problems, *wrong)
+        if thorough and has_own and not problems and not parameters.traci:
+            problems = tuple(rehearse(parameters, found.files))
+        return FileCheck(problems=problems, remarks=remarks)
+
+    @classmethod
+    def rehearse(cls, parameters: TrafficParameters, silent: Sequence[str], seed: int) -> None:
+        """Begin a run and end it before its first communication point.
+
+        Args:
+            parameters: of an instance.
+            silent: options with which SUMO reads the scene and writes nothing.
+            seed: of this draw.
+
+        Raises:
+            SumoError: what ends such a run; all of it that can be told at once.
+        """
+        said = dict(zip(silent[::2], silent[1::2], strict=True))
+        said.pop("--remote-port", None)  # the connection says it
+        options = {**_options(parameters, seed), **said}
+        sumo = Sumo(connection.start("libsumo", _flat(options)))
+        try:
+            Traffic(sumo, parameters, np.random.default_rng(seed), 0)
+        finally:
+            sumo.close()
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -99,6 +124,7 @@ class SumoTraffic(FileReadingComponent):
                     seconds(start),
                 )
             self._traffic = Traffic(self._sumo, self._parameters, rng, start)
+        self._read_warnings()
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
@@ -117,6 +143,7 @@ class SumoTraffic(FileReadingComponent):
         assert self._sumo is not None  # noqa: S101
         with self._sumo.reached():
             self._traffic.advance(commands, count)
+        self._read_warnings()
 
     @override
     def outputs(self) -> Signals:
@@ -126,9 +153,18 @@ class SumoTraffic(FileReadingComponent):
     @override
     def close(self) -> None:
         self._traffic = None
-        if self._sumo is not None:
-            self._sumo.close()
+        try:
+            if self._sumo is not None:
+                self._sumo.close()
+        finally:
             self._sumo = None
+            if self._warnings is not None:
+                self._warnings.close()
+            self._warnings = None
+
+    def _read_warnings(self) -> None:
+        if self._warnings is not None:
+            self._warnings.read()
 
     def _connect(self, seed: int) -> connection.Connection:
         """Start SUMO with `seed` unless the parameters have another one, or join it."""
@@ -136,23 +172,34 @@ class SumoTraffic(FileReadingComponent):
         if given.traci:
             logger.info("SUMO at %s keeps its own seed and options", given.traci)
             return connection.join(given.traci, self._step_length)
-        options = {
-            "--configuration-file": str(given.scene),
-            "--step-length": f"{seconds(self._step_length):.3f}",
-            "--seed": str(seed if given.sumo_seed is None else given.sumo_seed),
-            "--no-step-log": "true",
-            "--no-warnings": "true",
-            "--duration-log.disable": "true",
-            "--random": "false",  # it would overrule the seed
-        }
-        if given.entities:  # their bodies are checked here, exactly; SUMO must not act
-            options["--collision.action"] = "none"
-        if any(entity is not None and entity.is_moved_here for entity in given.entities.values()):
-            options["--time-to-teleport"] = "-1"  # or SUMO lifts those off the road that stand
+        options = _options(given, seed if given.sumo_seed is None else given.sumo_seed)
+        if "--time-to-teleport" in options:
             logger.info("SUMO teleports nobody in this run: entities are moved from outside")
-        return connection.start(
-            given.program, [part for option in options.items() for part in option]
-        )
+        self._warnings = WarningLog(given.scene)
+        return connection.start(given.program, [*_flat(options), *self._warnings.options])
+
+
+def _options(parameters: TrafficParameters, seed: int) -> dict[str, str]:
+    """What SUMO is told, whatever the configuration says."""
+    options = {
+        "--configuration-file": str(parameters.scene),
+        "--step-length": f"{parameters.step_length:.3f}",
+        "--seed": str(seed),
+        "--no-step-log": "true",
+        "--no-warnings": "true",  # on standard error; see `WarningLog`
+        "--duration-log.disable": "true",
+        "--random": "false",  # it would overrule the seed
+    }
+    entities = [entity for entity in parameters.entities.values() if entity is not None]
+    if parameters.entities:  # their bodies are checked here, exactly; SUMO must not act
+        options["--collision.action"] = "none"
+    if any(entity.is_moved_here for entity in entities):
+        options["--time-to-teleport"] = "-1"  # or SUMO lifts those off the road that stand
+    return options
+
+
+def _flat(options: Mapping[str, str]) -> list[str]:
+    return [part for option in options.items() for part in option]
 
 
 def _idle_rules(
@@ -191,7 +238,7 @@ def _check(parameters: TrafficParameters) -> None:
         what = f"is {parameters.step_length:g} s; SUMO counts whole milliseconds"
         problems.append(ParameterProblem(("step_length",), what))
     given = parameters.traci
-    if given and not _ADDRESS.fullmatch(given):
+    if given and not connection.is_address(given):
         what = f"is `{given}`; write HOST:PORT, for example localhost:8813"
         problems.append(ParameterProblem(("traci",), what))
     if given and parameters.program != "libsumo":

@@ -27,9 +27,6 @@ from adapters.sumo.errors import SumoError
 from adapters.traffic.geometry import Float
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, seconds
 
-with contextlib.redirect_stdout(sys.stderr):  # it may print about pyarrow, among our results
-    import libsumo
-
 Program = Literal["libsumo", "sumo", "sumo-gui"]
 
 _WAIT: Final = 0.1
@@ -38,10 +35,12 @@ _WAIT: Final = 0.1
 _ATTEMPTS: Final = 600
 """How often a program just started is tried: it loads the net first."""
 
+_TIME_TO_END: Final = 2.0
+"""The time that a program has to end before it is told so more firmly [s]."""
+
 _ATTEMPTS_TO_JOIN: Final = 20
 """How often one is tried that ought to run already."""
 
-_REFUSALS: Final = (libsumo.TraCIException, libsumo.FatalTraCIError)
 _NO_CLIENTS: Final = ("--remote-port", "0")
 """A configuration that names a port would have SUMO wait for a client before its first step."""
 
@@ -169,23 +168,26 @@ class InProcess(Connection):
     """
 
     def __init__(self, options: Sequence[str]) -> None:
-        self.modules, self.refusal = libsumo, libsumo.TraCIException
-        if libsumo.simulation.isLoaded():
+        sumo = _libsumo()
+        self.modules, self.refusal = sumo, sumo.TraCIException
+        self._refusals = (sumo.TraCIException, sumo.FatalTraCIError)
+        if sumo.simulation.isLoaded():
             raise SumoError(
                 "SUMO can run once per process, and it is running already; give all but one "
                 "`sumo-traffic` component a `process:` of their own, or close the other one first"
             )
         try:
-            libsumo.start(["sumo", *options, *_NO_CLIENTS])
-        except _REFUSALS as error:
+            sumo.start(["sumo", *options, *_NO_CLIENTS])
+        except self._refusals as error:
+            sumo.close()  # or what it has loaded so far would be in the way of the next one
             raise SumoError(_cannot_load(options, error)) from error
         self._is_closed = False
 
     @override
     def step(self) -> None:
         try:
-            libsumo.simulationStep()
-        except _REFUSALS as error:
+            self.modules.simulationStep()
+        except self._refusals as error:
             raise SumoError(f"SUMO gave up: {error}") from error
 
     @override
@@ -200,7 +202,7 @@ class InProcess(Connection):
     def close(self) -> None:
         if not self._is_closed:
             self._is_closed = True
-            libsumo.close()
+            self.modules.close()
 
 
 class OverTraci(Connection):
@@ -248,12 +250,7 @@ class OverTraci(Connection):
         with contextlib.suppress(self.refusal, *self._lost):
             self.modules.close(wait=False)
         if self._process is not None:
-            self._process.terminate()
-            try:
-                self._process.wait(timeout=5.0)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
-                self._process.wait()
+            _end(self._process)
 
 
 def start(program: Program, options: Sequence[str]) -> Connection:
@@ -283,11 +280,17 @@ def start(program: Program, options: Sequence[str]) -> Connection:
     return OverTraci(connection, process, f"localhost:{port}")
 
 
+def is_address(text: str) -> bool:
+    """Whether a text is `HOST:PORT`."""
+    host, _, port = text.rpartition(":")
+    return bool(host) and port.isdecimal() and 0 < int(port) < 65536
+
+
 def join(address: str, step_length: Duration) -> Connection:
     """Join a SUMO that runs already.
 
     Args:
-        address: `HOST:PORT` of its `--remote-port`.
+        address: `HOST:PORT` of its `--remote-port`; see `is_address`.
         step_length: the step that SUMO must have [ns].
 
     Raises:
@@ -295,8 +298,6 @@ def join(address: str, step_length: Duration) -> Connection:
     """
     traci = _traci()
     host, _, port = address.rpartition(":")
-    if not host or not port.isdigit() or not 0 < int(port) < 65536:
-        raise SumoError(f"`traci` is `{address}`; write HOST:PORT, for example localhost:8813")
     connection = OverTraci(_reach(traci, host, int(port), None), None, address)
     found = round(connection.modules.simulation.getDeltaT() * NANOSECONDS_PER_SECOND)
     if found != step_length:
@@ -307,6 +308,14 @@ def join(address: str, step_length: Duration) -> Connection:
             f"or set `step_length` to {found / 1e9:g} s"
         )
     return connection
+
+
+def _libsumo() -> Any:
+    """The package `libsumo`, imported where it is needed; it may print, among our results."""
+    with contextlib.redirect_stdout(sys.stderr):
+        import libsumo  # noqa: PLC0415 - heavy
+
+    return libsumo
 
 
 def _traci() -> Any:
@@ -356,6 +365,16 @@ def _installed(program: str) -> str:
             "set SUMO_HOME"
         )
     return found
+
+
+def _end(process: Any) -> None:
+    """Wait for a process that is to end; it writes its files to their ends first."""
+    for insist in (process.terminate, process.kill):
+        try:
+            process.wait(timeout=_TIME_TO_END)
+        except subprocess.TimeoutExpired:
+            insist()
+    process.wait()
 
 
 def _cannot_load(options: Sequence[str], error: Exception) -> str:

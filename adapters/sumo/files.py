@@ -106,8 +106,7 @@ class SceneFiles:
 
     def is_on(self, option: str) -> bool:
         """Whether a switch is set."""
-        text = self.settings[option].value if option in self.settings else ""
-        return text.strip().lower() in {"true", "1", "yes", "on", "t"}
+        return option in self.settings and self.settings[option].is_on
 
     def paths(self) -> tuple[Path, ...]:
         """The configuration and every input file that exists, each once."""

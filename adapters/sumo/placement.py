@@ -74,14 +74,9 @@ class Placed:
 
     @property
     def road(self) -> OnRoad:
-        """Its place on the road.
-
-        Raises:
-            SumoError: it is placed by coordinates.
-        """
-        if isinstance(self.place, OnRoad):
-            return self.place
-        raise SumoError(f"`entities.{self.called}` must be placed on a lane: set `position.lane`")
+        """Its place on the road, of one that is on a lane."""
+        assert isinstance(self.place, OnRoad)  # noqa: S101 - see `declarations`
+        return self.place
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,8 +107,30 @@ def meeting(first: Placed, second: OnRoad, at: tuple[float, float] | None) -> Me
     return Meeting(point=point, first=path.station(x, y), second=second.path.station(x, y))
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Part:
+    """An entity that takes part.
+
+    Attributes:
+        entity: its declaration.
+        role: its number among the declarations, from 1.
+        speed: at the start [m/s].
+    """
+
+    entity: Entity
+    role: int
+    speed: float
+
+    @property
+    def master(self) -> str:
+        """The name of the one that it is synchronised with; empty if with nobody."""
+        return "" if self.entity.synchronise is None else self.entity.synchronise.entity
+
+
 class Placement:
-    """Places entities, one after the other, and notes what is wrong.
+    """Places entities, and notes what is wrong.
+
+    Who is synchronised with another one is placed after it, whichever is declared first.
 
     Args:
         sumo: the simulation; routes are declared in it.
@@ -134,7 +151,27 @@ class Placement:
             SumoError: a lane, an edge or a type does not exist, or somebody does not fit in; all
                 entities that are wrong are named.
         """
-        problems: list[str] = []
+        parts = self._taking_part(entities)
+        problems: dict[str, str] = {}
+        for name in _masters_first(parts):
+            master = parts[name].master
+            if master in problems:
+                problems[name] = ""  # its place depends on that of the other
+            elif master and master not in parts:
+                problems[name] = f"`synchronise.entity` is `{master}`, which does not take part"
+            else:
+                try:
+                    self._placed[name] = list(self._all_of(name, parts[name]))
+                except SumoError as error:
+                    problems[name] = str(error)
+        if problems:
+            found = ((name, problems.get(name)) for name in parts)
+            raise SumoError("\n".join(f"`entities.{name}`: {what}" for name, what in found if what))
+        return [placed for name in parts for placed in self._placed[name]]
+
+    def _taking_part(self, entities: Mapping[str, Entity | None]) -> dict[str, _Part]:
+        """Who takes part and how fast, drawn in the order of the declarations."""
+        parts: dict[str, _Part] = {}
         for role, (name, entity) in enumerate(entities.items(), start=1):
             if entity is None or entity.is_roadside_unit:
                 continue
@@ -142,27 +179,23 @@ class Placement:
             takes_part = self._rng.random() < entity.presence if is_open else entity.presence > 0.0
             speed = entity.speed.draw(self._rng)
             if takes_part:
-                try:
-                    self._placed[name] = list(self._all_of(name, entity, role, speed))
-                except SumoError as error:
-                    problems.append(f"`entities.{name}`: {error}")
-        if problems:
-            raise SumoError("\n".join(problems))
-        return [placed for queue in self._placed.values() for placed in queue]
+                parts[name] = _Part(entity=entity, role=role, speed=speed)
+        return parts
 
-    def _all_of(self, name: str, entity: Entity, role: int, speed: float) -> Iterator[Placed]:
+    def _all_of(self, name: str, part: _Part) -> Iterator[Placed]:
+        entity, speed = part.entity, part.speed
         kind = self._type(entity.type)
         antenna = entity.antenna_height
         first = self._place(name, entity, kind, speed)
         for k in range(entity.count):
-            own_name = name if entity.count == 1 and "." not in name else f"{name}.{k}"
+            own_name = name if entity.count == 1 else f"{name}.{k}"
             vehicle = Vehicle(
                 name=own_name,
                 type=kind,
                 equipped=entity.radio,
                 lidar=entity.lidar,
                 antenna_height=kind.antenna_height if antenna is None else antenna,
-                role=role,
+                role=part.role,
                 kind=Kind.PERSON if kind.body is Body.PEDESTRIAN else Kind.VEHICLE,
             )
             place = self._behind(first, own_name, entity, kind, k)
@@ -173,11 +206,7 @@ class Placement:
     ) -> OnRoad | Anywhere:
         at = entity.position
         if at.x is not None and at.y is not None:
-            if entity.count > 1:
-                raise SumoError("a queue stands on a lane; set `position.lane`, or `count: 1`")
             return Anywhere(center=np.array([at.x, at.y]), heading=at.h)
-        if not at.lane:
-            raise SumoError("`position` says neither `lane` nor both `x` and `y`")
         if kind.body is Body.PEDESTRIAN:
             raise SumoError("who walks is placed by coordinates: `position: {x: .., y: ..}`")
         lane = self._lane(at.lane, kind)
@@ -230,8 +259,6 @@ class Placement:
     ) -> float:
         """From the start of the lane to the front bumper [m]."""
         length, at = self._sumo.lane_length(lane), entity.position
-        if at.s is not None and at.to_end is not None:
-            raise SumoError("`position` has both `s` and `to_end`; leave one out")
         if at.s is not None:
             if not kind.length <= at.s <= length:
                 raise SumoError(
@@ -257,7 +284,7 @@ class Placement:
     ) -> float:
         """Where it starts as far from the meeting, in time, as the one it is to meet."""
         assert entity.synchronise is not None  # noqa: S101 - asked by the caller
-        other = self.master(entity)
+        other = self._placed[entity.synchronise.entity][0]
         at = place_of(entity.synchronise.x, entity.synchronise.y)
         draft = OnRoad(lane=lane, links=(), path=path, departure=other.road.departure)
         meets = meeting(other, draft, at)
@@ -275,27 +302,8 @@ class Placement:
         time = (meets.first - center) / other.speed
         return max(meets.second - time * speed + 0.5 * kind.length, kind.length)
 
-    def master(self, entity: Entity) -> Placed:
-        """The entity that `entity` is synchronised with.
-
-        Raises:
-            SumoError: it is not there.
-        """
-        assert entity.synchronise is not None  # noqa: S101 - asked by the caller
-        wanted = entity.synchronise.entity
-        found = self._placed.get(wanted)
-        if not found:
-            earlier = ", ".join(f"`{name}`" for name in self._placed) or "nobody"
-            raise SumoError(
-                f"`synchronise.entity` is `{wanted}`; the entities declared before this one that "
-                f"take part: {earlier}"
-            )
-        return found[0]
-
     def _way(self, lane: str, entity: Entity) -> list[Link]:
         """The links that it follows."""
-        if entity.route and entity.to:
-            raise SumoError("there are both `route` and `to`; leave one out")
         edges: Sequence[str] = entity.route
         if entity.to:
             self._edge(entity.to, "to")
@@ -354,6 +362,17 @@ class Placement:
             names = [kind.name for kind in self._types.declared()]
             raise SumoError(f"`type`: {_missing('vehicle type', name, names)}")
         return self._types[name]
+
+
+def _masters_first(parts: Mapping[str, _Part]) -> list[str]:
+    """The names of `parts` in their order, but for those that others are synchronised with."""
+    ordered: dict[str, None] = {}
+    for name in parts:
+        chain = [name]
+        while (master := parts[chain[-1]].master) in parts and master not in ordered:
+            chain.append(master)
+        ordered |= dict.fromkeys(reversed(chain))
+    return list(ordered)
 
 
 def place_of(x: float | None, y: float | None) -> tuple[float, float] | None:

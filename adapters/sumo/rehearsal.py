@@ -1,8 +1,8 @@
 """The beginning of a run, tried in a process of its own: what only SUMO with its net can tell.
 
-Whether a lane leads on, ways cross, everybody finds room and antennas are outdoors. Nothing that the
-scene writes is written. `python -m adapters.sumo.rehearsal RESULT` is that process; it reads the
-pickled parameters and options from standard input.
+Whether a lane leads on, ways cross, everybody finds room and antennas are outdoors. Nothing that
+the scene writes is written. `python -m adapters.sumo.rehearsal RESULT` is that process; it reads
+the pickled parameters and options from standard input.
 """
 
 import json
@@ -20,13 +20,16 @@ from adapters.sumo.files import SceneFiles
 from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.silencing import StandIns
 from orchestrator.errors import ParameterProblem
-from orchestrator.fork import child_environment
+from orchestrator.remote.process import child_environment
 
 _SEED: Final = 1
 """One draw of many: what has no room by chance alone is told as in a run with this seed."""
 
-_PLACE: Final = re.compile(r"`(entities\.[^`]+)`(?: is)?:? *(?:`([a-z_.]+)`: )?(.*)", re.DOTALL)
-"""An entity or one of its parameters, perhaps a parameter beneath it, and what is wrong."""
+_PLACE: Final = re.compile(r"`(entities\.[^`]+)`(?: is)?:? *(.*)", re.DOTALL)
+"""An entity or one of its parameters, and what is wrong."""
+
+_BENEATH: Final = re.compile(r"`([a-z_.]+)`(?:: )?")
+"""A parameter of the entity, if what is wrong begins with one."""
 
 
 def rehearse(
@@ -63,15 +66,19 @@ def _located(line: str, parameters: TrafficParameters) -> ParameterProblem:
     match = _PLACE.match(line)
     if match is None:
         return ParameterProblem(("scene",), line)
-    path, beneath, what = match.groups()
+    path, what = match.groups()
+    beneath = _BENEATH.match(what)
     address: list[str] = path.split(".")[:1]
     value: Any = parameters.entities
-    for key in [*path.split(".")[1:], *(beneath.split(".") if beneath else ())]:
+    keys = path.split(".")[1:] + (beneath[1].split(".") if beneath else [])
+    for key in keys:
         value = value.get(key) if isinstance(value, Mapping) else getattr(value, key, None)
         if value is None:
             break
         address.append(key)
-    return ParameterProblem(tuple(address), what if what else line)
+    if beneath is not None and beneath[0].endswith(": "):
+        what = what[beneath.end() :]
+    return ParameterProblem(tuple(address), what or line)
 
 
 def main(result: Path, parameters: TrafficParameters, options: Sequence[str]) -> None:

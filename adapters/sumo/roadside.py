@@ -12,9 +12,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from adapters.sumo.entities import Entity
+from adapters.sumo.entities import ROADSIDE_UNIT, Entity
 from adapters.sumo.errors import SumoError
-from adapters.sumo.placement import place_of
 from adapters.sumo.scene import frozen
 from adapters.traffic.bodies import Body
 from adapters.traffic.geometry import Float
@@ -51,25 +50,16 @@ class RoadsideUnit:
 
 
 def units_of(entities: Mapping[str, Entity | None]) -> list[RoadsideUnit]:
-    """The roadside units among `entities`, in the order of their declarations.
-
-    Raises:
-        SumoError: one has no place; all of them are named.
-    """
-    units, problems = [], []
+    """The roadside units among `entities`, in the order of their declarations."""
+    units = []
     for role, (name, entity) in enumerate(entities.items(), start=1):
         if entity is None or not entity.is_roadside_unit or entity.presence <= 0.0:
             continue
-        place = place_of(entity.position.x, entity.position.y)
-        if place is None:
-            problems.append(f"`entities.{name}`: a roadside unit needs `position.x` and `.y`")
-            continue
+        x, y = entity.position.x, entity.position.y
+        assert x is not None  # noqa: S101 - see `declarations`
+        assert y is not None  # noqa: S101
         height = _ANTENNA_HEIGHT if entity.antenna_height is None else entity.antenna_height
-        units.append(
-            RoadsideUnit(name=name, x=place[0], y=place[1], antenna_height=height, role=role)
-        )
-    if problems:
-        raise SumoError("\n".join(problems))
+        units.append(RoadsideUnit(name=name, x=x, y=y, antenna_height=height, role=role))
     return units
 
 
@@ -78,11 +68,18 @@ class RoadsideUnits:
 
     Args:
         units: in the order of their numbers.
+
+    Attributes:
+        entered: number, name and type of each, for the first communication point.
     """
 
     def __init__(self, units: Sequence[RoadsideUnit]) -> None:
         self._rows = _rows(units)
         self._joined: dict[str, tuple[Array, Array]] = {}
+        self.entered = tuple(
+            (number, unit.name, ROADSIDE_UNIT)
+            for number, unit in enumerate(units, start=FIRST_NUMBER)
+        )
 
     def join(self, signals: Mapping[str, Array]) -> dict[str, Array]:
         """`signals` with the units behind the vehicles in `vehicle.*`.

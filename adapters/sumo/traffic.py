@@ -77,6 +77,7 @@ class Traffic:
         self._census = Census(sumo, types, self._outfitter)
         self._entered: list[tuple[int, str, str]] = []
         self._populate()
+        self._entered += self._roadside.entered
         self.outputs = self._signals()
 
     def advance(self, commands: Mapping[str, Command], count: int) -> None:
@@ -98,10 +99,7 @@ class Traffic:
         spawned = [] if self._background is None else self._background.place()
         self._move_on(spawned, frozenset())
         if self._cast.missing:
-            raise SumoError(
-                f"there is no room for {', '.join(self._cast.missing)} at the start; change their "
-                "`position` or `count`, or what others keep clear"
-            )
+            raise SumoError("\n".join(self._cast.missing))
         census = self._census
         for ego in self._cast.egos.values():
             if ego.is_present:

@@ -92,6 +92,8 @@ whole has to be complete. What holds:
 * Problems are reported in the file that says the wrong value. `--set` applies to the whole.
 
 `manifest.json` of a run has the whole scenario, so that it can be repeated without these files.
+Under `files` it has the SHA-256 of every file that a component reads, by component and path
+(relative to the scenario file's folder for files in it).
 """
 
 _DISTRIBUTIONS: Final = """\

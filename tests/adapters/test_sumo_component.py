@@ -333,7 +333,7 @@ class Wrong:
         Wrong(
             "sharer",
             {"position": {"lane": "south_in_2"}},
-            r"there is no room for blocking\.0 at the start; change their `position` or `count`",
+            "`entities.blocking`: there is no room for `blocking.0` at the start; change its",
         ),
     ],
     ids=lambda wrong: f"{wrong.entity}-{next(iter(wrong.change))}",

@@ -40,83 +40,198 @@ MISDECLARED: Mapping[str, tuple[Mapping[str, Entity], str]] = {
         {"vehicle": car("east_1_0", 50.0, controller="policy")},
         "`entities.vehicle`: is the name of other connectors; call the entity otherwise",
     ),
+    "a partner who is never there": (
+        {
+            "a": car("east_1_0", 50.0, speed=TEN, presence=0.0),
+            "b": car("north_1_0", 50.0, synchronise=meets("a")),
+        },
+        "`entities.b.synchronise.entity`: `a` never takes part: its `presence` is 0",
+    ),
     "x without y": (
         {"a": at(1.0, None)},
-        "`entities.a`: `position` has only one of `x` and `y`; write both",
+        "`entities.a.position`: has only one of `x` and `y`; write both",
     ),
     "y without x": (
         {"a": at(None, 1.0)},
-        "`entities.a`: `position` has only one of `x` and `y`; write both",
+        "`entities.a.position`: has only one of `x` and `y`; write both",
     ),
     "lane and x": (
         {"a": Entity(type="car", position=Position(lane="east_1_0", x=1.0, y=1.0))},
-        "`entities.a`: `position` has both `lane` and `x`, `y`; leave one out",
+        "`entities.a.position`: has both `lane` and `x`, `y`; leave one out",
     ),
     "s and x": (
         {"a": Entity(type="car", position=Position(s=1.0, x=1.0, y=1.0))},
-        "`entities.a`: `position` has `x` and `y`; leave out `s` and `to_end`, places on a lane",
+        "`entities.a.position`: has `x` and `y`; leave out `s` and `to_end`, places on a lane",
     ),
     "not a number": (
         {"a": at(float("nan"), 1.0)},
-        "`entities.a`: `position`: x and y must be finite and within +-1e+06 m",
+        "`entities.a.position`: `x` and `y` must be finite and within +-1e+06 m",
     ),
     "speed anywhere": (
         {"a": at(1.0, 1.0, speed=Uniform(0.0, 5.0))},
         (
-            "`entities.a`: `speed` is of those on a lane; from `x`, `y` on, `trajectory` says "
+            "`entities.a.speed`: is of those on a lane; from `x`, `y` on, `trajectory` says "
             "how it moves"
         ),
     ),
     "route anywhere": (
         {"a": at(1.0, 1.0, to="east_2")},
-        "`entities.a`: `route` and `to` are of those on a lane; at `x`, `y`, write a `trajectory`",
+        "`entities.a.to`: is of those on a lane; at `x`, `y`, write a `trajectory`",
     ),
     "speeds of synchronise": (
         {
             "a": car("east_1_0", 50.0, speed=TEN),
             "b": car("north_1_0", 50.0, synchronise=meets("a", min_speed=9.0, max_speed=8.0)),
         },
-        "`entities.b`: `synchronise.min_speed` is above `max_speed`",
+        "`entities.b.synchronise.min_speed`: is above `max_speed`, 8 m/s; lower it",
     ),
     "synchronise with an unknown one": (
         {"b": car("north_1_0", 50.0, synchronise=meets("a"))},
-        "`entities.b`: `synchronise.entity` is `a`, which is not declared; there are b",
+        "`entities.b.synchronise.entity`: no other entity is called `a`; there are none",
     ),
     "half a place to meet": (
         {
             "a": car("east_1_0", 50.0, speed=TEN),
             "b": car("north_1_0", 50.0, synchronise=meets("a", x=1.0)),
         },
-        "`entities.b`: `synchronise` has only one of `x` and `y`",
+        "`entities.b.synchronise`: has only one of `x` and `y`; write both",
     ),
     "half a finish": (
         {"a": car("east_1_0", 50.0, controller="policy", finish=Finish(y=1.0))},
-        "`entities.a`: `finish` has only one of `x` and `y`",
+        "`entities.a.finish`: has only one of `x` and `y`; write both",
     ),
     "finish at an unknown one": (
         {"a": car("east_1_0", 50.0, controller="policy", finish=Finish(crossing="b"))},
-        "`entities.a`: `finish.crossing` is `b`, which is not declared; there are a",
+        "`entities.a.finish.crossing`: no other entity is called `b`; there are none",
     ),
     "trigger by an unknown one": (
         {"a": car("east_1_0", 9.0, speed_profile=PROFILE, trigger=Trigger(entity="b"))},
-        "`entities.a`: `trigger.entity` is `b`, which is not declared; there are a",
+        "`entities.a.trigger.entity`: no other entity is called `b`; there are none",
     ),
     "trigger by a queue": (
         {
             "a": car("east_1_0", 9.0, speed_profile=PROFILE, trigger=Trigger(entity="b")),
             "b": car("west_1_0", 90.0, count=2),
         },
-        "`entities.a`: `trigger.entity` is `b`, a queue; name one of it, for example `b.0`",
+        "`entities.a.trigger.entity`: `b` is a queue; name one of it, for example `b.0`",
     ),
     "closer to nobody": (
         {"a": car("east_1_0", 9.0, speed_profile=PROFILE, trigger=Trigger(closer_than=5.0))},
-        "`entities.a`: `trigger.closer_than` needs `trigger.entity`: closer to whom?",
+        "`entities.a.trigger.closer_than`: needs `trigger.entity`: closer to whom?",
     ),
     "trigger of nothing": (
         {"a": car("east_1_0", 9.0, trigger=Trigger(after=5.0))},
         (
-            "`entities.a`: `trigger` starts nothing; declare `speed_profile` or `trajectory`, or "
+            "`entities.a.trigger`: starts nothing; declare `speed_profile` or `trajectory`, or "
             "leave it out"
+        ),
+    ),
+    "route and to": (
+        {"a": car("east_1_0", 10.0, route=("east_2",), to="east_3")},
+        "`entities.a.to`: there are both `route` and `to`; leave one out",
+    ),
+    "no place": (
+        {"a": Entity(type="car", position=Position())},
+        "`entities.a.position`: says no place; write `lane`, or `x` and `y`",
+    ),
+    "s and to_end": (
+        {"a": Entity(type="car", position=on("east_1_0", 9.0, to_end=9.0))},
+        "`entities.a.position`: has both `s` and `to_end`; leave one out",
+    ),
+    "queue anywhere": (
+        {"a": at(1.0, 1.0, count=2)},
+        "`entities.a.count`: a queue stands on a lane; set `position.lane`, or leave `count` out",
+    ),
+    "several driven by one": (
+        {"a": car("east_1_0", 50.0, count=2, controller="policy")},
+        "`entities.a.count`: it is driven; declare each by its name, and leave `count` out",
+    ),
+    "driven anywhere": (
+        {"a": at(1.0, 1.0, controller="policy")},
+        (
+            "`entities.a.position`: `controller: policy` is for those on a lane; write `lane` "
+            "instead of `x`, `y`"
+        ),
+    ),
+    "profile anywhere": (
+        {"a": at(1.0, 1.0, speed_profile=PROFILE)},
+        (
+            "`entities.a.position`: `speed_profile` is for those on a lane; write `lane` instead "
+            "of `x`, `y`"
+        ),
+    ),
+    "meets somebody anywhere": (
+        {"a": at(1.0, 1.0), "b": car("north_1_0", 50.0, synchronise=meets("a"))},
+        (
+            "`entities.b.synchronise.entity`: `a` starts at `x`, `y` and has no way; name one who "
+            "is on a lane"
+        ),
+    ),
+    "driven and parked": (
+        {"a": car("east_1_0", 50.0, controller="policy", parked=True)},
+        "`entities.a.parked`: the entity is moved by `controller: policy` and `parked`; leave one",
+    ),
+    "driven, with a profile": (
+        {"a": car("east_1_0", 50.0, controller="policy", speed_profile=PROFILE)},
+        (
+            "`entities.a.speed_profile`: the entity is moved by `controller: policy` and "
+            "`speed_profile`; leave one"
+        ),
+    ),
+    "profile and trajectory": (
+        {"a": car("east_1_0", 50.0, speed_profile=PROFILE, trajectory=(VERTEX,))},
+        (
+            "`entities.a.trajectory`: the entity is moved by `speed_profile` and `trajectory`; "
+            "leave one"
+        ),
+    ),
+    "trajectory from a lane": (
+        {"a": car("east_1_0", 50.0, trajectory=(VERTEX,))},
+        (
+            "`entities.a.position`: who follows a trajectory starts at `x`, `y`; write them, and "
+            "no `lane`"
+        ),
+    ),
+    "times of a trajectory": (
+        {"a": at(0.0, 0.0, trajectory=(VERTEX, VERTEX))},
+        "`entities.a.trajectory`: the times must increase, got [1.0, 1.0]",
+    ),
+    "times of a profile": (
+        {
+            "a": car(
+                "east_1_0",
+                50.0,
+                speed_profile=(SpeedPoint(time=2.0, speed=1.0), SpeedPoint(time=1.0, speed=1.0)),
+            )
+        },
+        "`entities.a.speed_profile`: the times must not decrease, got [2.0, 1.0]",
+    ),
+    "units without a way": (
+        {
+            "a": Entity(type="roadside_unit", position=Position(x=1.0, y=1.0)),
+            "b": car("north_1_0", 50.0, synchronise=meets("a")),
+        },
+        (
+            "`entities.b.synchronise.entity`: `a` starts at `x`, `y` and has no way; name one who "
+            "is on a lane"
+        ),
+    ),
+    "a circle": (
+        {
+            "a": car("east_1_0", 50.0, synchronise=meets("b")),
+            "b": car("north_1_0", 50.0, synchronise=meets("c")),
+            "c": car("west_1_0", 50.0, synchronise=meets("b")),
+        },
+        (
+            "`entities.b.synchronise.entity`: goes round in a circle: `b` with `c`, `c` with `b`; "
+            "leave out one `synchronise`"
+        ),
+    ),
+    "a dot": (
+        {"a.0": car("east_1_0", 50.0)},
+        (
+            "`entities.a.0`: has a dot, which stands before the numbers of a queue; write a name "
+            "without one"
         ),
     ),
 }
@@ -153,18 +268,6 @@ NOT_OF_THE_SCENE: Mapping[str, tuple[Mapping[str, Entity], str]] = {
             "it does either"
         ),
     ),
-    "route and to": (
-        {"a": car("east_1_0", 10.0, route=("east_2",), to="east_3")},
-        "`entities.a`: there are both `route` and `to`; leave one out",
-    ),
-    "no place": (
-        {"a": Entity(type="car", position=Position())},
-        "`entities.a`: `position` says neither `lane` nor both `x` and `y`",
-    ),
-    "s and to_end": (
-        {"a": Entity(type="car", position=on("east_1_0", 9.0, to_end=9.0))},
-        "`entities.a`: `position` has both `s` and `to_end`; leave one out",
-    ),
     "s beyond the lane": (
         {"a": car("east_1_0", 500.0)},
         (
@@ -194,10 +297,6 @@ NOT_OF_THE_SCENE: Mapping[str, tuple[Mapping[str, Entity], str]] = {
         {"a": Entity(type="DEFAULT_PEDTYPE", position=on("east_1_0", 10.0))},
         "`entities.a`: who walks is placed by coordinates: `position: {x: .., y: ..}`",
     ),
-    "queue anywhere": (
-        {"a": at(1.0, 1.0, count=2)},
-        "`entities.a`: a queue stands on a lane; set `position.lane`, or `count: 1`",
-    ),
     "queue too long": (
         {"a": car("east_1_0", 50.0, count=8)},
         "`entities.a`: `count` is 8, but lane `east_1_0` has room for 7",
@@ -212,26 +311,9 @@ NOT_OF_THE_SCENE: Mapping[str, tuple[Mapping[str, Entity], str]] = {
     "no room": (
         {"a": car("east_1_0", 50.0), "b": car("east_1_0", 52.0)},
         (
-            "there is no room for b at the start; change their `position` or `count`, or what "
-            "others keep clear"
+            "`entities.b`: there is no room for `b` at the start; change its `position` or "
+            "`count`, or what others keep clear"
         ),
-    ),
-    "declared later": (
-        {
-            "b": car("north_1_0", synchronise=meets("a")),
-            "a": car("east_1_0", 50.0, speed=TEN),
-        },
-        (
-            "`entities.b`: `synchronise.entity` is `a`; the entities declared before this one "
-            "that take part: nobody"
-        ),
-    ),
-    "absent": (
-        {
-            "a": car("east_1_0", 50.0, speed=TEN, presence=0.0),
-            "b": car("north_1_0", 50.0, synchronise=meets("a")),
-        },
-        "`entities.b.synchronise.entity` is `a`, which does not take part",
     ),
     "ways that do not cross": (
         {
@@ -263,52 +345,6 @@ NOT_OF_THE_SCENE: Mapping[str, tuple[Mapping[str, Entity], str]] = {
             "a": car("east_1_0", 50.0, controller="policy", finish=Finish(crossing="b")),
         },
         "`entities.a.finish.crossing`: its way does not cross that of `b`",
-    ),
-    "several driven by one": (
-        {"a": car("east_1_0", 50.0, count=2, controller="policy")},
-        "`entities.a` is driven; declare each by its name",
-    ),
-    "driven anywhere": (
-        {"a": at(1.0, 1.0, controller="policy")},
-        "`entities.a` must be placed on a lane: set `position.lane`",
-    ),
-    "profile anywhere": (
-        {"a": at(1.0, 1.0, speed_profile=PROFILE)},
-        "`entities.a` must be placed on a lane: set `position.lane`",
-    ),
-    "meets somebody anywhere": (
-        {"a": at(1.0, 1.0), "b": car("north_1_0", 50.0, synchronise=meets("a"))},
-        "`entities.a` must be placed on a lane: set `position.lane`",
-    ),
-    "driven and parked": (
-        {"a": car("east_1_0", 50.0, controller="policy", parked=True)},
-        "`entities.a` is moved by controller: policy and parked; leave one",
-    ),
-    "driven, with a profile": (
-        {"a": car("east_1_0", 50.0, controller="policy", speed_profile=PROFILE)},
-        "`entities.a` is moved by controller: policy and speed_profile; leave one",
-    ),
-    "profile and trajectory": (
-        {"a": car("east_1_0", 50.0, speed_profile=PROFILE, trajectory=(VERTEX,))},
-        "`entities.a` is moved by speed_profile and trajectory; leave one",
-    ),
-    "trajectory from a lane": (
-        {"a": car("east_1_0", 50.0, trajectory=(VERTEX,))},
-        "`entities.a` follows a trajectory; place it by `position.x`, `.y`",
-    ),
-    "times of a trajectory": (
-        {"a": at(0.0, 0.0, trajectory=(VERTEX, VERTEX))},
-        "`entities.a.trajectory`: the times must increase, got [1.0, 1.0]",
-    ),
-    "times of a profile": (
-        {
-            "a": car(
-                "east_1_0",
-                50.0,
-                speed_profile=(SpeedPoint(time=2.0, speed=1.0), SpeedPoint(time=1.0, speed=1.0)),
-            )
-        },
-        "`entities.a.speed_profile`: the times must not decrease, got [2.0, 1.0]",
     ),
 }
 
@@ -357,7 +393,7 @@ def test_a_lane_is_for_vehicles_of_its_classes(tmp_path: Path) -> None:
         simulate(scene(tmp_path, "town"), 0.0, {"a": car("em_1", 50.0)})
     assert str(caught.value) == (
         "`entities.a`: `position.lane`: `em_1` is not for the class `passenger`, to which the type "
-        "`car` belongs"
+        "`car` belongs; it is open to bicycle"
     )
 
 
@@ -402,7 +438,10 @@ def test_names_of_the_scenes_own_traffic_are_taken(
 @pytest.mark.parametrize("kind", ["van", "DEFAULT_PEDTYPE"])
 def test_nobody_can_be_placed_where_no_road_is_near(tmp_path: Path, kind: str) -> None:
     entity = Entity(type=kind, position=Position(x=5000.0, y=9000.0))
-    with pytest.raises(SumoError, match=r"^`entities\.far`: SUMO refuses `far`: "):
+    with pytest.raises(
+        SumoError,
+        match=r"^`entities\.far`: SUMO finds no lane near \(50.*, 9000\) m .*; begin closer",
+    ):
         simulate(scene(tmp_path), 0.0, {"far": entity})
 
 

@@ -7,12 +7,13 @@ import pytest
 
 from adapters.sumo import SumoTraffic
 from adapters.sumo.entities import Finish
+from adapters.sumo.errors import SumoError
 from adapters.sumo.parameters import TrafficParameters
 from orchestrator.distribution import Constant
 from orchestrator.run import run_scenario
 from orchestrator.scenario.build import load_scenario
 from orchestrator.testing import check_component
-from tests.adapters.sumo_runs import H, car, scene
+from tests.adapters.sumo_runs import H, car, scene, simulate
 from tests.adapters.test_sumo_census import TOWN_DEMAND, TOWN_EXTRA
 
 SCENARIO = """
@@ -106,3 +107,11 @@ def test_a_program_of_its_own_gives_the_same_run(tmp_path: Path) -> None:
         for k, overrides in enumerate(([], ["components.traffic.parameters.program=sumo"]))
     ]
     assert runs[0].fingerprint == runs[1].fingerprint
+
+
+def test_a_scene_that_sumo_refuses_leaves_no_trace(tmp_path: Path) -> None:
+    """The next one in the same process is opened."""
+    demand = '<vehicle id="nowhere" depart="0"/>'
+    with pytest.raises(SumoError, match="SUMO cannot load"):
+        simulate(scene(tmp_path, demand=demand), 0.0)
+    assert simulate(scene(tmp_path), 0.0, {"a": car("east_1_0", 50.0)}).present(0) == ["a"]

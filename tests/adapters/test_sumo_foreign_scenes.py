@@ -233,13 +233,13 @@ def car(position: Position = ON, **more: Any) -> Entity:
 @pytest.mark.parametrize(
     ("entity", "parameter", "what"),
     [
-        (car(Position()), "position", "says neither `lane` nor both"),
+        (car(Position()), "position", "says no place; write `lane`, or `x` and `y`"),
         (car(Position(x=1.0)), "position", "has only one of"),
         (car(Position(lane="south_in_0", s=9.0, to_end=9.0)), "position", "both `s` and `to_end`"),
         (car(controller="policy", count=2), "count", "it is driven; declare each by its name"),
-        (car(AT, controller="policy"), "position", "must be on a lane because of `controller`"),
+        (car(AT, controller="policy"), "position", "is for those on a lane; write `lane`"),
         (car(AT, count=2), "count", "a queue stands on a lane"),
-        (car(controller="policy", parked=True), "parked", "moved by controller: policy and parked"),
+        (car(controller="policy", parked=True), "parked", "moved by `controller: policy` and"),
         (car(finish=Finish()), "finish", "is for driven entities"),
         (car(controller="policy", finish=Finish(x=1.0)), "finish", "has only one of `x` and `y`"),
         (car(synchronise=Synchronise(entity="e")), "synchronise.entity", "is the entity itself"),
@@ -257,9 +257,9 @@ def car(position: Position = ON, **more: Any) -> Entity:
         (
             car(trajectory=(Vertex(time=1.0, x=0.0, y=0.0),)),
             "position",
-            "who follows a trajectory is placed by",
+            "who follows a trajectory starts at `x`, `y`",
         ),
-        (Entity(type="roadside_unit", position=ON), "position", "needs `position.x` and `.y`"),
+        (Entity(type="roadside_unit", position=ON), "position", "a roadside unit is on no lane; write `x`"),
         (Entity(type="roadside_unit", position=AT, count=2), "count", "a roadside unit is one"),
         (
             Entity(type="roadside_unit", position=AT, controller="policy"),
@@ -279,7 +279,7 @@ def test_who_meets_somebody_needs_one_with_a_way(folder: Folder) -> None:
     met = {"b": car(AT), "c": car(presence=0.0)}
     meeting = {f"to_{name}": car(synchronise=Synchronise(entity=name)) for name in met}
     found = refused(folder, {**met, **meeting})
-    assert "is placed by coordinates and has no way" in found["entities.to_b.synchronise.entity"]
+    assert "starts at `x`, `y` and has no way" in found["entities.to_b.synchronise.entity"]
     assert "never takes part" in found["entities.to_c.synchronise.entity"]
 
 

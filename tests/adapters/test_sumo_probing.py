@@ -2,6 +2,7 @@
 
 import signal
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,11 @@ from adapters.sumo.probing import Probe, probe
 from tests.adapters.scene import NET, ROUTES, SHAPES, Folder, said
 
 CAR = '<vehicle id="a" depart="0"><route edges="south_in north_out"/></vehicle>'
+
+
+def contents(folder: Path) -> Mapping[Path, bytes]:
+    """All files of a folder and below."""
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def opened(config: Path, timeout: float = 60.0) -> Probe:
@@ -56,21 +62,25 @@ def test_no_output_is_written_wherever_it_goes(folder: Folder, tmp_path: Path) -
     folder.write(
         "inner.add.xml",
         f'<additional>\n<edgeData id="e" freq="1"\n  file = \'{away}\'/>'
-        '<e1Detector id="d" lane="south_in_0" pos="5" freq="1" file="none/d.xml"/></additional>',
+        '<e1Detector id="d" lane="south_in_0" pos="5" freq="1" file="out/d.xml"/></additional>',
     )
     folder.write(SHAPES, '<additional>\n<include href="inner.add.xml"/>\n</additional>')
     folder.write(ROUTES, f"<routes>{CAR}</routes>")
     config = folder.config(
         routes=ROUTES,
         additional=SHAPES,
-        more='<fcd-output value="fcd.xml"/><log value="none/log.txt"/>'
+        more='<fcd-output value="fcd.xml"/><log value="out/log.txt"/>'
         f'<tripinfo-output value="{away}"/><remote-port value="8873"/>',
     )
-    before = {path: path.read_bytes() for path in folder.path.iterdir()}
+    (folder.path / "out").mkdir()
+    before = contents(folder.path)
     check = check_scene(config, thorough=True)
     assert check.problems == ()
     assert len(check.files.outputs) == 5
-    assert {path: path.read_bytes() for path in folder.path.iterdir()} == before
+    assert contents(folder.path) == before
+    (folder.path / "out").rmdir()  # as before the first run of a scene that is new here
+    assert opened(config).problems == ()
+    assert contents(folder.path) == before
 
 
 def test_what_sumo_says_of_a_copy_names_the_original(folder: Folder) -> None:

@@ -1,5 +1,6 @@
 """Roadside units: rows of `vehicle.*` that nobody in the traffic knows of."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -62,8 +63,15 @@ def test_the_traffic_is_the_same_with_them_and_they_are_there_throughout() -> No
     """Bit by bit, `ego.gap` too although the ego passes right under one."""
     without, with_them = run(PARAMETERS, 8.0), run(UNITS, 8.0)
     assert np.asarray(without[-1]["ego.position"])[1] > OVER_THE_LANE[1] + 5.0, "passed it"
-    for before, after in zip(without, with_them, strict=True):
+    newcomers = [json.loads(bytes(signals[0]["entered"])) for signals in (without, with_them)]
+    assert newcomers[1] == newcomers[0] + [
+        [FIRST_NUMBER, "rsu0", "roadside_unit"],
+        [FIRST_NUMBER + 1, "rsu1", "roadside_unit"],
+    ]
+    for k, (before, after) in enumerate(zip(without, with_them, strict=True)):
         for name, expected in before.items():
+            if name == "entered" and k == 0:
+                continue
             signal = np.asarray(after[name])
             rows = len(signal) - 2 if name.startswith("vehicle.") else None
             np.testing.assert_array_equal(signal[:rows] if rows else signal, expected, name)
@@ -141,25 +149,21 @@ class Wrong:
 @pytest.mark.parametrize(
     "wrong",
     [
-        Wrong((unit(14.0, None),), "rsu0`: `position` has only one of `x` and `y`; write both"),
-        Wrong((unit(*CORNER), unit(None, 9.0)), "rsu1`: `position` has only one of `x` and `y`"),
-        Wrong((unit(np.nan, 9.0),), "rsu0`: `position`: x and y must be finite and within"),
-        Wrong((unit(14.0, 2e6),), "rsu0`: `position`: x and y must be finite and within"),
+        Wrong((unit(14.0, None),), "rsu0.position`: a roadside unit is on no lane; write `x` and"),
+        Wrong((unit(*CORNER), unit(None, 9.0)), "rsu1.position`: .*; write `x` and `y`, and"),
+        Wrong((unit(None, None),), "rsu0.position`: .*; write `x` and `y`, and nothing else"),
+        Wrong((unit(np.nan, 9.0),), "rsu0.position`: `x` and `y` must be finite and within"),
+        Wrong((unit(14.0, 2e6),), "rsu0.position`: `x` and `y` must be finite and within"),
         Wrong(
             (unit(*CORNER), unit(*CORNER)),
-            r"rsu1`: `position` is \(14, 9\) m, the same place as that of `entities.rsu0`; leave",
+            r"rsu1.position`: is \(14, 9\) m, the same place as that of `entities.rsu0`; leave",
         ),
     ],
-    ids=["only x", "only y", "not a number", "too far", "twice"],
+    ids=["only x", "only y", "neither", "not a number", "too far", "twice"],
 )
 def test_positions_that_are_none_are_refused(wrong: Wrong) -> None:
     with pytest.raises(ComponentTypeError, match=f"`entities.{wrong.message}"):
         SumoTraffic(with_units(*wrong.units))
-
-
-def test_a_place_is_needed() -> None:
-    with pytest.raises(SumoError, match=r"`entities.rsu0`: a roadside unit needs `position.x`"):
-        run(with_units(unit(None, None)), 0.0)
 
 
 IN_THE_CORNER_BUILDING = (25.0, 20.0)  # 18 m high

@@ -18,6 +18,7 @@ from adapters.sumo.entities import Entity, Position, Synchronise, Trigger, Verte
 from adapters.sumo.errors import SumoError
 from adapters.sumo.parameters import Background, TrafficParameters
 from orchestrator.distribution import Constant
+from orchestrator.errors import ParameterError
 from orchestrator.randomness import stream
 from tests.adapters.sumo_runs import BRAKE, RED_LIGHT, Command, H, Run, car, on, scene, simulate
 from tests.adapters.test_sumo_census import BLOCKED, TOWN_DEMAND, TOWN_EXTRA
@@ -164,10 +165,10 @@ def test_nobody_there(tmp_path: Path) -> None:
     "address", ["localhost", ":8813", "localhost:", "localhost:http", "h:70000"]
 )
 def test_an_address_is_host_and_port(tmp_path: Path, address: str) -> None:
-    with pytest.raises(SumoError) as caught:
+    with pytest.raises(ParameterError) as caught:
         simulate(scene(tmp_path), 1.0, traci=address)
     assert str(caught.value) == (
-        f"`traci` is `{address}`; write HOST:PORT, for example localhost:8813"
+        f"`traci`: is `{address}`; write HOST:PORT, for example localhost:8813"
     )
 
 

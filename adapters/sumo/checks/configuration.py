@@ -26,8 +26,14 @@ class Setting:
     value: str
     where: Location
 
+    @property
+    def is_on(self) -> bool:
+        """Whether it is a switch that is set."""
+        return self.value.strip().lower() in _ON
+
 
 _ROOT: Final = "configuration"
+_ON: Final = frozenset({"true", "1", "yes", "on", "x", "t"})
 
 
 def read_configuration(config: Path) -> tuple[dict[str, Setting], list[Problem]]:

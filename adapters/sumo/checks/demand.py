@@ -96,9 +96,9 @@ class Scene:
     def finish(self) -> None:
         """All files have been read to their ends: what nobody has declared, what is left out."""
         if self.loads is not None:
-            count, where = self.loads
+            count, first = self.loads
             noun = "container is" if count == 1 else "containers or flows of them are"
-            self.findings.remark(where, f"{count} {noun} left out: loads are no road users")
+            self.findings.remark(first, f"{count} {noun} left out: loads are no road users")
         for name, user, where in self.wanted_types:
             if name not in self.types:
                 what = (
@@ -155,8 +155,8 @@ class DemandElements(Elements):
         scene = self._scene
         scene.traffic += name in _TRAFFIC
         if name in _LOADS:
-            count, first = scene.loads or (0, self._here())
-            scene.loads = (count + 1, first)
+            count, at = scene.loads or (0, self._here())
+            scene.loads = (count + 1, at)
         if name not in _ONE_OF or "id" not in attributes:
             return
         if name in _TYPES:
