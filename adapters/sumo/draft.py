@@ -1,5 +1,6 @@
 """A scenario for a SUMO scene that somebody brings: traffic, radios and BSMs, no ego vehicle."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -43,11 +44,12 @@ def draft(files: SceneFiles, folder: Path) -> Draft:
     start = files.begin or 0
     step, note = _step(files.step_length)
     assumed.append(note)
+    radio = min(_RADIO_STEP, step)
+    whole = math.lcm(step, radio)  # both steps divide the simulated time
+    span = (_SHORT if files.end is None else files.end - start) // whole * whole or whole
     if files.end is None:
-        stop = start + _SHORT
-        assumed.append(f"the scene sets no end: the run takes {format_duration(_SHORT)}")
+        assumed.append(f"the scene sets no end: the run takes {format_duration(span)}")
     else:
-        stop = files.end - (files.end - start) % step
         assumed.append("time is that of the scene, from its begin to its end")
     said = "" if files.seed is None else f"; for the scene's own set `sumo_seed: {files.seed}`"
     assumed += [
@@ -65,8 +67,8 @@ def draft(files: SceneFiles, folder: Path) -> Draft:
         )
     scene = files.config.absolute()
     scene = scene.relative_to(folder) if scene.is_relative_to(folder) else scene
-    times = f"{{start: {format_duration(start)}, stop: {format_duration(stop)}}}"
-    return Draft(text=_text(scene, times, step, assumed), assumptions=tuple(assumed))
+    times = f"{{start: {format_duration(start)}, stop: {format_duration(start + span)}}}"
+    return Draft(text=_text(scene, times, (step, radio), assumed), assumptions=tuple(assumed))
 
 
 def _step(said: Duration | None) -> tuple[Duration, str]:
@@ -79,11 +81,10 @@ def _step(said: Duration | None) -> tuple[Duration, str]:
     return said, f"SUMO's step is that of the scene, {format_duration(said)}"
 
 
-def _text(scene: Path, times: str, step: Duration, assumed: list[str]) -> str:
-    radio = format_duration(min(_RADIO_STEP, step))
+def _text(scene: Path, times: str, steps: tuple[Duration, Duration], assumed: list[str]) -> str:
+    own, radio = map(format_duration, steps)
     notes = "\n".join(f"#   * {each}" for each in assumed)
     title = scene.name.removesuffix(".sumocfg")
-    own = format_duration(step)
     return f"""\
 # Made by `nlosim scene new {scene.name}`. What it takes for granted:
 {notes}
