@@ -55,3 +55,10 @@ def test_for_another_one_that_stands_it_slows_down_to_its_smallest_speed_no_furt
 def test_the_acceleration_is_bounded() -> None:
     faster = CONTROL.speed(speed=8.0, distance=100.0, other_speed=20.0, other_distance=50.0, h=H)
     assert faster == pytest.approx(8.0 + 3.0 * H)
+
+
+@pytest.mark.parametrize("beyond", [0.0, 5.0])
+def test_once_the_other_one_has_passed_the_speed_is_kept(beyond: float) -> None:
+    """At the meeting itself no speed would fit any more."""
+    kept = CONTROL.speed(speed=9.0, distance=80.0, other_speed=8.0, other_distance=-beyond, h=H)
+    assert kept == 9.0
