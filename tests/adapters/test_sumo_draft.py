@@ -66,7 +66,8 @@ def test_times_and_steps_are_those_of_the_scene(tmp_path: Path, times: Times) ->
         f"the scene sets no end: the run takes {format_duration(scenario.stop - scenario.start)}"
     )
     has_end = "end value" in times.said and "-1" not in times.said
-    assert (takes in made.assumptions) != has_end
+    of_the_scene = "time is that of the scene, from its begin to its end"
+    assert (takes in made.assumptions, of_the_scene in made.assumptions) == (not has_end, has_end)
 
 
 def test_everybody_with_an_engine_has_a_radio_and_their_bsms_go_over_the_channel(
