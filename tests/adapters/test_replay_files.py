@@ -305,6 +305,14 @@ def test_of_many_problems_twenty_are_shown(tmp_path: Path) -> None:
     assert lines[-1] == "... and 13 more problems in this file"
 
 
+def test_a_file_of_types_has_the_root_of_one(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(f"{HEADER}\na,0,0,0,0,0,bus\n")
+    (tmp_path / "t.xml").write_text('\n <net><vType id="mine"/></net>')
+    text = refused({"file": tmp_path / "a.csv", "types_file": tmp_path / "t.xml"})
+    expected = "t.xml:2:2: `<net>` is no SUMO file of types, whose root is `<additional>`"
+    assert text.endswith(expected)
+
+
 def test_what_is_wrong_with_types_and_surroundings_is_said_at_once(tmp_path: Path) -> None:
     types, drawn, net = (tmp_path / name for name in ("t.xml", "b.xml", "n.xml"))
     types.write_text(
