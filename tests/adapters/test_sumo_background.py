@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
@@ -10,13 +11,15 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from adapters.sumo.background import Background, KeptClear, Spawned
+from adapters.sumo.background import Background, KeptClear, Spawned, kept_clear
+from adapters.sumo.entities import Entity, Position
 from adapters.sumo.errors import SumoError
 from adapters.sumo.parameters import Background as Demand
-from adapters.sumo.scene import VehicleType
+from adapters.sumo.placement import Placement
+from adapters.sumo.scene import VehicleType, VehicleTypes
 from adapters.sumo.simulation import Link, Sumo
 from adapters.traffic.bodies import Body
-from tests.adapters.sumo_runs import Float, scene
+from tests.adapters.sumo_runs import Float, car, scene
 
 NOTHING = KeptClear(reserved=frozenset(), closed=frozenset(), limits={})
 BORDER = {"east_1", "west_1", "north_1"}
@@ -38,7 +41,14 @@ CAR, VAN = kind("car", 5.0, 3.0), kind("van", 9.0, 1.0)
 
 
 class Means:
-    """Stands in for a generator: every draw is its mean, every choice the first one."""
+    """Stands in for a generator: every draw is its mean, every choice the first one.
+
+    Attributes:
+        offered: the probabilities of the choices.
+    """
+
+    def __init__(self) -> None:
+        self.offered: list[Sequence[float]] = []
 
     def uniform(self, low: float, high: float) -> float:
         return (low + high) / 2
@@ -49,6 +59,7 @@ class Means:
     def choice(self, count: int, p: Sequence[float]) -> int:
         assert len(p) == count
         assert math.isclose(sum(p), 1.0)
+        self.offered.append(p)
         return 0
 
 
@@ -217,11 +228,12 @@ def test_without_a_share_there_is_no_background(street: Sumo) -> None:
         Background(street, [kind("none", 4.0, 0.0)], Demand(), NOTHING, MEANS)
 
 
+@dataclass
 class Circle:
-    """Stands in for SUMO: a single lane of 1500 m that leads to itself."""
+    """Stands in for SUMO: a single lane of 1500 m that leads to itself, in these directions."""
 
-    def __init__(self) -> None:
-        self.routes: list[Sequence[str]] = []
+    directions: str = "s"
+    routes: list[Sequence[str]] = field(default_factory=list)
 
     def lanes(self) -> list[str]:
         return ["o_0"]
@@ -230,7 +242,7 @@ class Circle:
         return (lane, vehicle_class) == ("o_0", "passenger")
 
     def links(self, _: str) -> list[Link]:
-        return [Link(to_lane="o_0", via="", direction="s")]
+        return [Link(to_lane="o_0", via="", direction=letter) for letter in self.directions]
 
     def lane_length(self, _: str) -> float:
         return 1500.0
@@ -259,3 +271,44 @@ def test_a_route_in_circles_ends_after_twenty_kilometres() -> None:
     (edges,) = circle.routes
     assert len(edges) == 1 + math.ceil(20_000 / 1500)
     assert drawn.enter(1e6) == []  # no lane begins at a border
+
+
+@pytest.mark.parametrize(
+    ("directions", "weights"),
+    [
+        ("s", (1.0,)),
+        ("rsl", (0.1, 0.8, 0.1)),
+        ("ssl", (0.4, 0.4, 0.2)),
+        ("lt", (0.5, 0.5)),
+        ("sss", (1 / 3, 1 / 3, 1 / 3)),
+    ],
+)
+def test_ways_straight_on_share_evenly_and_so_do_turns(
+    directions: str, weights: tuple[float, ...]
+) -> None:
+    """Of a share of 0.2; where all ways are of one kind there is nothing to share."""
+    rng = Means()
+    circle = cast("Sumo", Circle(directions))
+    drawn = background(circle, cast("np.random.Generator", rng), turning_share=0.2)
+    drawn.place()
+    ways = [p for p in rng.offered if len(p) == len(weights) and not isinstance(p, np.ndarray)]
+    assert ways
+    for each in ways:
+        np.testing.assert_allclose(each, weights)
+
+
+def test_what_entities_keep_clear(street: Sumo) -> None:
+    """Of an edge, its lanes and the lane beyond the junction; of who stands beside it, nothing."""
+    entities = {
+        "edge": car("east_1_0", 50.0, keeps_clear="edge"),
+        "lane": car("north_1_0", 50.0, keeps_clear="lane"),
+        "first": car("west_1_0", 60.0, keeps_clear="behind"),
+        "second": car("west_1_0", 100.0, keeps_clear="behind"),
+        "beside": Entity(type="car", position=Position(x=50.0, y=-9.0)),
+    }
+    placed = Placement(street, VehicleTypes(street, 0.05), MEANS).place(entities)
+    for turned in (placed, placed[::-1]):
+        clear = kept_clear(street, turned)
+        assert clear.reserved == {"east_1_0", "north_1_0"}
+        assert clear.closed == {"east_2_0"}
+        assert clear.limits == {"west_1_0": 60.0 - 5.0 - 10.0}
