@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -66,16 +67,42 @@ def test_links_lead_somewhere(page: Path) -> None:
 def commands() -> list[tuple[str, ...]]:
     """Every `nlosim` command on every page, without its comment; each once.
 
-    Those of the tutorial that need its own files run in `test_tutorial.py`.
+    Those of the tutorial that need its own files run in `test_tutorial.py`; those that go on with
+    a scenario that they made before run in their order, see `scene_blocks`.
     """
     found = {}
     for page in PAGES:
-        for block in re.findall(r"```console\n(.*?)```", page.read_text(), re.DOTALL):
-            for line in re.findall(r"^\$ nlosim (.*)$", block, re.MULTILINE):
+        for block in console_blocks(page):
+            if MAKES_A_SCENARIO in block:
+                continue
+            for line in lines(block):
                 if page.name == "tutorial.md" and "scenarios/" not in line:
                     continue
                 found[tuple(shlex.split(line, comments=True))] = page
     return list(found)
+
+
+MAKES_A_SCENARIO = "$ nlosim scene new "
+
+
+def console_blocks(page: Path) -> list[str]:
+    return re.findall(r"```console\n(.*?)```", page.read_text(), re.DOTALL)
+
+
+def lines(block: str) -> list[str]:
+    """The `nlosim` commands of a block, without `nlosim`."""
+    return re.findall(r"^\$ nlosim (.*)$", block, re.MULTILINE)
+
+
+def scene_blocks() -> list[tuple[str, str]]:
+    """Page and text of every block that makes a scenario of a scene."""
+    return [
+        (page.name, block)
+        for page in PAGES
+        if page.name != "tutorial.md"
+        for block in console_blocks(page)
+        if MAKES_A_SCENARIO in block
+    ]
 
 
 @pytest.mark.parametrize("command", commands(), ids=" ".join)
@@ -87,3 +114,19 @@ def test_commands_of_the_manual_work(
     if command[0] == "run":
         command = (*command, "--set", "time.stop=200 ms", "--out", str(tmp_path / "run"))
     assert main(list(command)) == 0
+
+
+@pytest.mark.parametrize(("page", "block"), scene_blocks(), ids=[p for p, _ in scene_blocks()])
+def test_a_scene_becomes_a_scenario_a_picture_and_a_run(
+    page: str, block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a folder that has the examples of the repository; runs are shortened."""
+    del page
+    shutil.copytree(ROOT / "docs" / "examples", tmp_path / "docs" / "examples")
+    monkeypatch.chdir(tmp_path)
+    for line in lines(block):
+        words = shlex.split(line, comments=True)
+        assert main([*words, *(["--set", "time.stop=1 s"] if words[0] == "run" else [])]) == 0
+    assert list(tmp_path.glob("*.yaml"))
+    assert all(picture.stat().st_size > 10_000 for picture in tmp_path.glob("*.png"))
+    assert list(tmp_path.glob("runs/*/manifest.json"))

@@ -161,12 +161,6 @@ class Cast:
                 yield row, body.center, body.heading, body.velocity
 
     def _add(self, placed: Placed) -> None:
-        try:
-            self._enter(placed)
-        except SumoError as error:
-            raise SumoError(f"`entities.{placed.called}`: {error}") from error
-
-    def _enter(self, placed: Placed) -> None:
         vehicle = placed.vehicle
         if isinstance(placed.place, OnRoad):
             departure = placed.place.departure

@@ -1,17 +1,17 @@
 """What `nlosim check` finds in a SUMO scene."""
 
-import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from adapters.sumo.checks.demand import DemandElements, Scene
+from adapters.sumo.checks.departures import UNSORTED, Departures
 from adapters.sumo.checks.findings import Findings
 from adapters.sumo.checks.net import NetElements, Roads
 from adapters.sumo.checks.polygons import HEIGHTS, SHAPES, PolygonReader
 from adapters.sumo.checks.reading import WellFormed, read
-from adapters.sumo.files import FileKind, NamedFile, SceneFiles, read_scene, resolved
+from adapters.sumo.files import FileKind, NamedFile, SceneFiles, read_scene
 from adapters.sumo.probing import probe
 from orchestrator.errors import Location, Problem
 
@@ -53,14 +53,13 @@ def check_scene(config: Path, *, thorough: bool) -> SceneCheck:
             if nothing else is wrong.
     """
     files, problems = read_scene(config)
-    forgiven = {SHAPES, HEIGHTS}
+    forgiven = {SHAPES, HEIGHTS, UNSORTED}
     if files.is_on("ignore-route-errors"):
         forgiven.add("unknown edges")
     findings = Findings(forgiven=frozenset(forgiven))
     scene = Scene(findings, Roads(), PolygonReader(findings))
     unreadable = _read_contents(files, scene)
-    homeless = _without_folder(files)
-    problems = sorted({*problems, *unreadable, *homeless, *findings.problems()}, key=_place)
+    problems = sorted({*problems, *unreadable, *findings.problems()}, key=_place)
     if files.is_on("mesosim"):
         findings.remark(files.settings["mesosim"].where, _MESOSCOPIC)
     remarks = findings.all_remarks()
@@ -78,20 +77,6 @@ def check_scene(config: Path, *, thorough: bool) -> SceneCheck:
     )
 
 
-def _without_folder(files: SceneFiles) -> Iterator[Problem]:
-    """Outputs that SUMO could not write: it makes no folders."""
-    prefix = files.settings.get("output-prefix")  # may have folders of its own
-    for each in files.outputs:
-        name = each.path.name if prefix is None else prefix.value + each.path.name
-        folder = resolved(each.path.parent, name).parent
-        if not folder.is_dir():
-            what = f"`{each.named_by}`: the folder {folder} does not exist; make it, or write NUL"
-            yield Problem(each.where, what)
-        elif not os.access(folder, os.W_OK):
-            what = f"`{each.named_by}`: nothing can be written to the folder {folder}"
-            yield Problem(each.where, what)
-
-
 def inputs_of(config: Path) -> tuple[Path, ...]:
     """The configuration and every existing file that SUMO reads because of it."""
     return read_scene(config)[0].paths()
@@ -103,7 +88,7 @@ def _read_contents(files: SceneFiles, scene: Scene) -> list[Problem]:
     net = NetElements(scene.findings, scene.roads)
     present = [each for each in files.inputs if each.path.is_file()]
     for each in present:
-        problems = _read(each, net, scene)
+        problems = _read(each, net, scene, in_parts=files.reads_routes_in_parts)
         unreadable += problems
         if each.kind is FileKind.NET and not problems:
             net.finish()
@@ -114,12 +99,13 @@ def _read_contents(files: SceneFiles, scene: Scene) -> list[Problem]:
     return unreadable
 
 
-def _read(each: NamedFile, net: NetElements, scene: Scene) -> list[Problem]:
+def _read(each: NamedFile, net: NetElements, scene: Scene, *, in_parts: bool) -> list[Problem]:
     match each.kind:
         case FileKind.NET:
             return read(each.path, net)
         case FileKind.ROUTES:
-            return read(each.path, DemandElements(scene, "routes"))
+            departures = Departures(scene.findings) if in_parts else None
+            return read(each.path, DemandElements(scene, "routes", departures))
         case FileKind.ADDITIONAL:
             return read(each.path, DemandElements(scene, "additional"))
         case _:

@@ -18,11 +18,13 @@ from orchestrator.randomness import stream
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.installed import scenario_path
 from orchestrator.scenario.model import ComponentUse, Scenario
-from orchestrator.scenario.units import duration, format_duration
+from orchestrator.scenario.units import UnitError, duration, format_duration
 from orchestrator.signal import Causality, Connector, Signals
 
 _DRAWN: Final = ("vehicle.position", "road.vertex", "building.vertex")
 """A component with these outputs is a source of traffic."""
+
+_PICTURES: Final = (".png", ".svg", ".pdf")
 
 _NEW: Final = """\
 The scenario has all traffic of the scene, a radio in every vehicle, BSMs and the radio channel, and
@@ -86,9 +88,17 @@ def show(arguments: argparse.Namespace) -> Outcome:
     """Draw a scene."""
     from adapters.traffic.drawing import draw  # noqa: PLC0415 - it takes a second
 
-    scenario = load_scenario(scenario_path(arguments.scenario), arguments.overrides)
-    elapsed = 0 if arguments.at is None else duration(arguments.at)
-    seed = scenario.seed if arguments.seed is None else arguments.seed
+    overrides = list(arguments.overrides)
+    if arguments.seed is not None:
+        overrides.append(f"seed={arguments.seed}")
+    try:
+        elapsed = 0 if arguments.at is None else duration(arguments.at)
+    except UnitError as error:
+        return failure("scene", Exit.WRONG_INPUT, f"`--at`: {error}")
+    if what := _unwritable(arguments.out):
+        return failure("scene", Exit.WRONG_INPUT, f"`--out`: {what}")
+    scenario = load_scenario(scenario_path(arguments.scenario), overrides)
+    seed = scenario.seed
     for use in scenario.components.values():
         component = use.type.create(use.name, use.values)
         try:
@@ -109,6 +119,15 @@ def show(arguments: argparse.Namespace) -> Outcome:
         )
     what = "no component of the scenario is a source of traffic: none has `vehicle` and `road`"
     return failure("scene", Exit.WRONG_INPUT, what)
+
+
+def _unwritable(out: Path) -> str | None:
+    """Why no picture can be written to a path; `None` if it can."""
+    if out.suffix.lower() not in _PICTURES:
+        return f"{out} is no picture; end its name with {', '.join(_PICTURES)}"
+    if not out.absolute().parent.is_dir():
+        return f"there is no folder {out.parent}"
+    return None
 
 
 def _is_traffic(connectors: Mapping[str, Connector]) -> bool:

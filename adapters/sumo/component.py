@@ -1,7 +1,9 @@
 """The component: SUMO traffic, entities that a scenario declares, and egos that policies drive."""
 
+import fnmatch
 import logging
-from collections.abc import Iterable, Iterator, Mapping
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Final, TypeAlias
 
@@ -10,6 +12,7 @@ from typing_extensions import override
 
 from adapters.sumo import connection
 from adapters.sumo.checking import check_scene
+from adapters.sumo.checks.outputs import unwritable
 from adapters.sumo.checks.references import missing_references, names_taken
 from adapters.sumo.connectors import connectors
 from adapters.sumo.declarations import misdeclared
@@ -20,12 +23,13 @@ from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.traffic import Traffic
 from orchestrator.errors import Location, ParameterError, ParameterProblem, Problem
-from orchestrator.input_files import FileCheck, FileReadingComponent
+from orchestrator.input_files import FileCheck, FileReadingComponent, Finding
 from orchestrator.signal import Connector, Signals
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, Time, nanoseconds, seconds
 
 logger = logging.getLogger(__name__)
 
+_ADDRESS: Final = re.compile(r".+:\d+")
 _MILLISECOND: Final = nanoseconds("0.001")
 
 
@@ -63,16 +67,18 @@ class SumoTraffic(FileReadingComponent):
     @override
     def check_files(cls, parameters: TrafficParameters, *, thorough: bool) -> FileCheck:
         found = check_scene(parameters.scene, thorough=thorough and not parameters.traci)
-        wrong = (
+        wrong: tuple[Finding, ...] = (
+            *(() if parameters.traci else unwritable(found.files)),
             *missing_references(parameters.entities, found.roads, found.types),
             *names_taken(parameters.entities, found.declared),
             *_mesoscopic(parameters, found.files),
         )
         has_own = bool(parameters.entities) or parameters.background is not None
-        remarks = found.remarks
+        remarks: tuple[Finding, ...] = found.remarks
         if found.is_empty and not has_own:
             what = "neither the scene nor `entities` or `background` bring a vehicle or a person"
             remarks = (*remarks, Problem(Location(str(parameters.scene), 1, 1), what))
+        remarks = (*remarks, *_idle_rules(parameters, found.types))
         return FileCheck(problems=(*found.problems, *wrong), remarks=remarks)
 
     @override
@@ -149,6 +155,16 @@ class SumoTraffic(FileReadingComponent):
         )
 
 
+def _idle_rules(
+    parameters: TrafficParameters, types: Collection[str]
+) -> Iterator[ParameterProblem]:
+    """Rules of equipment for types that the scene does not have."""
+    for name, rule in parameters.equipment.items():
+        if rule is not None and not fnmatch.filter(types, rule.types):
+            what = f"no vehicle type of the scene matches `{rule.types}`: the rule has no effect"
+            yield ParameterProblem(("equipment", name, "types"), what)
+
+
 def _mesoscopic(parameters: TrafficParameters, files: SceneFiles) -> Iterator[ParameterProblem]:
     """Whoever would have to be on a lane of a scene that simulates queues."""
     for key in ("entities", "background"):
@@ -174,6 +190,13 @@ def _check(parameters: TrafficParameters) -> None:
     if step_length % _MILLISECOND:
         what = f"is {parameters.step_length:g} s; SUMO counts whole milliseconds"
         problems.append(ParameterProblem(("step_length",), what))
+    given = parameters.traci
+    if given and not _ADDRESS.fullmatch(given):
+        what = f"is `{given}`; write HOST:PORT, for example localhost:8813"
+        problems.append(ParameterProblem(("traci",), what))
+    if given and parameters.program != "libsumo":
+        what = "`traci` joins a program that runs already; leave one of them out"
+        problems.append(ParameterProblem(("program",), what))
     problems += misdeclared(parameters.entities)
     if problems:
         raise ParameterError(problems)

@@ -24,7 +24,12 @@ def misdeclared(entities: Mapping[str, Entity | None]) -> Iterator[ParameterProb
         if entity.is_driven and name in RESERVED:
             what = "is the name of other connectors; call the entity otherwise"
             yield ParameterProblem(("entities", name), what, at_key=True)
-        found = (*_of(name, entity), *_names(entity, entities), *_without_effect(entity))
+        found = (
+            *_of(name, entity),
+            *_names(entity, entities),
+            *_others(name, entity, entities),
+            *_without_effect(entity),
+        )
         for key, what in found:
             yield ParameterProblem(("entities", name, *key.split(".")), what)
     yield from _at_one_place(entities)
@@ -41,9 +46,9 @@ def _of(name: str, entity: Entity) -> Iterator[tuple[str, str]]:
     if entity.route and entity.to:
         yield "to", "there are both `route` and `to`; leave one out"
     if entity.synchronise is not None:
-        yield from _synchronise(name, entity.synchronise)
+        yield from _synchronise(entity.synchronise)
     if entity.finish is not None:
-        yield from _finish(name, entity.finish)
+        yield from _finish(entity.finish)
         if not entity.is_driven:
             yield "finish", "is for driven entities: write `controller: policy`, or leave it out"
 
@@ -108,20 +113,35 @@ def _times(entity: Entity) -> Iterator[tuple[str, str]]:
         yield "trajectory", f"the times must increase, got {times}"
 
 
-def _synchronise(name: str, wanted: Synchronise) -> Iterator[tuple[str, str]]:
-    if wanted.entity == name:
-        yield "synchronise.entity", "is the entity itself; name another one"
+def _synchronise(wanted: Synchronise) -> Iterator[tuple[str, str]]:
     if wanted.min_speed > wanted.max_speed:
         yield "synchronise.min_speed", "is above `max_speed`"
     if (wanted.x is None) != (wanted.y is None):
         yield "synchronise", "has only one of `x` and `y`; write both"
 
 
-def _finish(name: str, wanted: Finish) -> Iterator[tuple[str, str]]:
-    if wanted.crossing == name:
-        yield "finish.crossing", "is the entity itself; name another one"
+def _finish(wanted: Finish) -> Iterator[tuple[str, str]]:
     if (wanted.x is None) != (wanted.y is None):
         yield "finish", "has only one of `x` and `y`; write both"
+
+
+def _others(
+    name: str, entity: Entity, entities: Mapping[str, Entity | None]
+) -> Iterator[tuple[str, str]]:
+    """Whether those whose way matters have one."""
+    wanted = {}
+    if entity.synchronise is not None:
+        wanted["synchronise.entity"] = entity.synchronise.entity
+    if entity.finish is not None:
+        wanted["finish.crossing"] = entity.finish.crossing
+    for key, other in wanted.items():
+        found = entities.get(other)
+        if other == name:
+            yield key, "is the entity itself; name another one"
+        elif found is not None and not found.position.lane:
+            yield key, f"`{other}` is placed by coordinates and has no way; name one on a lane"
+        elif key == "synchronise.entity" and found is not None and not found.presence:
+            yield key, f"`{other}` never takes part: its `presence` is 0"
 
 
 def _actions(entity: Entity) -> list[str]:

@@ -12,6 +12,9 @@ from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, nanoseconds
 _STEP: Final = nanoseconds("0.1")
 """The step of traffic whose configuration is silent: radios send ten BSMs a second."""
 
+_SHORTEST, _LONGEST = nanoseconds("0.001"), nanoseconds("10")
+"""Steps that `sumo-traffic` takes."""
+
 _SHOWN: Final = 8
 """Names of outputs that are written out."""
 
@@ -44,12 +47,13 @@ def draft(files: SceneFiles, folder: Path) -> Draft:
     start = files.begin or 0
     step, note = _step(files.step_length)
     assumed.append(note)
-    radio = min(_RADIO_STEP, step)
-    whole = math.lcm(step, radio)  # both steps divide the simulated time
-    span = (_SHORT if files.end is None else files.end - start) // whole * whole or whole
-    if files.end is None:
-        assumed.append(f"the scene sets no end: the run takes {format_duration(span)}")
+    grid = math.lcm(step, _radio_step(step))
+    if files.end is None or files.end < start + grid:
+        stop = start + max(_SHORT - _SHORT % grid, grid)
+        what = "sets no end" if files.end is None else "ends within its first step"
+        assumed.append(f"the scene {what}: the run takes {format_duration(stop - start)}")
     else:
+        stop = files.end - (files.end - start) % grid
         assumed.append("time is that of the scene, from its begin to its end")
     said = "" if files.seed is None else f"; for the scene's own set `sumo_seed: {files.seed}`"
     assumed += [
@@ -67,8 +71,8 @@ def draft(files: SceneFiles, folder: Path) -> Draft:
         )
     scene = files.config.absolute()
     scene = scene.relative_to(folder) if scene.is_relative_to(folder) else scene
-    times = f"{{start: {format_duration(start)}, stop: {format_duration(start + span)}}}"
-    return Draft(text=_text(scene, times, (step, radio), assumed), assumptions=tuple(assumed))
+    times = f"{{start: {format_duration(start)}, stop: {format_duration(stop)}}}"
+    return Draft(text=_text(scene, times, step, assumed), assumptions=tuple(assumed))
 
 
 def _step(said: Duration | None) -> tuple[Duration, str]:
@@ -78,13 +82,23 @@ def _step(said: Duration | None) -> tuple[Duration, str]:
             "the scene leaves SUMO's step at 1 s: here it is 100 ms, so that radios meet vehicles "
             "where they are; trajectories differ from those of `sumo -c`"
         )
+    if said % _SHORTEST or not _SHORTEST <= said <= _LONGEST:
+        return _STEP, (
+            f"SUMO's step is 100 ms, not the scene's, {format_duration(said)}, which is not a "
+            "whole number of milliseconds up to 10 s"
+        )
     return said, f"SUMO's step is that of the scene, {format_duration(said)}"
 
 
-def _text(scene: Path, times: str, steps: tuple[Duration, Duration], assumed: list[str]) -> str:
-    own, radio = map(format_duration, steps)
+def _radio_step(step: Duration) -> Duration:
+    return min(_RADIO_STEP, step)
+
+
+def _text(scene: Path, times: str, step: Duration, assumed: list[str]) -> str:
+    radio = format_duration(_radio_step(step))
     notes = "\n".join(f"#   * {each}" for each in assumed)
     title = scene.name.removesuffix(".sumocfg")
+    own = format_duration(step)
     return f"""\
 # Made by `nlosim scene new {scene.name}`. What it takes for granted:
 {notes}

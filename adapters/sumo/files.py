@@ -98,6 +98,12 @@ class SceneFiles:
         text = self.settings["seed"].value if "seed" in self.settings else ""
         return int(text) if text.removeprefix("-").isdecimal() else None
 
+    @property
+    def reads_routes_in_parts(self) -> bool:
+        """Whether SUMO reads route files while it simulates: unless `route-steps` is 0 or less."""
+        steps = self._time("route-steps")
+        return steps is None or steps > 0
+
     def is_on(self, option: str) -> bool:
         """Whether a switch is set."""
         text = self.settings[option].value if option in self.settings else ""

@@ -334,7 +334,8 @@ class Placement:
         if used_by != _EVERYWHERE and not self._sumo.allows(lane, used_by):
             raise SumoError(
                 f"`position.lane`: `{lane}` is not for the class `{used_by}`, to which the type "
-                f"`{kind.name}` belongs"
+                f"`{kind.name}` belongs; it is open to "
+                f"{', '.join(sorted(self._sumo.allowed(lane))) or 'nobody'}"
             )
         length = self._sumo.lane_length(lane)
         if length < kind.length:
@@ -345,9 +346,8 @@ class Placement:
         return lane
 
     def _edge(self, edge: str, parameter: str) -> None:
-        edges = self._sumo.edges()
-        if edge not in edges:
-            raise SumoError(f"`{parameter}`: {_missing('edge', edge, edges)}")
+        if not self._sumo.has_edge(edge):
+            raise SumoError(f"`{parameter}`: {_missing('edge', edge, self._sumo.edges())}")
 
     def _type(self, name: str) -> VehicleType:
         if name not in self._types:

@@ -121,27 +121,46 @@ def check_places(
         SumoError: where an antenna cannot be, and what to change; all of them.
     """
     problems = []
+    walls, lanes = _Rings(buildings.vertex, buildings.index), _Rings(road.vertex, road.index)
     for unit in units:
         x, y, antenna_height = unit.x, unit.y, unit.antenna_height
         place = f"`entities.{unit.name}`: the roadside unit at ({x:g}, {y:g}) m"
-        around = [
-            float(height)
-            for building, height in enumerate(buildings.height)
-            if contains(buildings.vertex[buildings.index == building], x, y)
-        ]
-        rings = (road.vertex[road.index == ring] for ring in np.unique(road.index))
+        around = [float(buildings.height[building]) for building in walls.around(x, y)]
         if around and antenna_height <= max(around):
             problems.append(
                 f"{place} is inside a building of {max(around):g} m; move it out, or raise "
                 f"`antenna_height`, {antenna_height:g} m, above the roof"
             )
-        elif antenna_height <= tallest and any(contains(ring, x, y) for ring in rings):
+        elif antenna_height <= tallest and lanes.around(x, y):
             problems.append(
                 f"{place} is on the road, where vehicles are up to {tallest:g} m high; move it off "
                 f"the road, or raise `antenna_height`, {antenna_height:g} m, above them"
             )
     if problems:
         raise SumoError("\n".join(problems))
+
+
+class _Rings:
+    """Polygons of which few are near any point.
+
+    Args:
+        vertex: corners of all, one polygon after the other [m], shape (vertex, 2).
+        index: the polygon of each, ascending, shape (vertex,).
+    """
+
+    def __init__(self, vertex: Float, index: npt.NDArray[np.int32]) -> None:
+        self._names, starts = np.unique(index, return_index=True)
+        self._parts = np.split(vertex, starts[1:])
+        self._low = np.array([part.min(axis=0) for part in self._parts if len(part)])
+        self._high = np.array([part.max(axis=0) for part in self._parts if len(part)])
+
+    def around(self, x: float, y: float) -> list[int]:
+        """The polygons that contain the point x, y [m]."""
+        if not len(self._names):
+            return []
+        at = (x, y)
+        near = np.flatnonzero(((self._low <= at) & (at <= self._high)).all(axis=1))
+        return [int(self._names[k]) for k in near if contains(self._parts[k], x, y)]
 
 
 def contains(ring: Float, x: float, y: float) -> bool:

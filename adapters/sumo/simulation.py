@@ -103,6 +103,7 @@ class Sumo:
         self._route, self._simulation = modules.route, modules.simulation
         self._lights, self._vehicle = modules.trafficlight, modules.vehicle
         self._type = modules.vehicletype
+        self._edges: dict[str, None] | None = None
         self._lanes: dict[str, None] | None = None
         if origin is None:
             origin = _origin_of(*self._simulation.getNetBoundary())
@@ -147,7 +148,15 @@ class Sumo:
 
     def edges(self) -> list[str]:
         """Edges outside junctions, sorted by name."""
-        return sorted(edge for edge in self._edge.getIDList() if not edge.startswith(":"))
+        if self._edges is None:
+            names = (edge for edge in self._edge.getIDList() if not edge.startswith(":"))
+            self._edges = dict.fromkeys(sorted(names))
+        return list(self._edges)
+
+    def has_edge(self, edge: str) -> bool:
+        """Whether the net has `edge`, outside junctions."""
+        self.edges()
+        return edge in (self._edges or {})
 
     def edge_of(self, lane: str) -> str:
         """The edge that `lane` belongs to."""

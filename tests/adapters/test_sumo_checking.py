@@ -215,6 +215,15 @@ def test_polygons_that_are_no_buildings_are_counted(folder: Folder) -> None:
     ]
 
 
+def test_loads_are_left_out_and_said(folder: Folder) -> None:
+    load = '<container id="{}" depart="0"><tranship from="south_in" to="north_out"/></container>'
+    check = folder.routes(load.format("a"), load.format("b"))
+    assert check.problems == ()
+    assert said(check.remarks) == [
+        f"{ROUTES}:2:1: 2 containers or flows of them are left out: loads are no road users"
+    ]
+
+
 def test_of_very_many_problems_the_rest_is_counted(folder: Folder) -> None:
     check = folder.routes(
         *(f'<trip id="{k}" depart="0" from="x" to="north_out"/>' for k in range(MOST + 1480))
@@ -264,3 +273,41 @@ def test_no_damaged_file_raises(
     victim.write_bytes(raw)
     for problem in check_scene(folder / "red_light.sumocfg", thorough=False).problems:
         assert Path(problem.where.file).parent == folder
+
+
+UNSORTED = """\
+<routes>
+<vehicle id="a" depart="10"><route edges="south_in north_out"/></vehicle>
+<vehicle id="b" depart="5"><route edges="south_in north_out"/></vehicle>
+<person id="p" depart="triggered"><walk edges="south_in"/></person>
+<trip id="t" depart="0:00:12" from="south_in" to="north_out"/>
+<flow id="f" begin="11" end="20" period="3" from="south_in" to="north_out"/>
+<personFlow id="g" begin="12" end="20" period="3"><walk edges="south_in"/></personFlow>
+</routes>
+"""
+
+
+def test_who_stands_behind_one_that_departs_later_is_left_out_and_said(folder: Folder) -> None:
+    """As SUMO does: it ignores `b` and `f`, and says so only once it has read that far."""
+    folder.write(ROUTES, UNSORTED)
+    check = check_scene(folder.config(routes=ROUTES), thorough=False)
+    late = "{} is left out by SUMO: it departs at {} s, and stands behind one that departs at {} s"
+    assert check.problems == ()
+    assert said(check.remarks) == [
+        f"{ROUTES}:3:1: {late.format('vehicle `b`', 5, 10)}; sort the file by departure",
+        f"{ROUTES}:6:1: {late.format('flow `f`', 11, 12)}; sort the file by departure",
+    ]
+
+
+@pytest.mark.parametrize("how", ["all at once", "in an additional file"])
+def test_where_sumo_reads_all_demand_first_the_order_does_not_matter(
+    how: str, folder: Folder
+) -> None:
+    if how == "all at once":
+        folder.write(ROUTES, UNSORTED)
+        config = folder.config(routes=ROUTES, more='<route-steps value="0"/>')
+    else:
+        folder.write(SHAPES, UNSORTED.replace("routes>", "additional>"))
+        config = folder.config(additional=SHAPES)
+    check = check_scene(config, thorough=False)
+    assert (check.problems, check.remarks) == ((), ())

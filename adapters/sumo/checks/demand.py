@@ -7,6 +7,7 @@ from typing import Final
 
 from typing_extensions import override
 
+from adapters.sumo.checks.departures import Departures
 from adapters.sumo.checks.findings import Findings
 from adapters.sumo.checks.net import Roads
 from adapters.sumo.checks.polygons import PolygonReader
@@ -50,6 +51,7 @@ _LANES: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
 _TRAFFIC: Final = frozenset(
     {"vehicle", "trip", "flow", "person", "personFlow", "container", "containerFlow"}
 )
+_LOADS: Final = frozenset({"container", "containerFlow"})
 DISTRIBUTION: Final = "vTypeDistribution"
 _TYPES: Final = frozenset({"vType", DISTRIBUTION})
 _ROUTES: Final = frozenset({"route", "routeDistribution"})
@@ -76,12 +78,14 @@ class Scene:
         roads: of the net; edges and lanes are looked up if it is complete.
         polygons: reads the polygons.
         traffic: how many vehicles, trips, flows, persons and containers are declared.
+        loads: how many of them are containers, and where the first one is.
     """
 
     findings: Findings
     roads: Roads
     polygons: PolygonReader
     traffic: int = 0
+    loads: tuple[int, Location] | None = None
     types: set[str] = field(default_factory=lambda: set(DEFAULT_TYPES))
     distributions: set[str] = field(default_factory=set)
     routes: set[str] = field(default_factory=set)
@@ -90,7 +94,11 @@ class Scene:
     wanted_routes: list[tuple[str, str, Location]] = field(default_factory=list)
 
     def finish(self) -> None:
-        """All files have been read to their ends: what nobody has declared."""
+        """All files have been read to their ends: what nobody has declared, what is left out."""
+        if self.loads is not None:
+            count, where = self.loads
+            noun = "container is" if count == 1 else "containers or flows of them are"
+            self.findings.remark(where, f"{count} {noun} left out: loads are no road users")
         for name, user, where in self.wanted_types:
             if name not in self.types:
                 what = (
@@ -110,12 +118,14 @@ class DemandElements(Elements):
     Args:
         scene: what has been read so far.
         wanted: `routes` or `additional`.
+        departures: look at their order; `None` if it does not matter.
     """
 
-    def __init__(self, scene: Scene, wanted: str) -> None:
+    def __init__(self, scene: Scene, wanted: str, departures: Departures | None = None) -> None:
         super().__init__()
         self._scene = scene
         self._wanted = wanted
+        self._departures = departures
 
     @override
     def root(self, name: str, attributes: Attributes) -> bool:
@@ -130,6 +140,8 @@ class DemandElements(Elements):
         user = f"{name} `{attributes['id']}`" if "id" in attributes else name
         self._declare(name, user, attributes)
         self._refer(name, user, attributes)
+        if self._departures is not None:
+            self._departures.note(name, user, attributes, self._here())
         if self._scene.roads.complete:
             roads = self._scene.roads
             self._look_up("edge", roads.edges, _EDGES.get(name, ()), user, attributes)
@@ -142,6 +154,9 @@ class DemandElements(Elements):
     def _declare(self, name: str, user: str, attributes: Attributes) -> None:
         scene = self._scene
         scene.traffic += name in _TRAFFIC
+        if name in _LOADS:
+            count, first = scene.loads or (0, self._here())
+            scene.loads = (count + 1, first)
         if name not in _ONE_OF or "id" not in attributes:
             return
         if name in _TYPES:
