@@ -14,6 +14,7 @@ from orchestrator.timebase import nanoseconds
 from tests.adapters.sumo_runs import scene
 
 MS = 1_000_000
+NONE, WITHIN = "sets no end", "ends within its first step"
 
 
 def drafted(folder: Path, config: Path) -> tuple[Draft, Scenario]:
@@ -28,28 +29,32 @@ def drafted(folder: Path, config: Path) -> tuple[Draft, Scenario]:
 
 @dataclass(frozen=True)
 class Times:
-    """What the configuration says, and times [s] and steps [ns] of the scenario."""
+    """What the configuration says, times [s] and steps [ns] of the scenario, and why it ends."""
 
     said: str
     start: str
     stop: str
     traffic: int = 100 * MS
     radio: int = 10 * MS
+    ending: str = ""
 
 
 @pytest.mark.parametrize(
     "times",
     [
-        Times("", "0", "60"),
-        Times('<end value="-1"/>', "0", "60"),
-        Times('<begin value="16:00:00"/>', "57600", "57660"),
+        Times("", "0", "60", ending=NONE),
+        Times('<end value="-1"/>', "0", "60", ending=NONE),
+        Times('<begin value="16:00:00"/>', "57600", "57660", ending=NONE),
         Times('<begin value="5"/><end value="7.25"/>', "5", "7.2"),
         Times('<begin value="5.05"/><end value="7.05"/>', "5.05", "7.05"),
-        Times('<begin value="5"/><end value="5.04"/>', "5", "5.1"),
+        Times('<begin value="5"/><end value="5.1"/>', "5", "5.1"),
+        Times('<begin value="5"/><end value="5.04"/>', "5", "65", ending=WITHIN),
+        Times('<begin value="5"/><end value="4"/>', "5", "65", ending=WITHIN),
+        Times('<step-length value="10"/><end value="9"/>', "0", "60", 10_000 * MS, ending=WITHIN),
         Times('<step-length value="1"/><end value="9.5"/>', "0", "9", 1000 * MS),
-        Times('<step-length value="0.7"/>', "0", "59.5", 700 * MS),
+        Times('<step-length value="0.7"/>', "0", "59.5", 700 * MS, ending=NONE),
         Times('<step-length value="0.015"/><end value="0.1"/>', "0", "0.09", 15 * MS),
-        Times('<step-length value="0.005"/>', "0", "60", 5 * MS, 5 * MS),
+        Times('<step-length value="0.005"/>', "0", "60", 5 * MS, 5 * MS, ending=NONE),
     ],
     ids=lambda times: times.said,
 )
@@ -60,14 +65,13 @@ def test_times_and_steps_are_those_of_the_scene(tmp_path: Path, times: Times) ->
     steps = {name: use.step for name, use in scenario.components.items()}
     assert steps == {"traffic": times.traffic, "facilities": times.radio, "channel": times.radio}
     assert scenario.components["traffic"].values["step_length"] == times.traffic / 1e9
-    step_is_said = any("SUMO's step is that of the scene" in each for each in made.assumptions)
+    step_is_said = made.assumptions[0].startswith("SUMO's step is that of the scene")
     assert step_is_said == ("step-length" in times.said)
-    takes = (
-        f"the scene sets no end: the run takes {format_duration(scenario.stop - scenario.start)}"
-    )
-    has_end = "end value" in times.said and "-1" not in times.said
+    takes = f"the run takes {format_duration(scenario.stop - scenario.start)}"
     of_the_scene = "time is that of the scene, from its begin to its end"
-    assert (takes in made.assumptions, of_the_scene in made.assumptions) == (not has_end, has_end)
+    assert made.assumptions[1] == (
+        f"the scene {times.ending}: {takes}" if times.ending else of_the_scene
+    )
 
 
 def test_everybody_with_an_engine_has_a_radio_and_their_bsms_go_over_the_channel(
