@@ -20,7 +20,7 @@ _CODES: Final[Mapping[str, int]] = MappingProxyType(
 class Lights:
     """All signals of all traffic lights, light by light in the order of their names.
 
-    Signals that no lane leads to, of pedestrian crossings for example, are left out.
+    Signals that no lane outside junctions leads to, those of pedestrian crossings, are left out.
     """
 
     def __init__(self, sumo: Sumo) -> None:
@@ -31,7 +31,7 @@ class Lights:
         for number, light in enumerate(self._names):
             used = []
             for k, lane in enumerate(sumo.controlled_lanes(light)):
-                if not lane:
+                if not lane or lane.startswith(":"):
                     continue
                 shape = sumo.lane_shape(lane)
                 way = shape[-1] - shape[-2] if len(shape) > 1 else np.array([1.0, 0.0])

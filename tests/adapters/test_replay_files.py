@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from adapters.replay.kinds import CLASSES, DEFAULT_TYPES
+from adapters.replay.snapshot import file_time
 from adapters.traffic.bodies import Body
 from orchestrator.cli import main
 from orchestrator.errors import ComponentTypeError
@@ -229,17 +230,19 @@ a.csv:1:1: column `lenght` is not known; is `length` meant?""",
         "a.csv",
         f"""{HEADER},width
 a,1,0,0,0,0,bus,-2
+z,1,0,0,0,0,bus,0
 b,0.5,0,0,0,0,bus,
 b,0.5,inf,0,0,0,bus,1
 c,,0,0,0,0,bus,1
 d,2,0
 """,
         """a.csv:2:1: `width` is `-2`, a positive number of metres is needed
-a.csv:3:1: time 0.5 s comes after 1 s; the file must be sorted by time
-a.csv:4:1: `b` is there 2 times at the same time
-a.csv:4:1: `x` is `inf`, a finite number is needed
-a.csv:5:1: `time` is missing
-a.csv:6:1: 3 cells, but there are 8 columns""",
+a.csv:3:1: `width` is `0`, a positive number of metres is needed
+a.csv:4:1: time 0.5 s comes after 1 s; the file must be sorted by time
+a.csv:5:1: `b` is there 2 times at the same time
+a.csv:5:1: `x` is `inf`, a finite number is needed
+a.csv:6:1: `time` is missing
+a.csv:7:1: 3 cells, but there are 8 columns""",
     ),
     (
         "a.csv",
@@ -267,12 +270,47 @@ def test_what_is_wrong_with_a_file_is_said_with_its_place(
     assert re.fullmatch(pattern, found), found
 
 
+@pytest.mark.parametrize(
+    ("cell", "time"),
+    [
+        (" 0.1 ", 100_000_000),
+        (0.1, 100_000_000),
+        ("1e-9", 1),
+        ("0.0000000015", 2),
+        (-3, -3_000_000_000),
+        ("4e9", 4 * 10**18),
+        ("-4e9", -4 * 10**18),
+        ("4000000000.000000001", None),
+        (4.1e9, None),
+        ("1e400", None),
+        ("inf", None),
+        (float("nan"), None),
+        ("0:01", None),
+        ("", None),
+        (None, None),
+    ],
+)
+def test_times_are_decimal_seconds_that_fit_into_nanoseconds(
+    cell: object, time: int | None
+) -> None:
+    """To the nearest one, up to four thousand million seconds in both directions."""
+    assert file_time(cell) == time
+
+
 def test_of_many_problems_twenty_are_shown(tmp_path: Path) -> None:
     rows = [f"v{k},0,x,0,0,0,bus" for k in range(33)]
     (tmp_path / "a.csv").write_text("\n".join([HEADER, *rows]))
     lines = refused({"file": tmp_path / "a.csv"}).splitlines()
     assert len(lines) == 21
     assert lines[-1] == "... and 13 more problems in this file"
+
+
+def test_a_file_of_types_has_the_root_of_one(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(f"{HEADER}\na,0,0,0,0,0,bus\n")
+    (tmp_path / "t.xml").write_text('\n <net><vType id="mine"/></net>')
+    text = refused({"file": tmp_path / "a.csv", "types_file": tmp_path / "t.xml"})
+    expected = "t.xml:2:2: `<net>` is no SUMO file of types, whose root is `<additional>`"
+    assert text.endswith(expected)
 
 
 def test_what_is_wrong_with_types_and_surroundings_is_said_at_once(tmp_path: Path) -> None:

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from adapters.replay.motion import Interpolation, between
+from adapters.replay.tracks import SAMPLE
 from orchestrator.signal import Signals
 from orchestrator.testing import check_component
 from tests.adapters.traces import Sample, array, entered, replay, states, write_csv, write_fcd
@@ -81,6 +83,23 @@ def test_a_heading_turns_on_the_shorter_arc(
     turned = math.degrees(array(found, "heading")[0]) - between
     assert (turned + 180.0) % 360.0 - 180.0 == pytest.approx(0.0, abs=1e-9)
     assert np.hypot(*array(found, "velocity")[0]) == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize("interpolation", ["linear", "hold"])
+def test_samples_stay_as_they_are(interpolation: Interpolation) -> None:
+    """What is between two samples is an array of its own; the sample itself is exact."""
+    last, following = np.zeros(1, SAMPLE), np.zeros(1, SAMPLE)
+    last["heading"], following["time"] = 0.1, 1000
+    following["center"], following["speed"], following["heading"] = (4.0, 8.0), 2.0, 0.3
+    before = last.copy(), following.copy()
+    found = between(last, following, 250, interpolation)
+    is_moving = interpolation == "linear"
+    assert found["center"].tolist() == ([[1.0, 2.0]] if is_moving else [[0.0, 0.0]])
+    assert found["heading"].tolist() == pytest.approx([0.15 if is_moving else 0.1])
+    found["speed"] = 99.0
+    for samples, kept in zip((last, following), before, strict=True):
+        assert bool((samples == kept).all())
+    assert bool((between(last, following, 0, interpolation) == last).all())
 
 
 def test_hold_shows_the_last_sample(tmp_path: Path) -> None:

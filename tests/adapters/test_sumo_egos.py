@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from adapters.sumo.entities import Entity, Finish, Synchronise
+from adapters.sumo.entities import Dynamics, Entity, Finish, Position, Synchronise
 from orchestrator.distribution import Constant
 from tests.adapters.sumo_runs import (
     BRAKE,
@@ -85,6 +85,30 @@ def test_two_egos_that_collide_are_each_others_partners(tmp_path: Path) -> None:
     assert not run.series("other.collision").any()
     np.testing.assert_array_equal(run.series("front.gap"), run.series("rear.gap"))
     assert not run.series("encounter.over").any()
+
+
+def test_an_ego_that_enters_where_somebody_stands_collides_at_that_time(tmp_path: Path) -> None:
+    """At the start, not in the step after it."""
+    on_foot = Entity(type="DEFAULT_PEDTYPE", position=Position(x=-143.0, y=-1.6))
+    entities = {"a": driven("east_1_0", 60.0), "stands": on_foot}
+    run = simulate(scene(tmp_path), 0.2, entities)
+    assert set(run.series("a.collision_time")) == {0.0}
+    assert set(run.series("a.collision_partner")) == {run.number["stands"]}
+    assert run.series("a.gap")[0] == 0.0
+
+
+@pytest.mark.parametrize(("pedals", "steering"), [(0.0, 0.0), (0.5, 0.0), (0.0, 1.0), (0.3, 0.7)])
+def test_pedals_and_steering_answer_after_their_own_dead_times(
+    tmp_path: Path, pedals: float, steering: float
+) -> None:
+    """To a command that holds from the start on; speed and heading are constant until then."""
+    dynamics = Dynamics(pedal_delay=pedals, steering_delay=steering)
+    entities = {"a": driven("east_1_0", 60.0, dynamics=dynamics)}
+    run = simulate(scene(tmp_path), 2.0, entities, policy=lambda _: {"a": (0.0, 1.0, 0.3)}, h=FINE)
+    for signal, delay in (("speed", pedals), ("heading", steering)):
+        values = run.series(f"a.{signal}")
+        differs = np.flatnonzero(values != values[0])
+        assert differs[0] == round(delay * 1e9 / FINE) + 1
 
 
 def test_the_encounter_is_over_when_it_is_for_all(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ import pytest
 from adapters.sumo import SumoTraffic
 from adapters.sumo.ego import stopping_distance
 from adapters.sumo.errors import SumoError
-from adapters.sumo.scene import VehicleTypes, read_buildings
+from adapters.sumo.scene import VehicleTypes, positive, read_buildings
 from adapters.sumo.simulation import Sumo
 from adapters.traffic.bodies import Body
 from adapters.traffic.geometry import Boxes
@@ -279,6 +279,20 @@ def test_a_defect_of_the_scene_is_named(
     simulation = loaded(with_file(tmp_path, defect.file, defect.old, defect.new))
     with pytest.raises(SumoError, match=re.escape(defect.message)):
         VehicleTypes(simulation, 0.05).declared()
+
+
+@pytest.mark.parametrize("written", ["0", "-0.0", "inf", "nan", "high", ""])
+def test_what_is_no_positive_number_is_a_problem(written: str) -> None:
+    problems: list[str] = []
+    positive(written, "`share`", problems)
+    assert problems == [f"`share` must be a positive number in a `<param>`, got `{written}`"]
+
+
+@pytest.mark.parametrize("written", ["5e-324", " 2.5 ", "1e300"])
+def test_any_positive_number_is_none(written: str) -> None:
+    problems: list[str] = []
+    assert positive(written, "`share`", problems) == float(written)
+    assert problems == []
 
 
 def test_a_height_that_is_no_number_is_said_and_the_usual_one_holds(

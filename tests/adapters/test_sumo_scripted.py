@@ -125,6 +125,42 @@ def test_an_action_begins_when_somebody_is_close_enough(tmp_path: Path) -> None:
     assert run.of("waits", "velocity")[6, 0] == pytest.approx(-2.0)
 
 
+def test_a_body_that_enters_later_moves_nobody_else_before(tmp_path: Path) -> None:
+    """Who is not there yet is nowhere; from its time on it follows its own trajectory."""
+    walks = (Vertex(time=1.0, x=-40.0, y=-20.0),)
+    foot = Entity(
+        type=PEDESTRIAN, position=Position(x=-40.0, y=-10.0), trajectory=walks, enters=1.0
+    )
+    entities = {"stands": Entity(type="van", position=Position(x=-60.0, y=-8.0)), "foot": foot}
+    run = simulate(scene(tmp_path), 2.5, entities)
+    np.testing.assert_array_equal(
+        np.unique(run.of("stands", "position")[:, :2], axis=0), [(-60, -8)]
+    )
+    y = run.of("foot", "position")[:, 1]
+    there = ~np.isnan(y)
+    assert int(np.flatnonzero(there)[0]) == 10
+    np.testing.assert_allclose(np.diff(y[there])[:9], -10.0 * STEP, atol=1e-9)
+    assert y[-1] == -20.0
+
+
+@pytest.mark.parametrize(("bound", "begins"), [(50.0, True), (math.nextafter(50.0, 0.0), False)])
+def test_close_enough_is_as_far_as_the_bound(tmp_path: Path, *, bound: float, begins: bool) -> None:
+    """Two who stand 50 m apart, 30 m along and 40 m across."""
+    trigger = Trigger(entity="stands", closer_than=bound)
+    walks = (Vertex(time=1.0, x=-11.0, y=-48.0),)
+    entities = {
+        "stands": Entity(type="van", position=Position(x=-40.0, y=-8.0)),
+        "foot": Entity(
+            type=PEDESTRIAN,
+            position=Position(x=-10.0, y=-48.0),
+            trajectory=walks,
+            trigger=trigger,
+        ),
+    }
+    run = simulate(scene(tmp_path), 1.0, entities)
+    assert run.of("foot", "position")[-1, 0] == pytest.approx(-11.0 if begins else -10.0)
+
+
 def test_nobody_starts_before_the_one_it_looks_at_has_entered(tmp_path: Path) -> None:
     late = car("west_3_0", 60.0, enters=1.0)
     trigger = Trigger(entity="late")

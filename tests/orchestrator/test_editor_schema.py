@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from jsonschema.exceptions import best_match  # type: ignore[import-untyped]
 from orchestrator import registry
 from orchestrator.cli import main
 from orchestrator.kinds import FrozenMapping
-from orchestrator.parameters import REQUIRED, Parameter
+from orchestrator.parameters import REQUIRED, Parameter, parameter
 from orchestrator.scenario.document import Document
 from orchestrator.scenario.editor_schema import installed_schema
 from orchestrator.scenario.parameter_schema import ParameterSchemas
@@ -87,6 +88,10 @@ def test_it_refuses_a_misspelt_parameter_in_them(
         ("speed: 36 km/h", "speed: fast", "entities.ego.speed"),
         ("speed: 36 km/h", "speed: 51", "entities.ego.speed"),
         ("lane: north, ", "", "entities.ego.start"),
+        ("lane: north", "lane: {choice: [north]}", "entities.ego.start"),
+        ("lane: north", "lane: 5", "entities.ego.start"),
+        ("{choice: [car, truck]}", "car", None),
+        ("{choice: [car, truck]}", "5", "entities.collider.kind"),
         ("{uniform: [18 km/h, 36 km/h]}", "{uniform: [18 km/h]}", "entities.collider.speed"),
         ("{uniform: [18 km/h, 36 km/h]}", "{normal: {mean: 3}}", "entities.collider.speed"),
         ("uniform: [18 km/h, 36 km/h]", "unifrom: [1, 2]", "entities.collider.speed"),
@@ -105,6 +110,25 @@ def test_it_finds_mistakes_beneath_parameters(
     assert problem(encounters) is None
     found = problem(encounters, (old, new))
     assert found == place or (found and place and found.startswith(f"{place}."))
+
+
+@dataclass(frozen=True)
+class Node:
+    """A record that contains itself."""
+
+    name: str = parameter(doc="of the node")
+    inner: tuple["Node", ...] = parameter((), doc="below it")
+
+
+def test_a_record_may_contain_itself() -> None:
+    schemas = ParameterSchemas(is_whole=True)
+    root = Parameter(type=Node, default=REQUIRED)
+    schema = {**schemas.parameter(root), "$defs": schemas.definitions}
+    Draft202012Validator.check_schema(schema)
+    validator = Draft202012Validator(schema)
+    assert validator.is_valid({"name": "a", "inner": [{"name": "b", "inner": [{"name": "c"}]}]})
+    assert not validator.is_valid({"name": "a", "inner": [{"name": "b", "inner": [{}]}]})
+    assert len(schemas.definitions) == 1
 
 
 def test_a_file_that_extends_another_need_not_repeat_what_is_required(

@@ -3,6 +3,7 @@
 import json
 from typing import Any
 
+import pytest
 from hypothesis import given, strategies as st
 
 from orchestrator.scenario.document import Document
@@ -89,3 +90,46 @@ def test_every_value_has_the_place_of_what_it_was_written_out_from(
     pairs = [(each["from"], each["to"]) for each in found.data["connections"]]
     assert pairs[: len(ego)] == [(f"m-{each}.y", f"m-{each}.u") for each in ego]
     assert set(pairs[len(ego) :]) == {("r.y", f"m-{e}.u{w}") for e in ego for w in wheel}
+
+
+@pytest.mark.parametrize(
+    "naming",
+    [
+        {"components": {"m": {"each": "ego"}}},
+        {"components": {"m": {"parameters": {"x": "{ego}"}}}},
+        {"components": {"m": {"parameters": {"x": ["{ego}"]}}}},
+        {"connections": [{"from": "r.{ego}.y", "to": "m.u"}]},
+        {"connections": [{"from": "r.y", "to": "m.{ego}"}]},
+        {"measures": {"far": {"signal": "m-{ego}.y"}}},
+        {"time": {"until": "m-{ego}.y"}},
+        {"coupling": {"order": ["m-{ego}"]}},
+        {"recording": {"include": ["m-{ego}.*"]}},
+        {"title": "no braces"},
+        {"title": "{ego}"},
+    ],
+)
+def test_a_family_is_used_wherever_placeholders_stand_for_its_members(naming: Any) -> None:
+    """A single member is filled in everywhere; in a title, braces are braces."""
+    data = {"each": {"ego": ["a"]}, **naming}
+    found = expanded(Document.parse(json.dumps(data), "f.yaml"))
+    assert found.problems == ()
+    is_used = "title" not in naming
+    assert len(found.remarks) == (not is_used)
+    assert ("{ego}" in json.dumps(found.document.data)) == (naming == {"title": "{ego}"})
+
+
+@pytest.mark.parametrize("members", [["a", "b"], ["a", "b", "c"]])
+def test_several_members_are_too_many_for_one_text_however_few(members: list[str]) -> None:
+    """Two as well as three: where one value is needed, the first is offered, not taken."""
+    data = {
+        "each": {"ego": members},
+        "components": {"m": {"parameters": {"x": "{ego}"}}},
+        "connections": [{"from": "r.{ego}.y", "to": "m.u"}],
+        "time": {"until": "r.{ego}.y"},
+    }
+    found = expanded(Document.parse(json.dumps(data), "f.yaml"))
+    count = len(members)
+    text, output, until = (problem.what for problem in found.problems)
+    assert f"`{{ego}}` stands for {count} members ({', '.join(members)})" in text
+    assert f"`r.{{ego}}.y` is {count} outputs, and an input takes one" in output
+    assert f"`r.{{ego}}.y` is {count} outputs, and one ends the run; write `r.a.y`" in until

@@ -254,6 +254,17 @@ def test_two_egos_in_one_vehicle_are_refused() -> None:
         town.step({"first": asking(EGO), "second": asking(NO_VEHICLE), "third": asking(EGO)})
 
 
+def test_what_a_listener_did_not_receive_stays_the_same_object() -> None:
+    """So that recorders and connections see at once that nothing changed."""
+    town = Town(three(), [EGO, SHARER, SECOND])
+    given = {name: asking(NO_VEHICLE) for name in THREE}
+    town.step(given)
+    before = town.received("first")["received.sensor_data.count"]
+    for _ in range(5):
+        town.step(given)
+        assert town.received("first")["received.sensor_data.count"] is before
+
+
 def test_a_further_ego_draws_from_its_own_stream_while_its_vehicle_may_be_answered() -> None:
     streams = Streams(np.random.default_rng(1), THREE)
     common = streams.of(EGO)

@@ -219,6 +219,61 @@ def test_what_shares_its_place_is_itself_however_large_it_is(x: float, y: float)
     assert near_the_border or found == (abs(x) < 3.0 + half[0] and abs(y) < 4.0 + half[1])
 
 
+@pytest.mark.parametrize("heading", [0.0, np.pi / 2, np.pi, -np.pi / 2])
+@pytest.mark.parametrize("side", range(4))
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_view_beside_it_is_of_it_as_far_as_the_margin(
+    heading: float, side: int, sign: float
+) -> None:
+    """A strip along one side, that touches the footprint at most, and ends at the margin or not."""
+    around = corners(np.zeros(2), np.array(heading), np.array([LENGTH, WIDTH]))
+    low, high = around.min(axis=0), around.max(axis=0)
+    axis, is_upper = divmod(side, 2)
+
+    def strip(end: float) -> Array:
+        bottom, top = low.copy(), high.copy()
+        if is_upper:
+            bottom[axis], top[axis] = high[axis] + 0.1, high[axis] + end
+        else:
+            bottom[axis], top[axis] = low[axis] - end, low[axis] - 0.1
+        return boxes((bottom, top))
+
+    is_within = sign < 0.0
+    found = body_at((0, ego(0.0, 0.0, heading))).is_in(strip(MARGIN + sign * 1e-6))
+    assert found.tolist() == [is_within]
+
+
+@pytest.mark.parametrize("turn", [0.25, 0.75, 1.25, 1.75])
+@pytest.mark.parametrize(("overlap", "is_it"), [(ACCURACY + 0.05, True), (ACCURACY - 0.05, False)])
+def test_a_large_box_is_of_it_if_only_one_corner_is_in_its_place(
+    turn: float, *, overlap: float, is_it: bool
+) -> None:
+    """Beside the middle of each side of a footprint that stands across: the corner's alone."""
+    heading = np.pi / 4
+    bearing = turn * np.pi
+    is_ahead = abs(np.cos(bearing - heading)) > 0.5
+    outward = np.array([np.cos(bearing), np.sin(bearing)])
+    nearest = ((LENGTH if is_ahead else WIDTH) / 2 - overlap) * outward
+    other = nearest + 6.0 * np.sign(outward)
+    box = boxes((np.minimum(nearest, other), np.maximum(nearest, other)))
+    assert body_at((0, ego(0.0, 0.0, heading))).is_in(box).tolist() == [is_it]
+
+
+def test_of_two_poses_at_one_time_the_last_one_holds() -> None:
+    body = body_at((0, ego(0.0, 0.0, 0.0)), (0, ego(50.0, 0.0, 0.0)))
+    views = boxes(((-0.5, -0.5), (0.5, 0.5)), ((49.5, -0.5), (50.5, 0.5)))
+    assert body.is_in(views).tolist() == [False, True]
+
+
+@pytest.mark.parametrize(("age", "is_it"), [(2_000_000_000, True), (2_000_000_001, False)])
+def test_poses_are_remembered_for_two_seconds(age: int, *, is_it: bool) -> None:
+    """From 50 m aside it came in the first step, which a velocity cannot tell."""
+    body = body_at((-age, ego(0.0, 50.0, 0.0)), (STEP - age, ego(0.0, 0.0, 0.0, speed=0.0)))
+    body.update(ego(0.0, 0.0, 0.0, speed=0.0), 0)
+    view = boxes(((-0.5, 49.5), (0.5, 50.5)), time=-age)
+    assert body.is_in(view).tolist() == [is_it]
+
+
 def test_while_it_is_not_there_nothing_is_of_it() -> None:
     view = piece_of_the_front(0, 0.0)
     body = body_at((-STEP, ego(0.0, 0.0, np.pi / 2)), (0, ego(0.0, 0.0, 0.0, vehicle=-1)))
