@@ -139,6 +139,8 @@ class SumoTraffic(FileReadingComponent):
             "--duration-log.disable": "true",
             "--random": "false",  # it would overrule the seed
         }
+        if given.scale is not None:
+            options["--scale"] = f"{given.scale:.17g}"
         if given.entities:  # their bodies are checked here, exactly; SUMO must not act
             options["--collision.action"] = "none"
         if any(entity is not None and entity.is_moved_here for entity in given.entities.values()):
@@ -174,6 +176,9 @@ def _check(parameters: TrafficParameters) -> None:
     if step_length % _MILLISECOND:
         what = f"is {parameters.step_length:g} s; SUMO counts whole milliseconds"
         problems.append(ParameterProblem(("step_length",), what))
+    if parameters.traci and parameters.scale is not None:
+        what = "is an option of the SUMO that `traci` joins; start that one with `--scale`"
+        problems.append(ParameterProblem(("scale",), what))
     problems += misdeclared(parameters.entities)
     if problems:
         raise ParameterError(problems)
