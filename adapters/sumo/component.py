@@ -16,6 +16,7 @@ from adapters.sumo.declarations import misdeclared
 from adapters.sumo.driven import driven
 from adapters.sumo.ego import Command
 from adapters.sumo.files import SceneFiles, read_scene
+from adapters.sumo.options import is_anybody_moved_here, sumo_options
 from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.traffic import Traffic
@@ -130,25 +131,9 @@ class SumoTraffic(FileReadingComponent):
         if given.traci:
             logger.info("SUMO at %s keeps its own seed and options", given.traci)
             return connection.join(given.traci, self._step_length)
-        options = {
-            "--configuration-file": str(given.scene),
-            "--step-length": f"{seconds(self._step_length):.3f}",
-            "--seed": str(seed if given.sumo_seed is None else given.sumo_seed),
-            "--no-step-log": "true",
-            "--no-warnings": "true",
-            "--duration-log.disable": "true",
-            "--random": "false",  # it would overrule the seed
-        }
-        if given.scale is not None:
-            options["--scale"] = f"{given.scale:.17g}"
-        if given.entities:  # their bodies are checked here, exactly; SUMO must not act
-            options["--collision.action"] = "none"
-        if any(entity is not None and entity.is_moved_here for entity in given.entities.values()):
-            options["--time-to-teleport"] = "-1"  # or SUMO lifts those off the road that stand
+        if is_anybody_moved_here(given):
             logger.info("SUMO teleports nobody in this run: entities are moved from outside")
-        return connection.start(
-            given.program, [part for option in options.items() for part in option]
-        )
+        return connection.start(given.program, sumo_options(given, seed))
 
 
 def _mesoscopic(parameters: TrafficParameters, files: SceneFiles) -> Iterator[ParameterProblem]:
