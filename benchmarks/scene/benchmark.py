@@ -19,7 +19,7 @@ from orchestrator.errors import CosimError
 _FOLDER: Final = Path(scenarios.__file__).parent
 _SCENE: Final = _FOLDER / "assets" / "city" / "city.sumocfg"
 _STEP: Final = 0.1
-"""Of SUMO and of the traffic component [s], as in the scenario."""
+"""The step of SUMO and of the traffic component [s], as in the scenario."""
 
 _COUNTS: Final = (100, 300, 1000)
 _DEMAND: Final = 1000

@@ -16,7 +16,7 @@ _MIB_PER_KIB: Final = 1.0 / 1024.0
 
 
 class MeasurementError(CosimError):
-    """A measurement failed in its process. Exit code 1."""
+    """A measurement failed in its process. Exit code 2."""
 
 
 def apart(work: Callable[_P, Measurement], *arguments: _P.args, **named: _P.kwargs) -> Measurement:

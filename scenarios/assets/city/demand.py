@@ -55,8 +55,7 @@ class _Walker:
 def demand(streets: Streets, rng: Random) -> str:
     """The text of a SUMO route file.
 
-    Any part of those who depart at the same time is like all of them: the option `scale` takes the
-    first of every thousand.
+    Types are shuffled, because the option `scale` takes every so many-th of those who depart.
 
     Args:
         streets: of the net.
