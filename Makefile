@@ -52,6 +52,7 @@ bench: .venv-bench/installed  ## measure, and make docs/benchmarks.md; keep the 
 	.venv-bench/bin/nlosim bench lidar --json > docs/results/bench-lidar.json
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/nlosim bench policy --json > docs/results/bench-policy.json
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/nlosim bench egos --json > docs/results/bench-egos.json
+	.venv-bench/bin/nlosim bench scene --json > docs/results/bench-scene.json
 	.venv-bench/bin/python -m benchmarks.page docs/benchmarks.md docs/results/bench-*.json
 
 # SEEDS=1..5 is a quick look in directories of its own, without docs; without SEEDS it is the study.
@@ -119,7 +120,8 @@ verify: .venv-demo/installed  ## compare the channel with golden data; GOLDEN=DI
 verify-perception: .venv-test/installed  ## compare blind zones and sharers with geometry; makes docs/validation-perception.md
 	.venv-test/bin/nlosim verify perception --figures docs/validation-perception
 
-net: .venv-net/installed  ## make the net of the red-light scene again, with netconvert
+net: .venv-net/installed  ## make the nets of the red-light scene and of the cities again
+	.venv-net/bin/python -m scenarios.assets.city.make
 	cd scenarios/assets/red_light && ../../../.venv-net/bin/netconvert -c red_light.netccfg
 	cd scenarios/assets/red_light && $(PYTHON) -c 'import pathlib, re; p = pathlib.Path("red_light.net.xml"); p.write_text(re.sub(r"<!-- generated.*?-->\n", "", p.read_text(), flags=re.DOTALL))'
 

@@ -119,7 +119,6 @@ class Census:
             return Poses.from_sumo(self._sumo.vehicle_poses(roster.names), roster.size[:, 0])
         poses = np.empty((len(roster.names), 4))
         readers = {Kind.VEHICLE: self._sumo.vehicle_poses, _PERSON: self._sumo.person_poses}
-        for kind, read in readers.items():
-            rows = roster.rows_of(kind)
-            poses[rows] = read([roster.names[row] for row in rows])
+        for kind, (rows, names) in roster.of_kinds.items():
+            poses[rows] = readers[kind](names)
         return Poses.from_sumo(poses, roster.size[:, 0])

@@ -18,6 +18,7 @@ from adapters.sumo.declarations import misdeclared
 from adapters.sumo.driven import driven
 from adapters.sumo.ego import Command
 from adapters.sumo.files import SceneFiles, read_scene
+from adapters.sumo.options import is_anybody_moved_here, sumo_options
 from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.rehearsal import rehearse
 from adapters.sumo.simulation import Sumo
@@ -99,7 +100,7 @@ class SumoTraffic(FileReadingComponent):
         """
         said = dict(zip(silent[::2], silent[1::2], strict=True))
         said.pop("--remote-port", None)  # the connection says it
-        options = {**_options(parameters, seed), **said}
+        options = {**sumo_options(parameters, seed), **said}
         sumo = Sumo(connection.start("libsumo", _flat(options)))
         try:
             Traffic(sumo, parameters, np.random.default_rng(seed), 0)
@@ -172,30 +173,11 @@ class SumoTraffic(FileReadingComponent):
         if given.traci:
             logger.info("SUMO at %s keeps its own seed and options", given.traci)
             return connection.join(given.traci, self._step_length)
-        options = _options(given, seed if given.sumo_seed is None else given.sumo_seed)
-        if "--time-to-teleport" in options:
+        if is_anybody_moved_here(given):
             logger.info("SUMO teleports nobody in this run: entities are moved from outside")
         self._warnings = WarningLog(given.scene)
+        options = sumo_options(given, seed)
         return connection.start(given.program, [*_flat(options), *self._warnings.options])
-
-
-def _options(parameters: TrafficParameters, seed: int) -> dict[str, str]:
-    """What SUMO is told, whatever the configuration says."""
-    options = {
-        "--configuration-file": str(parameters.scene),
-        "--step-length": f"{parameters.step_length:.3f}",
-        "--seed": str(seed),
-        "--no-step-log": "true",
-        "--no-warnings": "true",  # on standard error; see `WarningLog`
-        "--duration-log.disable": "true",
-        "--random": "false",  # it would overrule the seed
-    }
-    entities = [entity for entity in parameters.entities.values() if entity is not None]
-    if parameters.entities:  # their bodies are checked here, exactly; SUMO must not act
-        options["--collision.action"] = "none"
-    if any(entity.is_moved_here for entity in entities):
-        options["--time-to-teleport"] = "-1"  # or SUMO lifts those off the road that stand
-    return options
 
 
 def _flat(options: Mapping[str, str]) -> list[str]:
@@ -244,6 +226,9 @@ def _check(parameters: TrafficParameters) -> None:
     if given and parameters.program != "libsumo":
         what = "`traci` joins a program that runs already; leave one of them out"
         problems.append(ParameterProblem(("program",), what))
+    if parameters.traci and parameters.scale is not None:
+        what = "is an option of the SUMO that `traci` joins; start that one with `--scale`"
+        problems.append(ParameterProblem(("scale",), what))
     problems += misdeclared(parameters.entities)
     if problems:
         raise ParameterError(problems)

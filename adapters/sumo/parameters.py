@@ -66,6 +66,12 @@ class TrafficParameters:
         maximum=2**31 - 1,
         doc="of SUMO's own random numbers; null: drawn from the component's stream",
     )
+    scale: float | None = parameter(
+        None,
+        minimum=0.0,
+        doc="how many times the scene's own demand departs, 0.5: every second vehicle and person, "
+        "half of each flow; null: as the configuration says",
+    )
     entities: Mapping[str, Entity | None] = parameter(
         MappingProxyType({}), doc="who takes part besides the traffic of the scene, by name"
     )

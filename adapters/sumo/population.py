@@ -1,6 +1,6 @@
 """The vehicles present, their numbers and the attributes that never change."""
 
-from collections.abc import Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
@@ -128,9 +128,14 @@ class Roster:
         """Whether somebody is on foot."""
         return any(vehicle.kind is Kind.PERSON for vehicle in self.vehicles)
 
-    def rows_of(self, kind: Kind) -> npt.NDArray[np.intp]:
-        """The rows of one kind, shape (row,)."""
-        return np.array([k for k, v in enumerate(self.vehicles) if v.kind is kind], dtype=np.intp)
+    @cached_property
+    def of_kinds(self) -> Mapping[Kind, tuple[npt.NDArray[np.intp], tuple[str, ...]]]:
+        """Rows, shape (row,), and names of each kind that SUMO has."""
+        found = {}
+        for kind in (Kind.VEHICLE, Kind.PERSON):
+            rows = [row for row, vehicle in enumerate(self.vehicles) if vehicle.kind is kind]
+            found[kind] = np.array(rows, dtype=np.intp), tuple(self.names[row] for row in rows)
+        return found
 
     @cached_property
     def number(self) -> npt.NDArray[np.int64]:

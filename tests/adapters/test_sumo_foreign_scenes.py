@@ -259,7 +259,7 @@ def car(position: Position = ON, **more: Any) -> Entity:
             "position",
             "who follows a trajectory starts at `x`, `y`",
         ),
-        (Entity(type="roadside_unit", position=ON), "position", "a roadside unit is on no lane; write `x`"),
+        (Entity(type="roadside_unit", position=ON), "position", "a roadside unit is on no lane"),
         (Entity(type="roadside_unit", position=AT, count=2), "count", "a roadside unit is one"),
         (
             Entity(type="roadside_unit", position=AT, controller="policy"),

@@ -1,0 +1,83 @@
+"""The benchmark of the city: what its cases give, and what is made of the measurements."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from adapters.sumo.parameters import TrafficParameters
+from benchmarks.benchmark import Measurement
+from benchmarks.page import page
+from benchmarks.scene import SceneBenchmark, work
+from benchmarks.scene.benchmark import Adapter, CityRun, DurationError
+from benchmarks.scene.process import MeasurementError, apart
+
+
+def test_a_run_says_what_it_took() -> None:
+    found = CityRun(scenario="city", vehicles=100, seconds=1).measure()
+    assert found["simulated_s"] == 1.0
+    assert found["radios"] == pytest.approx(100, rel=0.06)
+    assert found["lidars"] == 0.0
+    assert 0.0 < found["cpu_s"] < 60.0
+    assert 20.0 < found["peak_mib"] < 2000.0
+    assert found["recorded_bytes"] > 100_000
+    parts = ("traffic_s", "channel_s", "facilities_s", "recording_s", "orchestrator_s")
+    assert sum(found[part] for part in parts) == pytest.approx(found["wall_s"], rel=1e-6)
+
+
+def test_the_component_costs_more_than_sumo_alone() -> None:
+    found = Adapter(vehicles=100, seconds=3).measure()
+    assert 0.0 < found["sumo_cpu_s"] < found["cpu_s"] < 60.0
+
+
+def test_work_apart_says_what_failed() -> None:
+    with pytest.raises(MeasurementError, match=r"`adapter`: ParameterError: .*nowhere\.sumocfg"):
+        apart(work.adapter, TrafficParameters(scene=Path("nowhere.sumocfg")), 1)
+
+
+def test_rows_compare_with_targets_and_with_sumo() -> None:
+    one = {"simulated_s": 20.0, "radios": 300.0, "peak_mib": 200.0, "channel_s": 4.0}
+    measured: dict[str, list[Measurement]] = {
+        "radios/100": [{**one, "cpu_s": 1.0, "recorded_bytes": 2e7}],
+        "radios/300": [{**one, "cpu_s": cpu, "recorded_bytes": 2e8} for cpu in (8.0, 5.0, 10.0)],
+        "traffic/300": [{"simulated_s": 20.0, "cpu_s": 0.5, "sumo_cpu_s": 0.4}],
+    }
+    without, radios, traffic = SceneBenchmark().rows(measured)
+    assert (without.ours, without.peer, without.ratio) == (20.0, None, None)
+    assert (radios.ours, radios.low, radios.high) == (2.5, 2.0, 4.0)
+    assert (radios.peer, radios.peer_name, radios.ratio) == (5.0, "target", 0.5)
+    assert radios.details == {
+        "radios": 300.0,
+        "peak_mib": 200.0,
+        "channel_s_per_s": 0.2,
+        "recorded_mb_per_s": 10.0,
+    }
+    assert (traffic.ours, traffic.peer, traffic.peer_name) == (40.0, 50.0, "SUMO alone")
+    assert traffic.ratio == pytest.approx(0.8)
+
+
+def test_the_duration_can_be_set() -> None:
+    benchmark = SceneBenchmark()
+    benchmark.configure({"seconds": "3"})
+    assert benchmark.settings == {"seconds": "3"}
+    assert {case.seconds for case in benchmark.cases().values()} == {3}  # type: ignore[attr-defined]
+    with pytest.raises(DurationError, match=r"`seconds` is `0.5`; write a whole number"):
+        benchmark.configure({"seconds": "0.5"})
+
+
+def test_the_page_takes_the_result(tmp_path: Path) -> None:
+    row = SceneBenchmark().rows(
+        {"traffic/300": [{"simulated_s": 20.0, "cpu_s": 0.5, "sumo_cpu_s": 0.4}]}
+    )[0]
+    assert page([_result(tmp_path, row.as_json())]).count("| traffic/300 | 40 |") == 1
+
+
+def _result(folder: Path, row: object) -> Path:
+    machine = {"cpu": "x", "cpus": 2, "memory_gib": 4, "platform": "y", "load_average": 0.0}
+    found = {
+        "name": "scene", "description": SceneBenchmark().description, "peer": "", "rows": [row],
+        "repetitions": 1, "commit": "c", "created": "today", "machine": machine, "versions": {},
+    }  # fmt: skip
+    path = folder / "bench-scene.json"
+    path.write_text(json.dumps(found))
+    return path
