@@ -51,7 +51,7 @@ class Run:
         """Of the ego vehicle [m/s]."""
         return float(self._at("traffic.ego.speed", row))
 
-    def sees(self, row: int, observer: int, is_hidden_by_bodies: bool = True) -> bool:
+    def sees(self, row: int, observer: int, *, is_hidden_by_bodies: bool) -> bool:
         """Whether `observer` sees some of the collider's body from above the middle of its own.
 
         Args:
@@ -83,7 +83,7 @@ class Run:
 
     def _at(self, name: str, row: int) -> npt.NDArray[Any]:
         series = self.recording[name]
-        return np.asarray(series.at(int(round(self.times[row] * 1e9))))
+        return np.asarray(series.at(round(self.times[row] * 1e9)))
 
 
 def run(name: str, policy: str, seed: int, out: Path, capsys: pytest.CaptureFixture[str]) -> Run:

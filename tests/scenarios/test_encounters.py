@@ -1,9 +1,14 @@
 """The encounters that ship besides the red light: what hides whom, and who collides."""
 
+import re
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
+import scenarios
 from adapters.sumo.ego import stopping_distance
 from adapters.sumo.entities import Dynamics
 from tests.scenarios.encounter import EGO, SHARER, run
@@ -26,8 +31,8 @@ def test_the_ego_sees_it_too_late_and_the_sharer_in_time(
     """Ways of the blind ego vehicle [m] from the first line of sight to where it collides."""
     blind = run(name, "policy-blind", 1, tmp_path / "run", capsys)
     rows = blind.before(blind.metrics["collision_time"])
-    seen = next(row for row in rows if blind.sees(row, EGO))
-    told = next(row for row in rows if blind.sees(row, SHARER))
+    seen = next(row for row in rows if blind.sees(row, EGO, is_hidden_by_bodies=True))
+    told = next(row for row in rows if blind.sees(row, SHARER, is_hidden_by_bodies=True))
     alone = next(row for row in rows if blind.sees(row, EGO, is_hidden_by_bodies=False))
 
     speed = blind.speed(seen)
@@ -38,7 +43,8 @@ def test_the_ego_sees_it_too_late_and_the_sharer_in_time(
 
     assert blind.way(told, rows.stop) == pytest.approx(shared, abs=1.0)
     assert blind.way(told, rows.stop) > blind.speed(told) ** 2 / (2.0 * COMFORTABLE) + 2.0
-    assert all(blind.sees(row, SHARER) for row in range(told, told + 20))
+    second = range(told, told + 20)
+    assert all(blind.sees(row, SHARER, is_hidden_by_bodies=True) for row in second)
 
 
 @pytest.mark.slow
@@ -63,3 +69,18 @@ def test_only_the_blind_ego_collides(
     for metrics in (cooperative, expert):
         assert metrics["success"]
         assert metrics["min_gap_m"] > gap
+
+
+@pytest.mark.parametrize("name", ["pedestrian", "left_turn", "platoon"])
+def test_the_net_is_what_netconvert_makes_of_its_sources(name: str, tmp_path: Path) -> None:
+    beside_python = Path(sys.executable).with_name("netconvert")
+    netconvert = beside_python if beside_python.exists() else shutil.which("netconvert")
+    if netconvert is None:
+        pytest.skip("netconvert is not installed (pip install nlosim[net])")
+    assets = Path(scenarios.__file__).parent / "assets" / name
+    for source in assets.iterdir():
+        shutil.copy(source, tmp_path)
+    subprocess.run([netconvert, "-c", f"{name}.netccfg"], cwd=tmp_path, check=True, timeout=60)
+    made = (tmp_path / f"{name}.net.xml").read_text(encoding="utf-8")
+    made = re.sub(r"^<!-- generated.*?^-->\n", "", made, flags=re.DOTALL | re.MULTILINE)
+    assert made == (assets / f"{name}.net.xml").read_text(encoding="utf-8")
