@@ -120,10 +120,14 @@ verify: .venv-demo/installed  ## compare the channel with golden data; GOLDEN=DI
 verify-perception: .venv-test/installed  ## compare blind zones and sharers with geometry; makes docs/validation-perception.md
 	.venv-test/bin/nlosim verify perception --figures docs/validation-perception
 
-net: .venv-net/installed  ## make the nets of the red-light scene and of the cities again
+net: .venv-net/installed  ## make the nets of the scenes and of the cities again
+	set -e; for scene in red_light pedestrian left_turn platoon; do \
+	  cd scenarios/assets/$$scene; \
+	  ../../../.venv-net/bin/netconvert -c $$scene.netccfg; \
+	  $(PYTHON) -c 'import pathlib, re, sys; p = pathlib.Path(sys.argv[1]); p.write_text(re.sub(r"<!-- generated.*?-->\n", "", p.read_text(), flags=re.DOTALL))' $$scene.net.xml; \
+	  cd ../../..; \
+	done
 	.venv-net/bin/python -m scenarios.assets.city.make
-	cd scenarios/assets/red_light && ../../../.venv-net/bin/netconvert -c red_light.netccfg
-	cd scenarios/assets/red_light && $(PYTHON) -c 'import pathlib, re; p = pathlib.Path("red_light.net.xml"); p.write_text(re.sub(r"<!-- generated.*?-->\n", "", p.read_text(), flags=re.DOTALL))'
 
 clean:  ## remove environments, caches and built FMUs
 	rm -rf .venv-* build dist runs .mypy_cache .ruff_cache .pytest_cache .hypothesis

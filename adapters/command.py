@@ -46,6 +46,10 @@ def add_command(commands: Any) -> None:
     )
     viewer.add_argument("--seed", type=int, help="instead of the scenario's")
     viewer.add_argument("--at", metavar="TIME", help="after the start, for example 30s")
+    viewer.add_argument("--around", metavar="NAME", help="this entity in the middle")
+    viewer.add_argument(
+        "--radius", type=float, default=60.0, metavar="METRES", help="with --around (default: 60)"
+    )
     viewer.add_argument("--out", type=Path, default=Path("scene.png"), help="PNG, SVG or PDF")
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from adapters.sumo.draft import draft
 from adapters.sumo.files import read_scene
+from adapters.traffic.geometry import Float
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.component import Component
 from orchestrator.errors import ComponentError, CosimError
@@ -49,7 +50,7 @@ def new(arguments: argparse.Namespace) -> Outcome:
 
 def show(arguments: argparse.Namespace) -> Outcome:
     """Draw a scene."""
-    from adapters.traffic.drawing import draw  # noqa: PLC0415 - it takes a second
+    from adapters.traffic.drawing import View, draw  # noqa: PLC0415 - it takes a second
 
     overrides = list(arguments.overrides)
     if arguments.seed is not None:
@@ -73,7 +74,15 @@ def show(arguments: argparse.Namespace) -> Outcome:
         finally:
             component.close()
         when = format_duration(scenario.start + elapsed)
-        figure = draw(signals, names, f"{scenario.title}, {when}, seed {seed}")
+        view = None
+        if arguments.around is not None:
+            center = _center(signals, names, arguments.around)
+            if center is None:
+                here = ", ".join(sorted(names.values())) or "none"
+                what = f"no entity `{arguments.around}` is there at {when}; those that are: {here}"
+                return failure("scene", Exit.WRONG_INPUT, what)
+            view = View(center=center, radius=arguments.radius)
+        figure = draw(signals, names, f"{scenario.title}, {when}, seed {seed}", view)
         figure.savefig(arguments.out, dpi=130)
         count = len(np.asarray(signals["vehicle.id"]))
         return Outcome(
@@ -119,6 +128,19 @@ def _at(
     numbers, roles = (np.asarray(signals[f"vehicle.{key}"]).tolist() for key in ("id", "role"))
     declared = {number for number, role in zip(numbers, roles, strict=True) if role}
     return signals, {number: names.get(number, "") for number in declared}
+
+
+def _center(signals: Signals, names: Mapping[int, str], name: str) -> Float | None:
+    """Where the entity `name` is [m], shape (2,); `None` if it is not there."""
+    for number, position in zip(
+        np.asarray(signals["vehicle.id"]).tolist(),
+        np.asarray(signals["vehicle.position"]),
+        strict=True,
+    ):
+        if names.get(number) == name:
+            center: Float = position[:2]
+            return center
+    return None
 
 
 def _entered(signals: Signals) -> dict[int, str]:

@@ -1,6 +1,7 @@
 """A picture of a scene from above: roads, buildings, lights, and everybody on the road."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -40,16 +41,35 @@ _LIGHTS: Final = ("#7f7f7f", "#d62728", "#d62728", "#ffbf00", "#8fd18f", "#2ca02
 """Colours by the codes of `light.state`."""
 
 
-def draw(signals: Signals, names: Mapping[int, str], title: str) -> Figure:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class View:
+    """A square of a scene, as far as there is something.
+
+    Attributes:
+        center: of the square [m], shape (2,).
+        radius: half its side [m].
+    """
+
+    center: Float
+    radius: float
+
+
+def draw(
+    signals: Signals, names: Mapping[int, str], title: str, around: View | None = None
+) -> Figure:
     """A picture of a source of traffic at one instant.
 
     Args:
         signals: its outputs; `light.*` may be absent.
         names: labels of some, by their numbers: those of the declared entities.
         title: above the picture.
+        around: what to draw of it; everything by default.
     """
     arrays = {name: np.asarray(signal) for name, signal in signals.items() if _is_array(signal)}
     low, high = _bounds(arrays)
+    if around is not None:
+        reach = np.array([around.radius, around.radius])
+        low, high = np.maximum(low, around.center - reach), np.minimum(high, around.center + reach)
     span = np.maximum(high - low, 10.0)
     figure = Figure(figsize=(_WIDTH, _WIDTH * float(np.clip(span[1] / span[0], 0.3, 1.4)) + 0.8))
     FigureCanvasAgg(figure)
@@ -118,7 +138,7 @@ def _bodies(axes: Axes, arrays: Mapping[str, Array], names: Mapping[int, str], s
         if number in names:
             axes.annotate(
                 names[number], center[row], xytext=(4, 4), textcoords="offset points",
-                fontsize=8, color=_ENTITY, zorder=6,
+                fontsize=8, color=_ENTITY, zorder=6, annotation_clip=True,
             )  # fmt: skip
     if present:
         axes.legend(

@@ -104,7 +104,8 @@ def sumo(parameters: TrafficParameters, steps: int) -> Measurement:
         `cpu_s`: CPU seconds of all steps, set-up excluded.
     """
     seed = int(np.random.default_rng(_SEED).integers(2**31))
-    with closing(connection.start("libsumo", sumo_options(parameters, seed))) as bare:
+    options = [part for option in sumo_options(parameters, seed).items() for part in option]
+    with closing(connection.start("libsumo", options)) as bare:
         bare.step()
         with _timed() as clock:
             for _ in range(steps):

@@ -23,6 +23,7 @@ from adapters.traffic.geometry import Boxes
 from orchestrator.randomness import stream
 from orchestrator.signal import Signals
 from tests.adapters.red_light import ASSETS, SCENE, ego_speed, entity, red_light
+from tests.adapters.sight import cut
 
 PARAMETERS = red_light()
 SPEED = ego_speed(PARAMETERS)
@@ -32,7 +33,6 @@ EGO, COLLIDER, SHARER, FIRST_TRUCK = range(4)  # numbers in the order of entry
 CONFLICT = np.array([7.0, -5.25])
 
 Float = npt.NDArray[np.float64]
-Bool = npt.NDArray[np.bool_]
 
 
 @pytest.fixture(scope="module")
@@ -65,18 +65,6 @@ def trucks(signals: Signals) -> list[Float]:
 def buildings(signals: Signals) -> list[Float]:
     vertex, index = array(signals, "building.vertex"), array(signals, "building.index")
     return [vertex[index == k] for k in range(len(array(signals, "building.height")))]
-
-
-def cut(start: Float, end: Float, polygon: Float) -> Bool:
-    """Whether the segments from `start` to `end`, (n, 2) each, meet an edge of `polygon`, (n,)."""
-    way = (end - start)[:, None]
-    edge = (np.roll(polygon, -1, axis=0) - polygon)[None]
-    apart = polygon[None] - start[:, None]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        determinant = way[..., 0] * edge[..., 1] - way[..., 1] * edge[..., 0]
-        t = (apart[..., 0] * edge[..., 1] - apart[..., 1] * edge[..., 0]) / determinant
-        u = (apart[..., 0] * way[..., 1] - apart[..., 1] * way[..., 0]) / determinant
-    return np.asarray(((t >= 0) & (t <= 1) & (u >= 0) & (u <= 1)).any(axis=1))
 
 
 def test_the_main_road_has_five_lanes_and_the_side_road_four(sumo: Sumo) -> None:
