@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from adapters.sumo.entities import Dynamics, Entity, Finish, Position, Synchronise
+from adapters.sumo.entities import Dynamics, Entity, Finish, Position, SpeedPoint, Synchronise
 from orchestrator.distribution import Constant
 from tests.adapters.sumo_runs import (
     BRAKE,
@@ -85,6 +85,19 @@ def test_two_egos_that_collide_are_each_others_partners(tmp_path: Path) -> None:
     assert not run.series("other.collision").any()
     np.testing.assert_array_equal(run.series("front.gap"), run.series("rear.gap"))
     assert not run.series("encounter.over").any()
+
+
+def test_an_ego_that_is_not_there_moves_nobody(tmp_path: Path) -> None:
+    """Neither before it enters nor after it left: who stands, stands."""
+    entities = {
+        "leaves": driven("branch_0", 135.0),
+        "later": driven("west_2_0", 60.0, enters=1.0),
+        "stands": car("east_1_0", 60.0, speed_profile=(SpeedPoint(time=0.0, speed=0.0),)),
+    }
+    run = simulate(scene(tmp_path), 3.0, entities)
+    assert -1 in run.series("leaves.id")
+    assert -1 in run.series("later.id")
+    assert len(np.unique(run.of("stands", "position"), axis=0)) == 1
 
 
 def test_an_ego_that_enters_where_somebody_stands_collides_at_that_time(tmp_path: Path) -> None:
