@@ -27,7 +27,7 @@ DPI: Final = 200
 _COLUMNS: Final = 2
 _WIDTH: Final = 4.8
 _HEIGHT: Final = 3.2
-"""Of a panel [inch]."""
+"""The size of a panel is these two [inch]."""
 
 
 def styled() -> Any:

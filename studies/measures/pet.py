@@ -60,7 +60,7 @@ class PostEncroachment(Measure):
         )
 
     def _table(self, passes: Passes) -> dict[str, Array]:
-        """The least time of every ordered pair, its time and place; by time."""
+        """The least time of every pair, who was first, when and where; by time."""
         order = np.lexsort((passes.vehicle, passes.enter, passes.cell))
         first, second = order[:-1], order[1:]
         pet = np.maximum(passes.enter[second] - passes.leave[first], 0.0)
@@ -70,7 +70,8 @@ class PostEncroachment(Measure):
         counts &= (pet <= self.horizon) & (np.minimum(turned, 2 * np.pi - turned) >= self.angle)
         counts &= np.abs(passes.z[first] - passes.z[second]) <= 3.0
         first, second, pet = first[counts], second[counts], pet[counts]
-        pair = (passes.vehicle[first] << 32) + passes.vehicle[second]
+        ends = np.sort(np.stack([passes.vehicle[first], passes.vehicle[second]]), axis=0)
+        pair = (ends[0] << 32) + ends[1]
         order = np.lexsort((passes.enter[second], pet, pair))
         _, least = np.unique(pair[order], return_index=True)
         rows = order[least]

@@ -41,7 +41,7 @@ def draw_quantiles(axes: Axes, table: Mapping[str, Array], label: str) -> None:
 
     Args:
         axes: to draw into.
-        table: columns of `studies.measures.bins.spread_by_bin`.
+        table: columns of `studies.measures.bins.spread_by_bin`, shape (bin,) each.
         label: of the values; milliseconds are their unit.
     """
     place = (table["from_m"] + table["to_m"]) / 2

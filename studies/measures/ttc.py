@@ -90,7 +90,7 @@ class _Bodies:
         )
 
     def time_to_collision(self, vehicles: Vehicles, a: Array, b: Array) -> Array:
-        """Of the vehicles in rows `a` and `b` [s], infinite if there is none, shape (pair,)."""
+        """The time for rows `a` and `b` [s], infinite if they never meet, shape (pair,)."""
         place, size = vehicles.position, self.size
         found = time_to_contact(
             place[b, :2] - place[a, :2],

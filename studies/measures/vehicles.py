@@ -50,7 +50,14 @@ class Vehicles:
         return np.asarray(joined[self._order])
 
     def at(self, times: Array) -> Array:
-        """The newest communication point at or before each of `times` [ns]; -1 if there is none."""
+        """The newest communication point at or before each time.
+
+        Args:
+            times: [ns], shape (n,).
+
+        Returns:
+            Indices into the communication points, -1 before the first one, shape (n,).
+        """
         return np.searchsorted(self.times, times, side="right") - 1
 
     def rows(self, points: Array, ids: Array) -> Array:
