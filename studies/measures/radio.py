@@ -79,8 +79,10 @@ def batches(
 def _batch(
     tables: Sequence[Array], times: Sequence[int], dtype: "np.dtype[Any]", kind: Kind
 ) -> Batch:
-    # in bytes, because NumPy compares the fields of all tables before it joins them
-    joined = np.frombuffer(bytearray().join(table.tobytes() for table in tables), dtype)
+    # without fields, because NumPy compares those of all tables before it joins them
+    plain = np.dtype(f"V{dtype.itemsize}")
+    joined = np.concatenate([np.empty(0, plain), *(table.view(plain) for table in tables)])
+    joined = joined.view(dtype)
     told = np.repeat(np.array(times, np.int64), [len(table) for table in tables])
     wanted = joined["kind"] != NOISE if kind == "any" else joined["kind"] == KINDS[kind]
     if wanted.all():
