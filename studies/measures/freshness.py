@@ -55,23 +55,22 @@ def neighbours_at(
         recording: of a run.
         vehicles: all of them.
         has_radio: of every row of `vehicles`, shape (row,).
-        instants: ascending [ns], shape (instant,).
+        instants: ascending [ns], none before the first point of `vehicles`, shape (instant,).
         packets: signal of the packets that were sent.
         receptions: signal of the receptions.
         kind: of the messages that count.
         radius: distance up to which vehicles are neighbours [m].
     """
-    newest = _Newest.of(recording, packets, receptions, kind, instants)
+    newest = _Newest(recording, packets, receptions, kind)
     points = vehicles.at(instants)
-    for k, point in enumerate(points.tolist()):
-        if point < 0:
-            continue
+    for time, point in zip(instants.tolist(), points.tolist(), strict=True):
+        newest.advance(time)
         present = np.arange(vehicles.first[point], vehicles.first[point + 1])
         a, b = near_pairs(vehicles, present[has_radio[present]], radius)
         receiver, source = np.concatenate([a, b]), np.concatenate([b, a])
-        generated, heard = newest.at(k, vehicles.ids[receiver], vehicles.ids[source])
+        generated, heard = newest.of(vehicles.ids[receiver], vehicles.ids[source])
         yield Neighbours(
-            time=int(instants[k]),
+            time=time,
             distance=plane_distance(vehicles, receiver, source),
             generated=generated,
             heard=heard,
@@ -89,28 +88,10 @@ def instants_between(times: Sequence[int] | Array, interval: float) -> Array:
     return np.asarray(start + np.floor((k + (k + 1) * _GOLDEN % 1.0) * width), np.int64)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class _Newest:
-    """The newest of what was received over every link, by link and time.
+    """The newest of what was received over every link, up to a time that advances."""
 
-    Attributes:
-        keys: a number for link and instant from which on a reception counts, ascending.
-        links: a number for receiver and source, ascending, shape (link,).
-        stride: from the keys of a link to those of the next one.
-        generated: when the newest information so far was handed over [ns].
-        heard: when it was received [ns].
-    """
-
-    keys: Array
-    links: Array
-    stride: int
-    generated: Array
-    heard: Array
-
-    @classmethod
-    def of(
-        cls, recording: Recording, packets: str, receptions: str, kind: Kind, instants: Array
-    ) -> "_Newest":
+    def __init__(self, recording: Recording, packets: str, receptions: str, kind: Kind) -> None:
         sent = unique_packets(recording, packets)
         sent = sent if kind == "any" else sent[sent["kind"] == KINDS[kind]]
         rows = received(recording, receptions, kind).records
@@ -120,36 +101,42 @@ class _Newest:
         if not is_known.all():
             unknown = rows["packet"][~is_known][0]
             raise ValueError(f"`{receptions}` has packet {unknown}, which nobody sent")
-        link = _link(rows["receiver"], sent["source"][packet])
-        order = np.lexsort((rows["time"], link))
-        links, rank = np.unique(link[order], return_inverse=True)
-        heard, made = rows["time"][order], sent["time"][packet][order]
-        # the newest so far of each link: ranks of times keep the links apart
-        moments, moment = np.unique(made, return_inverse=True)
-        newest = np.maximum.accumulate(rank * len(moments) + moment) - rank * len(moments)
-        stride = len(instants) + 1
-        return cls(
-            keys=rank * stride + np.searchsorted(instants, heard),
-            links=links,
-            stride=stride,
-            generated=moments[newest] if len(moments) else made,
-            heard=heard,
-        )
+        order = np.argsort(rows["time"], kind="stable")
+        link = _link(rows["receiver"], sent["source"][packet])[order]
+        self._links, self._rank = np.unique(link, return_inverse=True)
+        self._times, self._made = rows["time"][order], sent["time"][packet][order]
+        self._generated = np.full(len(self._links), NEVER, np.int64)
+        self._heard = np.full(len(self._links), NEVER, np.int64)
+        self._done = 0
 
-    def at(self, instant: int, receiver: Array, source: Array) -> tuple[Array, Array]:
-        """What receivers have of sources at an instant, `NEVER` if nothing, shape (n,) each."""
+    def advance(self, time: int) -> None:
+        """Take into account what was received up to and at `time` [ns]."""
+        end = int(np.searchsorted(self._times, time, side="right"))
+        new = slice(self._done, end)
+        np.maximum.at(self._generated, self._rank[new], self._made[new])
+        np.maximum.at(self._heard, self._rank[new], self._times[new])
+        self._done = end
+
+    def of(self, receiver: Array, source: Array) -> tuple[Array, Array]:
+        """What receivers have of sources, `NEVER` if nothing.
+
+        Args:
+            receiver: numbers of vehicles, shape (n,).
+            source: likewise.
+
+        Returns:
+            When the newest was handed over, and when it was received last [ns], shape (n,) each.
+        """
         never = np.full(len(receiver), NEVER, np.int64)
-        if len(self.links) == 0:
+        if len(self._links) == 0:
             return never, never
         wanted = _link(receiver, source)
-        rank = np.searchsorted(self.links, wanted)
-        rank[rank == len(self.links)] = 0
-        newest = np.searchsorted(self.keys, rank * self.stride + instant, side="right") - 1
-        is_known = (self.links[rank] == wanted) & (newest >= 0)
-        is_known &= self.keys[newest] // self.stride == rank
+        rank = np.searchsorted(self._links, wanted)
+        rank[rank == len(self._links)] = 0
+        is_known = self._links[rank] == wanted
         return (
-            np.where(is_known, self.generated[newest], never),
-            np.where(is_known, self.heard[newest], never),
+            np.where(is_known, self._generated[rank], never),
+            np.where(is_known, self._heard[rank], never),
         )
 
 

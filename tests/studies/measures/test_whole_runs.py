@@ -75,8 +75,8 @@ def test_the_ratio_over_distance_is_what_a_slow_count_finds(red_light: Path) -> 
     run = Recording(red_light)
     ids, place = run["traffic.vehicle.id"], run["traffic.vehicle.position"]
     told = run["channel.receptions"]
-    tried: Counter[tuple[str, int]] = Counter()
-    heard: Counter[tuple[str, int]] = Counter()
+    tried: Counter[tuple[str, float]] = Counter()
+    heard: Counter[tuple[str, float]] = Counter()
     for k, time in enumerate(told.times.tolist()):
         where = dict(zip(np.asarray(ids.at(time)).tolist(), place.at(time), strict=True))
         for event in unframe("RCPT", bytes(told[k]), RECEPTION):
