@@ -7,7 +7,7 @@ from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.errors import CosimError
 from orchestrator.experiment import findings as experiment_findings
 from orchestrator.experiment.stored import is_experiment
-from orchestrator.findings import FIGURE, METRICS, make_report
+from orchestrator.findings import make_report
 from orchestrator.recording.reader import Recording
 from orchestrator.scenario.measures import measures_of
 
@@ -24,8 +24,7 @@ def _of_run(directory: Path) -> Outcome:
     if name is None and not measures:
         raise CosimError(f"the scenario of `{directory}` names neither a report nor measures")
     findings = make_report(name, measures, directory, figure=True)
-    wrote = [str(directory / METRICS), *([] if name is None else [str(directory / FIGURE)])]
-    lines = [findings.summary.rstrip(), "", f"wrote {', '.join(wrote)}"]
+    lines = [findings.summary.rstrip(), "", f"wrote {', '.join(map(str, findings.files))}"]
     return Outcome(
         text="\n".join(lines).lstrip("\n"),
         data={"out": str(directory), "metrics": dict(findings.metrics)},

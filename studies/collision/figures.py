@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.markers import CARETDOWN
 
+from orchestrator.drawing import styled
 from orchestrator.intervals import Estimate
 from studies.collision.conditions import (
     CONSTANT,
@@ -25,7 +26,7 @@ from studies.collision.published import (
     Published,
 )
 from studies.collision.statistics import Result
-from studies.method.style import Look, bars, looks, styled, write
+from studies.method.style import Look, bars, looks, write
 
 _COLOURS: Final = {16: "#0072B2", 32: "#D55E00"}
 """The colour of every compression."""

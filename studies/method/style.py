@@ -3,12 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from orchestrator.drawing import DPI
 from orchestrator.intervals import Estimate
 
 
@@ -38,20 +38,6 @@ LOOKS: Final[Mapping[str, Look]] = {
 }
 _OTHERS: Final = (("#666666", "X"), ("#8A6D3B", "<"), ("#9A9A00", ">"), ("#5E3C99", "h"))
 
-_SETTINGS: Final[Any] = {  # matplotlib's types list every name as a literal
-    "font.family": "DejaVu Sans",  # comes with matplotlib: the same on every machine
-    "font.size": 9.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.alpha": 0.25,
-    "legend.frameon": False,
-    "svg.fonttype": "path",
-    "svg.hashsalt": "nlosim",  # identifiers in the file do not vary
-}
-DPI: Final = 200
-"""Pixels per inch of pictures in pixels."""
-
 
 def looks(methods: list[str]) -> dict[str, Look]:
     """The look of every method; those that we do not know get what is left."""
@@ -71,16 +57,11 @@ def bars(found: Sequence[Estimate]) -> list[list[float]]:
     return [below, above]
 
 
-def styled() -> Any:
-    """A context with the settings of all figures."""
-    return mpl.rc_context(_SETTINGS)
-
-
 def write(figure: Figure, path: Path) -> list[Path]:
     """Write `path` as SVG and PNG; equal figures make equal bytes.
 
     Args:
-        figure: drawn within `styled`, which must still be entered.
+        figure: drawn within `orchestrator.drawing.styled`, which must still be entered.
         path: without suffix.
     """
     FigureCanvasAgg(figure)

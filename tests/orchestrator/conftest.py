@@ -20,6 +20,7 @@ SAMPLE_UNITS = {
     measure.GROUP: {
         "span": "sample_units:Span",
         "clumsy": "sample_units:Clumsy",
+        "course": "sample_units:Course",
         "no-measure": "sample_units:Trace",
     },
     report.GROUP: {"trace": "sample_units:Trace", "buggy": "sample_units:Buggy"},

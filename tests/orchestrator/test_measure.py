@@ -8,6 +8,8 @@ import pytest
 from orchestrator.cli import main
 from orchestrator.errors import ScenarioError
 from orchestrator.measure import measure_type
+from orchestrator.recording.reader import Recording
+from orchestrator.run import run_scenario
 from orchestrator.scenario.build import load_scenario
 from tests.orchestrator.test_scenario_build import problems_of
 
@@ -130,3 +132,35 @@ def test_metrics_without_measures_do_not_speak_of_them(scenario_file: Path, tmp_
     out = tmp_path / "out"
     assert main(["run", str(scenario_file), "--set", "report=trace", "--out", str(out)]) == 0
     assert "measures" not in json.loads((out / "metrics.json").read_text())
+
+
+COURSE = "measures={way: {type: course, signal: car.vehicle.x}}"
+
+
+def test_a_measure_leaves_tables_and_a_panel(
+    scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert main(["run", str(scenario_file), "--set", COURSE, "--out", str(out)]) == 0
+    found = json.loads((out / "metrics.json").read_text())["measures"]["way"]
+    header, first, *others = (out / "measures" / "way-values.csv").read_text().splitlines()
+    assert (header, first) == ("time_ns,value", "0,")
+    values = Recording(out)["car.vehicle.x"]
+    assert others == [
+        f"{time},{value!r}"
+        for time, value in zip(values.times.tolist()[1:], values.values.tolist()[1:], strict=True)
+    ]
+    assert found == {"samples": len(others) + 1}
+    drawn = (out / "measures.png").read_bytes()
+    capsys.readouterr()
+    assert main(["report", str(out)]) == 0
+    names = ("metrics.json", "measures/way-values.csv", "measures.png")
+    assert f"wrote {', '.join(str(out / name) for name in names)}" in capsys.readouterr().out
+    assert (out / "measures.png").read_bytes() == drawn
+
+
+def test_nothing_is_drawn_where_no_figure_is_wanted(scenario_file: Path, tmp_path: Path) -> None:
+    scenario = load_scenario(scenario_file, [COURSE])
+    run_scenario(scenario, tmp_path / "out", figure=False)
+    assert (tmp_path / "out" / "measures" / "way-values.csv").is_file()
+    assert not (tmp_path / "out" / "measures.png").exists()

@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 import numpy as np
+from matplotlib.axes import Axes
 from typing_extensions import override
 
 from orchestrator.component import Component
-from orchestrator.measure import Measure
+from orchestrator.measure import Answer, Measure
 from orchestrator.parameters import ParameterProblem, parameter
 from orchestrator.recording.reader import Recording
 from orchestrator.report import Report
@@ -203,3 +204,24 @@ class Clumsy(Measure):
     @override
     def compute(self, recording: Recording) -> Mapping[str, float | int | bool | str | None]:
         raise LookupError("no such number")
+
+
+@dataclass(frozen=True, slots=True)
+class Course(Measure):
+    """Samples of a signal, as a table and as a panel."""
+
+    signal: str = parameter(doc="`component.connector`")
+
+    @override
+    def compute(self, recording: Recording) -> Answer:
+        series = recording[self.signal]
+        values = np.where(series.times > 0, series.values, np.nan)
+
+        def panel(axes: Axes) -> None:
+            axes.plot(series.times, values)
+
+        return Answer(
+            numbers={"samples": len(series)},
+            tables={"values": {"time_ns": series.times, "value": values}},
+            panel=panel,
+        )

@@ -1,0 +1,73 @@
+"""Distances in bins, and what measures say about many values."""
+
+import itertools
+from collections.abc import Iterator, Sequence
+from typing import Any, Final, Literal
+
+import numpy as np
+
+from orchestrator.errors import ParameterProblem
+from orchestrator.parameters import parameter
+from orchestrator.signal import Array
+
+EDGES: Final[Any] = tuple(20.0 * k for k in range(26))
+"""20 m wide up to 500 m, as in 3GPP TR 36.885, annex A."""
+
+
+def edges_parameter() -> Any:
+    """The parameter of measures over distance."""
+    return parameter(EDGES, unit="m", minimum=0.0, doc="of the bins of distance, ascending")
+
+
+def edges_problems(edges: Sequence[float]) -> Iterator[ParameterProblem]:
+    """What is wrong with edges of bins."""
+    if len(edges) < 2:
+        yield ParameterProblem(("edges",), "a bin needs two edges: write at least two distances")
+    elif any(b <= a for a, b in itertools.pairwise(edges)):
+        yield ParameterProblem(("edges",), "edges of bins have to ascend, each beyond the last")
+
+
+def bin_of(distance: Array, edges: Sequence[float]) -> Array:
+    """The bin `[edges[k], edges[k + 1])` of every distance; -1 outside of all, shape (n,)."""
+    found = np.searchsorted(np.asarray(edges), distance, side="right") - 1
+    return np.asarray(np.where(found < len(edges) - 1, found, -1))
+
+
+def spread(values: Array, name: str, unit: Literal["s", "ms", "m", ""]) -> dict[str, float | None]:
+    """Mean, median, 95th and 99th percentile of `values`, shape (n,), by name; `None` of none."""
+    ending = f"_{unit}" if unit else ""
+    labels = ("mean", "median", "p95", "p99")
+    if len(values) == 0:
+        return {f"{name}_{label}{ending}": None for label in labels}
+    found = (values.mean(), *np.quantile(values, (0.5, 0.95, 0.99)))
+    return {
+        f"{name}_{label}{ending}": float(each) for label, each in zip(labels, found, strict=True)
+    }
+
+
+def spread_by_bin(bins: Array, values: Array, edges: Sequence[float]) -> dict[str, Array]:
+    """Count, mean, median, 95th and 99th percentile of times in every bin [s].
+
+    Args:
+        bins: as `bin_of` returns them, shape (n,).
+        values: times [s], shape (n,).
+        edges: of the bins.
+
+    Returns:
+        Columns, shape (bin,); NaN where a bin is empty.
+    """
+    order = np.argsort(bins, kind="stable")
+    ends = np.searchsorted(bins[order], np.arange(len(edges)))
+    table = np.full((len(edges) - 1, 4), np.nan)
+    for k, (start, end) in enumerate(itertools.pairwise(ends)):
+        if end > start:
+            own = values[order[start:end]]
+            table[k] = own.mean(), *np.quantile(own, (0.5, 0.95, 0.99))
+    mean, median, p95, p99 = table.T
+    quantiles = {"mean_s": mean, "median_s": median, "p95_s": p95, "p99_s": p99}
+    return {**bin_columns(edges), "count": np.diff(ends), **quantiles}
+
+
+def bin_columns(edges: Sequence[float]) -> dict[str, Array]:
+    """The columns that say which distances a row is about [m], shape (bin,) each."""
+    return {"from_m": np.array(edges[:-1]), "to_m": np.array(edges[1:])}
