@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
+from orchestrator.drawing import styled
 from studies.method import style
 from studies.training.results import OUTCOMES, Findings, Row
 
@@ -25,7 +26,7 @@ _COLOURS: Final = {
 
 def draw(found: Findings, directory: Path) -> None:
     """Write `training.svg` and `training.png`; equal findings make equal bytes."""
-    with style.styled():
+    with styled():
         figure = Figure(figsize=(7.2, 6.0), layout="constrained")
         above, below = figure.subplots(2, 1)
         _losses(above, found.epochs)
