@@ -18,7 +18,7 @@ from contextlib import AbstractContextManager
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final, Literal
+from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
 from typing_extensions import override
@@ -164,13 +164,24 @@ class InProcess(Connection):
         options: of SUMO.
 
     Raises:
-        SumoError: another simulation is open, or SUMO refuses the files.
+        SumoError: another simulation is open, or a mesoscopic one was; or SUMO refuses the files.
+
+    Attributes:
+        is_spent: whether libsumo 1.28 has simulated a mesoscopic scene in this process, and keeps
+            some of it in its global variables.
     """
+
+    is_spent: ClassVar[bool] = False
 
     def __init__(self, options: Sequence[str]) -> None:
         sumo = _libsumo()
         self.modules, self.refusal = sumo, sumo.TraCIException
         self._refusals = (sumo.TraCIException, sumo.FatalTraCIError)
+        if InProcess.is_spent:
+            raise SumoError(
+                "SUMO has simulated a mesoscopic scene (`mesosim`) in this process and does not "
+                "forget it: lanes of bicycles would be closed to them; start another process"
+            )
         if sumo.simulation.isLoaded():
             raise SumoError(
                 "SUMO can run once per process, and it is running already; give all but one "
@@ -202,6 +213,8 @@ class InProcess(Connection):
     def close(self) -> None:
         if not self._is_closed:
             self._is_closed = True
+            if self.modules.simulation.getOption("mesosim") == "true":
+                InProcess.is_spent = True
             self.modules.close()
 
 

@@ -4,6 +4,8 @@ import json
 import subprocess
 import sys
 from collections.abc import Mapping
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -93,6 +95,22 @@ def shown(config: Path, **parameters: Any) -> list[dict[str, tuple[float, float]
     return seen
 
 
+def shown_elsewhere(config: Path) -> list[dict[str, tuple[float, float]]]:
+    """The same in a process of its own: libsumo does not forget that a scene was mesoscopic."""
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        return pool.submit(shown, config).result(timeout=60)
+
+
+def second_scene(config: Path) -> str:
+    """What is said when another scene follows in one process."""
+    shown(config)
+    try:
+        shown(config)
+    except SumoError as error:
+        return str(error)
+    return ""
+
+
 def centre(x: float, y: float, angle: float, length: float) -> tuple[float, float]:
     a = np.radians(90.0 - angle)
     return x - 0.5 * length * float(np.cos(a)), y - 0.5 * length * float(np.sin(a))
@@ -120,7 +138,14 @@ def assert_same(mine: list[dict[str, tuple[float, float]]], config: Path, *more:
 )
 def test_everybody_whom_sumo_has_is_shown_where_sumo_has_them(more: str, folder: Folder) -> None:
     config = scene(folder, more)
-    assert_same(shown(config), config)
+    assert_same((shown_elsewhere if "mesosim" in more else shown)(config), config)
+
+
+def test_after_a_mesoscopic_scene_another_process_is_asked_for(folder: Folder) -> None:
+    config = scene(folder, '<mesosim value="true"/>')
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        said = pool.submit(second_scene, config).result(timeout=60)
+    assert said.startswith("SUMO has simulated a mesoscopic scene (`mesosim`) in this process")
 
 
 def test_looking_at_distributions_of_types_leaves_the_random_numbers_of_sumo_alone(
