@@ -11,19 +11,19 @@ from matplotlib.markers import CARETDOWN
 
 from orchestrator.drawing import styled
 from orchestrator.intervals import Estimate
+from studies.collision.claims import (
+    COMPRESSION_32_RATE,
+    COOPERNAUT,
+    MOHED_PER,
+    MOHED_RATE,
+    Published,
+)
 from studies.collision.conditions import (
     CONSTANT,
     USUAL_AGE,
     load_name,
     policy_key,
     policy_name,
-)
-from studies.collision.published import (
-    COMPRESSION_32_RATE,
-    COOPERNAUT,
-    MOHED_PER,
-    MOHED_RATE,
-    Published,
 )
 from studies.collision.statistics import Result
 from studies.method.style import Look, bars, looks, write
