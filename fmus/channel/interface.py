@@ -95,9 +95,9 @@ _RADIO: Final = (
         50,
         0,
         200,
-        "Frames that arrive this far below the noise floor do not interfere: 50 dB change the SNIR by "
-        "4e-5 dB each, 20 dB by 0.04 dB, for less computing; none is left out where weak_receptions "
-        "tells of all",
+        "Frames that arrive this far below the noise floor do not interfere: 50 dB change the SNIR "
+        "by 4e-5 dB each, 20 dB by 0.04 dB, for less computing; none is left out where "
+        "weak_receptions tells of all",
         unit="dB",
     ),
     switch(
