@@ -1,0 +1,117 @@
+"""What a component tells about itself so that it can be stepped without Python.
+
+An FMU is a table of functions; whoever knows their addresses can call them in compiled code, many
+times between two communication points that Python has to see. See `orchestrator.plan`.
+"""
+
+import abc
+import enum
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from orchestrator.signal import Signal, Signals
+from orchestrator.timebase import Duration, Time
+
+
+class NativeKind(enum.IntEnum):
+    """How the elements of a variable lie in the memory of an FMU; the numbers of the engine."""
+
+    PLAIN = 0
+    """Whole numbers, as in the signal."""
+
+    FLOAT32 = 1
+    FLOAT64 = 2
+
+    BOOLEAN8 = 3
+    """FMI 3.0: a byte."""
+
+    BOOLEAN32 = 4
+    """FMI 2.0: an int."""
+
+    BINARY = 5
+    """FMI 3.0: a pointer and a size."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NativeVariable:
+    """An input or output of a native unit.
+
+    Attributes:
+        type: the FMI type, which names the functions that set and get it.
+        kind: how its elements lie in memory.
+        reference: its value reference.
+    """
+
+    type: str
+    kind: NativeKind
+    reference: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NativeUnit:
+    """The functions of one running instance, and its variables; addresses are whole numbers.
+
+    Attributes:
+        version: of FMI: 2 or 3, which says how functions are called.
+        instance: the first argument of all functions.
+        step: of `fmi2DoStep` or `fmi3DoStep`.
+        keeps_state: no stored state will be asked back.
+        flags: FMI 3.0: where a step says that an event, the end, an early return came.
+        last_time: FMI 3.0: where a step says how far it came.
+        setters: by FMI type.
+        getters: by FMI type.
+        variables: inputs and outputs, by name of the connector.
+        owner: takes over where the engine stops.
+    """
+
+    version: int
+    instance: int
+    step: int
+    keeps_state: bool
+    flags: Sequence[int]
+    last_time: int
+    setters: Mapping[str, int]
+    getters: Mapping[str, int]
+    variables: Mapping[str, NativeVariable]
+    owner: "NativeOwner"
+
+
+class NativeOwner(abc.ABC):
+    """The component behind a native unit: it explains failures, and goes on where the engine was."""
+
+    @abc.abstractmethod
+    def count_calls(self, address: int | None) -> None:
+        """Messages of different steps are told apart by the number (uint64) at `address`.
+
+        Args:
+            address: of the number; `None`: the engine is gone.
+        """
+
+    @abc.abstractmethod
+    def is_written(self, name: str, value: Signal) -> bool:
+        """Whether the input `name` was last set to this very object."""
+
+    @abc.abstractmethod
+    def adopt(self, written: Mapping[str, Signal], read: Signals) -> None:
+        """Go on after a stretch.
+
+        Args:
+            written: the objects that inputs are set to; inputs that are not named are unknown.
+            read: the outputs.
+        """
+
+    @abc.abstractmethod
+    def setting_failed(self, type_: str, names: Sequence[str], status: int) -> None:
+        """Setting these inputs returned `status`, which is not OK.
+
+        Raises:
+            Exception: what the same call had raised in `step`; nothing after a mere warning.
+        """
+
+    @abc.abstractmethod
+    def step_failed(self, status: int, t: Time, h: Duration) -> None:
+        """As `setting_failed`, for the step from `t`; -1: it was OK, but the FMU asks to end."""
+
+    @abc.abstractmethod
+    def getting_failed(self, type_: str, status: int) -> None:
+        """As `setting_failed`, for outputs of one type."""

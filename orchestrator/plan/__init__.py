@@ -1,0 +1,1 @@
+"""Stepping FMUs without Python in between: the plan of a run, and its engine."""

@@ -1,0 +1,391 @@
+/* Steps FMUs from communication point to communication point without Python in between.
+ *
+ * A plan is a table of units and of what is to be called for each of them at a step: values that are
+ * set, the step, values that are got. `plan_run` works through it until the end of a stretch, and
+ * stops before whatever needs Python: a call that did not return OK, a value that is not finite, an
+ * output that ends the run. Nothing here knows what is connected or recorded beyond addresses. */
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#if defined(_WIN32)
+#define EXPORT __declspec(dllexport)
+#else
+#define EXPORT __attribute__((visibility("default")))
+#endif
+
+/* ---- FMI: what is called ---- */
+
+typedef int (*Set2)(void *, const uint32_t *, size_t, const void *);
+typedef int (*Set3)(void *, const uint32_t *, size_t, const void *, size_t);
+typedef int (*Get2)(void *, const uint32_t *, size_t, void *);
+typedef int (*Get3)(void *, const uint32_t *, size_t, void *, size_t);
+typedef int (*GetBinary)(void *, const uint32_t *, size_t, size_t *, const uint8_t **, size_t);
+typedef int (*SetBinary)(void *, const uint32_t *, size_t, const size_t *, const uint8_t *const *, size_t);
+typedef int (*Step2)(void *, double, double, int);
+typedef int (*Step3)(void *, double, double, bool, bool *, bool *, bool *, double *);
+
+enum { STATUS_OK = 0 };
+
+/* How elements lie in the memory of an FMU and in a signal, which has a byte for a Boolean. */
+typedef enum { PLAIN, FLOAT32, FLOAT64, BOOLEAN8, BOOLEAN32 } Kind;
+
+/* A value of type Binary; `data` is ours. */
+typedef struct {
+    uint8_t *data;
+    size_t size, capacity;
+} Bytes;
+
+/* ---- the plan; plan/table.py has the same layouts ---- */
+
+/* Where the values of one call come from. */
+typedef struct {
+    const void *from; /* a signal of `size` bytes, or a `Bytes` */
+    void *to;         /* among the elements of the call */
+    size_t size;
+    const uint64_t *version; /* of the source: counts its publications */
+    uint64_t seen;           /* the version that was set last */
+} Copy;
+
+typedef struct {
+    void *function;
+    const uint32_t *reference;
+    size_t references;
+    void *elements;
+    size_t count; /* of elements */
+    int32_t kind;
+    int32_t is_binary;
+    Copy *copy;
+    size_t copies;
+} Setting;
+
+typedef struct {
+    void *function;
+    const uint32_t *reference;
+    size_t references;
+    void *elements; /* of the FMU; of a kind that is a signal as it is, the signals themselves */
+    size_t count;
+    int32_t kind;
+    int32_t is_binary;
+    void *signal; /* what the elements become: in the pending outputs; of Binary, `Bytes` */
+    size_t *sizes; /* scratch for Binary */
+    const uint8_t **pointers;
+} Getting;
+
+/* One recorded signal: every value that is published. */
+typedef struct {
+    const void *from; /* among the published outputs; of Binary, a `Bytes` */
+    size_t size;
+    uint8_t *row;      /* `rows` times `size` bytes; of Binary, the sizes as int64 */
+    int32_t is_binary;
+    Bytes bytes; /* of Binary, one after the other */
+} Track;
+
+typedef struct {
+    void *instance, *step;
+    int32_t version; /* of FMI */
+    int32_t keeps_state; /* no stored state will be asked back */
+    int64_t step_size; /* [ns] */
+    Setting *setting;
+    size_t settings;
+    Getting *getting;
+    size_t gettings;
+    void *pending, *published; /* outputs without Binary; the same where steps are published at once */
+    size_t size;
+    Bytes *pending_bytes, *published_bytes;
+    size_t binaries;
+    Track *track;
+    size_t tracks;
+    int64_t *time; /* recorded [ns], with room for as many as there are points */
+    size_t rows;   /* of this stretch */
+    uint64_t publications;
+    uint64_t calls;   /* steps that were begun; tells messages of one from those of another */
+    double spent;     /* wall time of this stretch [ns], from samples */
+    bool *flag[3];    /* results of a step, FMI 3.0: event, end, early return */
+    double *last_time;
+} Unit;
+
+typedef enum { ALL_DONE, SET_FAILED, STEP_FAILED, GET_FAILED, NOT_FINITE, NO_MEMORY, RUN_ENDS } Outcome;
+
+typedef struct {
+    Unit *unit; /* in the order of their turns */
+    size_t units;
+    int32_t is_parallel; /* Jacobi: steps start at a point and are published where they end */
+    int32_t is_departed; /* steps that start at `now` have been begun */
+    int64_t start;          /* of the run [ns] */
+    const uint8_t *until;   /* a published Boolean that ends the run, or NULL */
+    /* of one stretch */
+    int64_t now;      /* the last point that was completed [ns] */
+    int64_t end;      /* no point lies beyond [ns] */
+    size_t most;      /* points */
+    size_t points;    /* that were completed */
+    int64_t *point;   /* their times, with room for `most` */
+    size_t failed, call; /* the unit, and which of its calls */
+    int64_t failed_from; /* where its step starts [ns] */
+    int32_t status, pad2;
+} Plan;
+
+static double seconds(int64_t t) { return (double)t / 1e9; }
+
+static double clock_ns(void) {
+    struct timespec t;
+    timespec_get(&t, TIME_UTC);
+    return (double)t.tv_sec * 1e9 + (double)t.tv_nsec;
+}
+
+/* ---- bytes ---- */
+
+static int bytes_reserve(Bytes *b, size_t size) {
+    if (size <= b->capacity) return 0;
+    size_t wanted = size + size / 2 + 64;
+    uint8_t *grown = realloc(b->data, wanted);
+    if (!grown) return 1;
+    b->data = grown;
+    b->capacity = wanted;
+    return 0;
+}
+
+static int bytes_assign(Bytes *b, const uint8_t *data, size_t size) {
+    if (bytes_reserve(b, size)) return 1;
+    if (size > 0) memcpy(b->data, data, size);
+    b->size = size;
+    return 0;
+}
+
+static int bytes_append(Bytes *b, const uint8_t *data, size_t size) {
+    if (bytes_reserve(b, b->size + size)) return 1;
+    if (size > 0) memcpy(b->data + b->size, data, size);
+    b->size += size;
+    return 0;
+}
+
+EXPORT int plan_assign(Bytes *b, const uint8_t *data, size_t size) { return bytes_assign(b, data, size); }
+
+EXPORT void plan_release(Bytes *b) {
+    free(b->data);
+    *b = (Bytes){0};
+}
+
+/* ---- one step ---- */
+
+/* Bring the elements of a call up to date; whether any source has published since. */
+static bool gather(Setting *s) {
+    bool is_new = false;
+    for (size_t k = 0; k < s->copies; k++) {
+        Copy *c = &s->copy[k];
+        if (c->seen == *c->version) continue;
+        c->seen = *c->version;
+        is_new = true;
+        if (s->is_binary) continue;
+        if (s->kind == BOOLEAN32) {
+            const uint8_t *from = c->from;
+            int32_t *to = c->to;
+            for (size_t i = 0; i < c->size; i++) to[i] = from[i];
+        } else {
+            memcpy(c->to, c->from, c->size);
+        }
+    }
+    return is_new;
+}
+
+/* The newest values of a call of type Binary; several sources have several versions, all are set. */
+static int set_binary(const Unit *u, Setting *s) {
+    size_t *size = s->elements;
+    const uint8_t **data = (const uint8_t **)(size + s->references);
+    for (size_t k = 0; k < s->copies; k++) {
+        const Bytes *b = s->copy[k].from;
+        size[k] = b->size;
+        data[k] = b->data;
+    }
+    return ((SetBinary)s->function)(u->instance, s->reference, s->references, size, data, s->references);
+}
+
+static int set(const Unit *u, Setting *s) {
+    if (s->is_binary) return set_binary(u, s);
+    if (u->version == 2)
+        return ((Set2)s->function)(u->instance, s->reference, s->references, s->elements);
+    return ((Set3)s->function)(u->instance, s->reference, s->references, s->elements, s->count);
+}
+
+static int step(Unit *u, int64_t from) {
+    u->calls++;
+    if (u->version == 2)
+        return ((Step2)u->step)(u->instance, seconds(from), seconds(u->step_size), u->keeps_state);
+    *u->last_time = seconds(from);
+    int status = ((Step3)u->step)(u->instance, seconds(from), seconds(u->step_size), u->keeps_state,
+                                  u->flag[0], u->flag[1], u->flag[2], u->last_time);
+    return status == STATUS_OK && (*u->flag[1] || *u->flag[2]) ? -1 : status;
+}
+
+static int get(const Unit *u, Getting *g) {
+    if (g->is_binary)
+        return ((GetBinary)g->function)(u->instance, g->reference, g->references, g->sizes,
+                                        g->pointers, g->references);
+    if (u->version == 2)
+        return ((Get2)g->function)(u->instance, g->reference, g->references, g->elements);
+    return ((Get3)g->function)(u->instance, g->reference, g->references, g->elements, g->count);
+}
+
+static bool are_finite64(const double *value, size_t n) {
+    double sum = 0; /* x - x is 0 for finite x, NaN for others */
+    for (size_t k = 0; k < n; k++) sum += value[k] - value[k];
+    return sum == 0;
+}
+
+static bool are_finite32(const float *value, size_t n) {
+    float sum = 0;
+    for (size_t k = 0; k < n; k++) sum += value[k] - value[k];
+    return sum == 0;
+}
+
+/* Make signals of what was got. */
+static Outcome adopt(Getting *g) {
+    if (g->is_binary) {
+        Bytes *b = g->signal;
+        for (size_t k = 0; k < g->references; k++)
+            if (bytes_assign(&b[k], g->pointers[k], g->pointers[k] ? g->sizes[k] : 0)) return NO_MEMORY;
+        return ALL_DONE;
+    }
+    uint8_t *signal = g->signal;
+    switch ((Kind)g->kind) {
+    case FLOAT64: return are_finite64(g->elements, g->count) ? ALL_DONE : NOT_FINITE;
+    case FLOAT32: return are_finite32(g->elements, g->count) ? ALL_DONE : NOT_FINITE;
+    case BOOLEAN8:
+        for (size_t k = 0; k < g->count; k++) signal[k] = ((const uint8_t *)g->elements)[k] != 0;
+        return ALL_DONE;
+    case BOOLEAN32:
+        for (size_t k = 0; k < g->count; k++) signal[k] = ((const int32_t *)g->elements)[k] != 0;
+        return ALL_DONE;
+    case PLAIN: break;
+    }
+    return ALL_DONE;
+}
+
+/* Let a unit step from `from`; its outputs are pending then. */
+static Outcome make_step(Plan *p, Unit *u, int64_t from) {
+    for (p->call = 0; p->call < u->settings; p->call++) {
+        Setting *s = &u->setting[p->call];
+        if (gather(s) && (p->status = set(u, s)) != STATUS_OK) return SET_FAILED;
+    }
+    if ((p->status = step(u, from)) != STATUS_OK) return STEP_FAILED;
+    for (p->call = 0; p->call < u->gettings; p->call++)
+        if ((p->status = get(u, &u->getting[p->call])) != STATUS_OK) return GET_FAILED;
+    for (p->call = 0; p->call < u->gettings; p->call++) {
+        Outcome outcome = adopt(&u->getting[p->call]);
+        if (outcome != ALL_DONE) return outcome;
+    }
+    return ALL_DONE;
+}
+
+static Outcome make_timed_step(Plan *p, Unit *u, int64_t from, bool is_sample, double weight) {
+    if (!is_sample) return make_step(p, u, from);
+    double before = clock_ns();
+    Outcome outcome = make_step(p, u, from);
+    u->spent += (clock_ns() - before) * weight;
+    return outcome;
+}
+
+static Outcome publish(Unit *u) {
+    if (u->published != u->pending) memcpy(u->published, u->pending, u->size);
+    for (size_t k = 0; k < u->binaries && u->published_bytes != u->pending_bytes; k++)
+        if (bytes_assign(&u->published_bytes[k], u->pending_bytes[k].data, u->pending_bytes[k].size))
+            return NO_MEMORY;
+    u->publications++;
+    return ALL_DONE;
+}
+
+static Outcome record(Unit *u, int64_t t) {
+    for (size_t k = 0; k < u->tracks; k++) {
+        Track *r = &u->track[k];
+        if (r->is_binary) {
+            const Bytes *b = r->from;
+            ((int64_t *)r->row)[u->rows] = (int64_t)b->size;
+            if (bytes_append(&r->bytes, b->data, b->size)) return NO_MEMORY;
+        } else if (r->size == 8) {
+            memcpy(r->row + 8 * u->rows, r->from, 8);
+        } else {
+            memcpy(r->row + r->size * u->rows, r->from, r->size);
+        }
+    }
+    u->time[u->rows++] = t;
+    return ALL_DONE;
+}
+
+/* ---- many points ---- */
+
+static bool is_due(const Plan *p, const Unit *u, int64_t t) {
+    return (t - p->start) % u->step_size == 0;
+}
+
+static int64_t next_point(const Plan *p) {
+    int64_t next = INT64_MAX;
+    for (size_t k = 0; k < p->units; k++) {
+        int64_t h = p->unit[k].step_size, t = p->now + h - (p->now - p->start) % h;
+        if (t < next) next = t;
+    }
+    return next;
+}
+
+/* Steps that start at `t`. */
+static Outcome depart(Plan *p, int64_t t, bool is_sample, double weight) {
+    for (p->failed = 0; p->failed < p->units; p->failed++) {
+        Unit *u = &p->unit[p->failed];
+        if (!is_due(p, u, t)) continue;
+        p->failed_from = t;
+        Outcome outcome = make_timed_step(p, u, t, is_sample, weight);
+        if (outcome != ALL_DONE) return outcome;
+    }
+    return ALL_DONE;
+}
+
+/* Complete the steps that end at `t`. */
+static Outcome arrive(Plan *p, int64_t t, bool is_sample, double weight) {
+    for (p->failed = 0; p->failed < p->units; p->failed++) {
+        Unit *u = &p->unit[p->failed];
+        if (!is_due(p, u, t)) continue;
+        p->failed_from = t - u->step_size;
+        Outcome outcome =
+            p->is_parallel ? ALL_DONE : make_timed_step(p, u, t - u->step_size, is_sample, weight);
+        if (outcome == ALL_DONE) outcome = publish(u);
+        if (outcome != ALL_DONE) return outcome;
+    }
+    return ALL_DONE;
+}
+
+static Outcome go_on(Plan *p) {
+    enum { EVERY = 32 }; /* of so many points one is timed */
+    for (;;) {
+        bool is_sample = p->points % EVERY == 0;
+        double rest = (double)(p->most - p->points), weight = rest < EVERY ? rest : EVERY;
+        Outcome outcome = ALL_DONE;
+        if (p->is_parallel && !p->is_departed) outcome = depart(p, p->now, is_sample, weight);
+        p->is_departed = false;
+        if (outcome != ALL_DONE) return outcome;
+        int64_t t = next_point(p);
+        if ((outcome = arrive(p, t, is_sample, weight)) != ALL_DONE) return outcome;
+        for (size_t k = 0; k < p->units; k++)
+            if (is_due(p, &p->unit[k], t) && (outcome = record(&p->unit[k], t)) != ALL_DONE)
+                return outcome;
+        p->now = t;
+        p->point[p->points++] = t;
+        if (p->until && *p->until) return RUN_ENDS;
+        if (p->points == p->most || next_point(p) > p->end) return ALL_DONE;
+    }
+}
+
+/* Work through the points behind `now` up to `end`, `most` at most, of which there is one at least.
+ * Nothing departs from the last one. */
+EXPORT int plan_run(Plan *p) {
+    p->points = 0;
+    for (size_t k = 0; k < p->units; k++) {
+        Unit *u = &p->unit[k];
+        u->rows = 0;
+        u->spent = 0;
+        for (size_t i = 0; i < u->tracks; i++) u->track[i].bytes.size = 0;
+    }
+    return go_on(p);
+}

@@ -1,0 +1,95 @@
+"""The outputs of one unit in memory: signals of fixed size, one after the other."""
+
+import ctypes
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from orchestrator.plan.layouts import Bytes
+from orchestrator.signal import Array, Connector, Signal, Signals
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a signal lies.
+
+    Attributes:
+        offset: from the start of the memory [byte].
+        size: [byte].
+        dtype, shape: of the array.
+    """
+
+    offset: int
+    size: int
+    dtype: "np.dtype[Any]"
+    shape: tuple[int, ...]
+
+
+class Outputs:
+    """The outputs of one unit.
+
+    Args:
+        names: in the order in which they lie in memory.
+        connectors: of the unit.
+
+    Attributes:
+        places: of the outputs that are arrays.
+        binaries: names of those of type Binary, in order.
+        block: the arrays, shape (byte,).
+        bytes: the Binary values.
+    """
+
+    def __init__(self, names: Sequence[str], connectors: Mapping[str, Connector]) -> None:
+        self.places: dict[str, Place] = {}
+        self.binaries = [name for name in names if connectors[name].is_binary]
+        end = 0
+        for name in names:
+            if connectors[name].is_binary:
+                continue
+            connector = connectors[name]
+            dtype = np.dtype(connector.dtype)
+            shape = tuple(length for length in connector.shape if isinstance(length, int))
+            offset = -(-end // dtype.itemsize) * dtype.itemsize
+            size = dtype.itemsize * math.prod(shape)
+            self.places[name] = Place(offset, size, dtype, shape)
+            end = offset + size
+        self.block: Array = np.zeros(max(end, 1), np.uint8)
+        self.bytes = (Bytes * max(len(self.binaries), 1))()
+
+    def address(self, name: str) -> int:
+        """Of an array in the block, or of a `Bytes`."""
+        if name in self.places:
+            return int(self.block.ctypes.data) + self.places[name].offset
+        return ctypes.addressof(self.bytes) + self.binaries.index(name) * ctypes.sizeof(Bytes)
+
+    def put(self, name: str, value: Signal, library: Any) -> None:
+        """Write one output."""
+        if isinstance(value, bytes):
+            failed = library.plan_assign(self.bytes[self.binaries.index(name)], value, len(value))
+            if failed:
+                raise MemoryError(f"no room for {len(value)} bytes of `{name}`")
+            return
+        place = self.places[name]
+        self.block[place.offset : place.offset + place.size] = np.frombuffer(
+            np.ascontiguousarray(value).data.cast("B") if value.size else b"", np.uint8
+        )
+
+    def values(self) -> Signals:
+        """A copy of all outputs; the arrays are read-only."""
+        copy = self.block.tobytes()
+        found: dict[str, Signal] = {}
+        for name, place in self.places.items():
+            count = math.prod(place.shape)
+            elements = np.frombuffer(copy, place.dtype, count, place.offset)
+            found[name] = elements.reshape(place.shape)
+        for name, each in zip(self.binaries, self.bytes, strict=False):
+            found[name] = ctypes.string_at(each.data, each.size) if each.size else b""
+        return found
+
+    def release(self, library: Any) -> None:
+        """Free what the engine allocated."""
+        for each in self.bytes:
+            library.plan_release(each)

@@ -1,0 +1,50 @@
+"""What observers see of the points that the engine worked through."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from orchestrator.signal import Array, Signals
+from orchestrator.timebase import Time
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """The samples of one signal, all of the same size.
+
+    Attributes:
+        data: of all samples, one after the other.
+        sizes: of each sample of a Binary [byte], int64, shape (sample,); `None` for arrays.
+    """
+
+    data: memoryview | bytes
+    sizes: Array | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """What one component published.
+
+    Attributes:
+        times: when [ns], int64, shape (sample,).
+        rows: the recorded signals, by connector. They last until the observers are done.
+    """
+
+    times: Array
+    rows: Mapping[str, Rows]
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """Communication points that follow each other.
+
+    Attributes:
+        time: the last of them [ns].
+        count: how many they are.
+        samples: of the components that published, by name.
+        values: the published outputs of all components at the last point.
+    """
+
+    time: Time
+    count: int
+    samples: Mapping[str, Samples]
+    values: Mapping[str, Signals]
