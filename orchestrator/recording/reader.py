@@ -13,6 +13,7 @@ import numpy as np
 from orchestrator.recording.fingerprint import PartDigest, fingerprint
 from orchestrator.recording.layout import INDEX, MANIFEST, Files, Layout, RecordingError, SignalType
 from orchestrator.recording.samples import Samples, load, parts, read_samples
+from orchestrator.recording.stored import Stored
 from orchestrator.signal import Array, Signal
 from orchestrator.suggestion import suggestion
 from orchestrator.system import Endpoint
@@ -24,7 +25,8 @@ class Series:
     """The samples of one signal over time.
 
     `series[k]` is sample `k`, counted from the start or, if negative, from the end; iterating
-    yields all samples. Arrays are read-only views of the file.
+    yields all samples. Arrays are read-only. A sample is decompressed, with those around it, when
+    it is asked for.
 
     Attributes:
         name: `component.connector`.
@@ -71,7 +73,7 @@ class Series:
         Stacked, shape (samples, ...), if their shape is constant; otherwise joined along their
         first axis or, if other axes vary too, flattened.
         """
-        return self._samples.values[: self._samples.ends[len(self)]]
+        return self._samples.values[0 : int(self._samples.ends[len(self)])]
 
 
 class Recording:
@@ -143,6 +145,8 @@ class Recording:
             yield from (self._digest(path, "") for path in lengths)
 
     def _digest(self, path: Path, kind: str) -> PartDigest:
-        name = path.relative_to(self._directory).as_posix()
-        rows = load(path).reshape(-1).view(np.uint8)
-        return PartDigest(name, kind, hashlib.sha256(rows.data).hexdigest())
+        digest = hashlib.sha256()
+        for rows in Stored.open(path).blocks():
+            digest.update(np.ascontiguousarray(rows).reshape(-1).view(np.uint8).data)
+        name = Files(self._directory, "", "").name_of(path)
+        return PartDigest(name, kind, digest.hexdigest())

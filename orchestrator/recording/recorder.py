@@ -21,7 +21,8 @@ from orchestrator.recording.layout import (
     write_json,
     write_manifest,
 )
-from orchestrator.recording.samples import INT64, Part, SampleWriter, sample_writer
+from orchestrator.recording.parts import Part
+from orchestrator.recording.samples import SampleWriter, sample_writer, times_part
 from orchestrator.signal import Causality, Connector, Signals, Variability
 from orchestrator.suggestion import suggestion
 from orchestrator.system import Endpoint, System
@@ -138,7 +139,8 @@ class Recorder(Observer):
     def end(self, result: SimulationResult) -> None:
         if not self._begun:
             return  # the directory holds somebody else's recording
-        self._flush()
+        for component in self._components.values():
+            component.close()
         wall_time = result.wall_time
         write_manifest(
             self._directory,
@@ -170,9 +172,9 @@ class _ComponentWriter:
     def __init__(self, directory: Path, component: str) -> None:
         self._directory = directory
         self._component = component
-        path = Files(directory, component, "").times
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self._times = Part.create(path, INT64)
+        files = Files(directory, component, "")
+        files.folder.mkdir(parents=True, exist_ok=True)
+        self._times = times_part(files)
         self._parts: list[Part] = []
         self._once: list[tuple[str, SampleWriter]] = []
         self._always: list[tuple[str, SampleWriter]] = []
@@ -192,15 +194,19 @@ class _ComponentWriter:
             self._once.clear()
         for name, writer in self._always:
             writer.write(values[name])
-        self._times.array.append(t.to_bytes(8, "little", signed=True))
+        self._times.append(t.to_bytes(8, "little", signed=True))
 
     def flush(self) -> None:
         """Write everything out, times last: they say how many samples there are."""
         for part in (*self._parts, self._times):
-            part.array.flush()
+            part.flush()
+
+    def close(self) -> None:
+        """Store everything."""
+        for part in (*self._parts, self._times):
+            part.close()
 
     def digests(self) -> Iterator[PartDigest]:
-        """The digests of all files."""
+        """The digests of all parts, as far as they were written out."""
         for part in (*self._parts, self._times):
-            name = part.path.relative_to(self._directory).as_posix()
-            yield PartDigest(name, part.kind, part.array.digest.hexdigest())
+            yield part.digest

@@ -1,0 +1,178 @@
+"""Parts of a recording, read back block by block when they are asked for."""
+
+import bisect
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from orchestrator.recording.blocks import Block, read_block, scan
+from orchestrator.recording.layout import RecordingError, plain_of, tails_of
+from orchestrator.signal import Array
+
+
+@dataclass(frozen=True, slots=True)
+class _Segment:
+    """Rows `first` to `end` - 1, and how to get them."""
+
+    first: int
+    end: int
+    load: Callable[[], Array]
+
+
+class Stored:
+    """The rows of one part of a recording.
+
+    `stored[a:b]` is an array of those rows, read-only. Blocks are decompressed when a row of them
+    is asked for; the last two are kept.
+
+    Attributes:
+        dtype: of an element.
+        row_shape: shape of a row.
+        damage: what is wrong with its file, each with its place.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        dtype: "np.dtype[Any]",
+        row_shape: tuple[int, ...],
+        segments: list[_Segment],
+        damage: tuple[str, ...] = (),
+    ) -> None:
+        self.dtype = dtype
+        self.row_shape = row_shape
+        self.damage = damage
+        self._path = path
+        self._segments = segments
+        self._ends = [each.end for each in segments]
+        self._rows = lru_cache(maxsize=2)(self._load)
+
+    @classmethod
+    def open(cls, path: Path) -> "Stored":
+        """The part in the file of blocks `path`, and in what lies beside it.
+
+        Raises:
+            RecordingError: there is none, or it cannot be read.
+        """
+        for _ in range(100):
+            try:
+                return cls._open(path)
+            except FileNotFoundError:
+                # the run goes on, and what was beside the file is in it by now
+                if not path.exists():
+                    raise RecordingError(f"`{path}` is missing") from None
+        raise RecordingError(f"`{path}` changes too fast to be read")
+
+    @classmethod
+    def _open(cls, path: Path) -> "Stored":
+        if not path.exists() and plain_of(path).exists():
+            rows = np.load(plain_of(path), mmap_mode="r", allow_pickle=False)
+            whole = _Segment(0, len(rows), partial(_same, np.asarray(rows)))
+            return cls(path, rows.dtype, rows.shape[1:], [whole] if len(rows) else [])
+        # before the blocks: what is beside them goes when it is in them
+        tails = {first: _loaded(each) for first, each in tails_of(path).items()}
+        contents = scan(path)
+        segments = []
+        for block in contents.blocks:
+            load = _Decompressed(path, block, contents.dtype, contents.row_shape)
+            segments.append(_Segment(block.first, block.first + block.rows, load))
+        end = segments[-1].end if segments else 0
+        segments += [
+            _Segment(first, first + len(tail), partial(_same, tail))
+            for first, tail in tails.items()
+            if first >= end and len(tail)
+        ]
+        return cls(path, contents.dtype, contents.row_shape, segments, contents.damage)
+
+    def __len__(self) -> int:
+        return self._ends[-1] if self._ends else 0
+
+    def __getitem__(self, rows: slice) -> Array:
+        """The rows from `rows.start` to `rows.stop`, both within the part.
+
+        Raises:
+            RecordingError: some of them are lost.
+        """
+        first, end = rows.start, rows.stop
+        if first >= end:
+            return self._empty()
+        k = bisect.bisect_right(self._ends, first)
+        segment = self._segments[k]
+        if segment.first <= first and end <= segment.end:
+            return self._rows(k)[first - segment.first : end - segment.first]
+        pieces = []
+        while first < end:
+            segment = self._segments[k]
+            if segment.first > first:
+                raise self._lost(first, segment.first)
+            until = min(end, segment.end)
+            pieces.append(self._rows(k)[first - segment.first : until - segment.first])
+            first, k = until, k + 1
+        joined = np.concatenate(pieces)
+        joined.flags.writeable = False
+        return joined
+
+    def blocks(self) -> Iterator[Array]:
+        """All rows, block by block.
+
+        Raises:
+            RecordingError: some of them are lost.
+        """
+        expected = 0
+        for segment in self._segments:
+            if segment.first > expected:
+                raise self._lost(expected, segment.first)
+            expected = segment.end
+            yield segment.load()
+
+    def _load(self, k: int) -> Array:
+        return self._segments[k].load()
+
+    def _empty(self) -> Array:
+        return np.zeros((0, *self.row_shape), self.dtype)
+
+    def _lost(self, first: int, end: int) -> RecordingError:
+        where = "; ".join(self.damage) or f"`{self._path}` is damaged"
+        return RecordingError(f"{where}; rows {first} to {end - 1} are lost")
+
+
+@dataclass(frozen=True, slots=True)
+class _Decompressed:
+    """Decompresses a block."""
+
+    path: Path
+    block: Block
+    dtype: "np.dtype[Any]"
+    row_shape: tuple[int, ...]
+
+    def __call__(self) -> Array:
+        content = read_block(self.path, self.block)
+        shape = (self.block.rows, *self.row_shape)
+        if content.size != self.dtype.itemsize * int(np.prod(shape, dtype=np.int64)):
+            raise RecordingError(
+                f"`{self.path}` is damaged at byte {self.block.offset}: {content.size} bytes "
+                f"cannot be {self.dtype}{list(shape)}"
+            )
+        rows: Array = (
+            np.ndarray(shape, self.dtype, content) if content.size else np.zeros(shape, self.dtype)
+        )
+        rows.flags.writeable = False
+        return rows
+
+
+def _loaded(path: Path) -> Array:
+    """What lies uncompressed in `path`; nothing if not even its header does."""
+    try:
+        rows: Array = np.load(path, allow_pickle=False)
+    except (ValueError, EOFError):
+        return np.zeros(0)
+    rows.flags.writeable = False
+    return rows
+
+
+def _same(rows: Array) -> Array:
+    return rows
