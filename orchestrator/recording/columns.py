@@ -17,10 +17,10 @@ from orchestrator.recording.filters import (
     Filter,
     Guesses,
     Planes,
+    Records,
+    Stream,
     Words,
     filter_of,
-    link,
-    repeated,
 )
 
 LEVEL: Final = 3
@@ -30,8 +30,11 @@ MOST_COLUMNS: Final = 32
 LONGEST_RECORD: Final = 256
 """Samples of bytes are cut into records of at most so many bytes."""
 
-TRIED: Final = 4096
-"""Numbers of a column on which filters are tried."""
+TRIED: Final = 2048
+"""Numbers of a column on which simple filters are tried."""
+
+GUESSED: Final = 1 << 15
+"""Numbers of a column for which guesses are looked for."""
 
 NOISY: Final = 3.0
 """Above so many compressed bytes per number it is worth to look for guesses."""
@@ -80,9 +83,9 @@ class Form:
         )
 
 
-def compress(stream: bytes) -> bytes:
+def compress(stream: Stream) -> bytes:
     """A frame of Zstandard with checksum; the same bytes whenever the library is the same."""
-    return _COMPRESSOR.compress(stream)
+    return _COMPRESSOR.compress(stream)  # type: ignore[arg-type]  # any buffer will do
 
 
 class Columns:
@@ -97,7 +100,7 @@ class Columns:
     __slots__ = ("_cut", "_filters", "_form", "_made")
 
     RETRY: Final = 16
-    """Filters are tried again after so many blocks."""
+    """Filters are tried on the first two of so many blocks: a run may begin unlike it goes on."""
 
     def __init__(self, form: Form | None) -> None:
         self._form = form
@@ -105,7 +108,7 @@ class Columns:
         self._filters: tuple[Filter, ...] = ()
         self._made = 0
 
-    def split(self, content: bytes, lengths: Sequence[int]) -> tuple[dict[str, Any], list[bytes]]:
+    def split(self, content: bytes, lengths: Sequence[int]) -> tuple[dict[str, Any], list[Stream]]:
         """What a reader must know of a block, as JSON, and its streams.
 
         Args:
@@ -113,20 +116,24 @@ class Columns:
             lengths: bytes of each sample; not used for rows.
         """
         form = self._form or Form.of_samples(lengths)
-        streams = []
-        data = np.frombuffer(content, np.uint8)
+        streams: list[Stream] = []
         if form.head:
             some = np.array([n for n in lengths if n], np.int64)
-            at_head = _heads(some, form.head)
+            ends = np.cumsum(some)
+            starts = (ends - some).tolist()
+            heads = b"".join([content[at : at + form.head] for at in starts])
             counts = (some - form.head) // form.stride
-            streams = [counts.astype("<i8").tobytes(), data[at_head].tobytes()]
-            data = data[~at_head]
-        columns = list(_columns(data, form))
-        if form != self._cut or self._made % self.RETRY == 0:
+            streams = [counts.astype("<i8"), heads]
+            samples = zip(starts, ends.tolist(), strict=True)
+            content = b"".join([content[at + form.head : end] for at, end in samples])
+        columns = list(_columns(np.frombuffer(content, np.uint8), form))
+        if form != self._cut or self._made % self.RETRY <= 1:
             self._cut, self._filters = form, _choose(columns)
         self._made += 1
-        for k, each in enumerate(columns):
-            streams += self._filters[k].encode(each, columns[:k])
+        earlier = Records()
+        for each, column in zip(self._filters, columns, strict=True):
+            streams += each.encode(column, earlier)
+            earlier.append(column)
         about = {
             "stride": form.stride,
             "word": form.word,
@@ -144,22 +151,30 @@ def join(about: Mapping[str, Any], streams: Sequence[bytes]) -> "np.ndarray[Any,
     """
     dtype = np.dtype(f"<u{about['word']}")
     rest = list(streams[2 if about["head"] else 0 :])
-    columns: list[Column] = []
+    columns = Records()
     for described in about["columns"]:
         each = filter_of(described)
         own, rest = rest[: each.streams], rest[each.streams :]
         columns.append(each.decode(own, dtype, columns))
-    # shape (record, column); the first of one column needs no copy
-    words = np.stack(columns, axis=1) if len(columns) != 1 else columns[0]
-    data = np.ascontiguousarray(words).reshape(-1).view(np.uint8)
-    if not about["head"]:
+    if len(columns) == 1:
+        words = np.ascontiguousarray(columns[0])
+    else:
+        words = np.empty((len(columns[0]), len(columns)), dtype)
+        for k in range(len(columns)):
+            words[:, k] = columns[k]
+    data = words.reshape(-1).view(np.uint8)
+    head = about["head"]
+    if not head:
         return data
-    counts = np.frombuffer(streams[0], "<i8")
-    at_head = _heads(counts * about["stride"] + about["head"], about["head"])
-    content = np.empty(len(at_head), np.uint8)
-    content[at_head] = np.frombuffer(streams[1], np.uint8)
-    content[~at_head] = data
-    return content
+    lengths = np.frombuffer(streams[0], "<i8") * about["stride"]
+    if len(lengths) * head != len(streams[1]) or lengths.sum() != len(data):
+        raise ValueError("heads and records do not fit together")
+    ends = np.cumsum(lengths)
+    samples = zip((ends - lengths).tolist(), ends.tolist(), strict=True)
+    pieces: list[bytes | memoryview] = []
+    for k, (at, end) in enumerate(samples):
+        pieces += (streams[1][k * head : (k + 1) * head], data.data[at:end])
+    return np.frombuffer(b"".join(pieces), np.uint8)
 
 
 def _word(length: int) -> int:
@@ -173,14 +188,6 @@ def _columns(data: "np.ndarray[Any, Any]", form: Form) -> "np.ndarray[Any, Any]"
     return np.ascontiguousarray(words.T)
 
 
-def _heads(lengths: "np.ndarray[Any, Any]", head: int) -> "np.ndarray[Any, Any]":
-    """Where the first `head` bytes of samples of `lengths` bytes are, shape (byte,)."""
-    starts = np.cumsum(lengths) - lengths
-    at_head = np.zeros(int(lengths.sum()), np.bool_)
-    at_head[(starts[:, None] + np.arange(head)).reshape(-1)] = True
-    return at_head
-
-
 def _choose(columns: Sequence[Column]) -> tuple[Filter, ...]:
     """The filter of each of `columns`."""
     chosen: list[Filter] = []
@@ -188,17 +195,18 @@ def _choose(columns: Sequence[Column]) -> tuple[Filter, ...]:
     for k, column in enumerate(columns):
         few = column[:TRIED]
         size, at = min(
-            (len(compress(each.encode(few, [])[0])), n) for n, each in enumerate(_SIMPLE)
+            (len(compress(each.encode(few, Records())[0])), n) for n, each in enumerate(_SIMPLE)
         )
         best: Filter = _SIMPLE[at]
         if column.dtype.itemsize == 8 and len(few) == TRIED and size > NOISY * TRIED:
-            best = _guesses(column, columns[:k], noisy) or best
+            some = Records([each[:GUESSED] for each in columns[:k]])
+            best = _guesses(column[:GUESSED], some, noisy) or best
             noisy.append(k)
         chosen.append(best)
     return tuple(chosen)
 
 
-def _guesses(column: Column, earlier: Sequence[Column], noisy: Sequence[int]) -> Guesses | None:
+def _guesses(column: Column, earlier: Records, noisy: Sequence[int]) -> Guesses | None:
     """How to guess the numbers of `column`, if enough of them can be.
 
     Args:
@@ -206,18 +214,19 @@ def _guesses(column: Column, earlier: Sequence[Column], noisy: Sequence[int]) ->
         earlier: the columns before.
         noisy: which of them are noisy doubles themselves.
     """
-    keys = [k for k, each in enumerate(earlier) if each.max() < 1 << 16 and each[0] != each.max()]
+    most = [earlier[k].max() for k in range(len(earlier))]
+    keys = [k for k, each in enumerate(most) if each < 1 << 16 and earlier[k][0] != each]
     pairs = [(i, j) for j in keys for i in keys if i <= j]
     if not pairs:
         return None
-    share, pair = max((float(repeated(column, link(earlier, p)).mean()), p) for p in pairs)
+    share, pair = max((float(earlier.repeated(column, p).mean()), p) for p in pairs)
     value, count = np.unique(column, return_counts=True)
     common = int(value[count.argmax()])
     addend, constant, near = -1, 0.0, 0.0
     for k in noisy:
         guess = _constant(column, earlier[k])
         trial = Guesses(pair=pair, addend=k, constant=guess, common=common)
-        hits = float((abs(trial.residual(column, earlier)) < 1 << 15).mean())
+        hits = trial.near(column, earlier)
         if hits > max(near, WORTH):
             addend, constant, near = k, guess, hits
     if max(share, near, count.max() / len(column)) < WORTH:
@@ -233,4 +242,5 @@ def _constant(column: Column, addend: Column) -> float:
     if not len(difference):
         return 0.0
     bins, count = np.unique(np.round(difference, 9), return_counts=True)
-    return float(np.median(difference[np.round(difference, 9) == bins[count.argmax()]]))
+    most = np.sort(difference[np.round(difference, 9) == bins[count.argmax()]])
+    return float(most[len(most) // 2])

@@ -14,6 +14,8 @@ from typing_extensions import override
 
 Column: TypeAlias = npt.NDArray[np.unsignedinteger[Any]]
 Int: TypeAlias = npt.NDArray[np.int64]
+Stream: TypeAlias = bytes | npt.NDArray[Any]
+"""Bytes, or an array in C order, whose bytes are meant."""
 
 VERBATIM: Final = 0
 AS_BEFORE: Final = 1
@@ -22,6 +24,60 @@ COMMON: Final = 3
 """How a value is told by `Guesses`."""
 
 _NEAR: Final = np.dtype("<i2")
+
+
+class Records:
+    """The columns of a block that are known so far.
+
+    Args:
+        columns: of the same length.
+    """
+
+    __slots__ = ("_columns", "_orders")
+
+    def __init__(self, columns: Sequence[Column] = ()) -> None:
+        self._columns = list(columns)
+        self._orders: dict[tuple[int, int], tuple[Int, npt.NDArray[np.bool_]]] = {}
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __getitem__(self, k: int) -> Column:
+        return self._columns[k]
+
+    def append(self, column: Column) -> None:
+        """Add the next column."""
+        self._columns.append(column)
+
+    def linked(self, pair: tuple[int, int]) -> tuple[Int, npt.NDArray[np.bool_]]:
+        """The records sorted by their two numbers in the columns `pair`, in either order.
+
+        Of 16 bits of them, to be exact: others may come between, and guesses go wrong more often.
+
+        Returns:
+            Indices of the records, shape (record,), and whether one has the numbers of the one
+            before it there, shape (record,).
+        """
+        if pair not in self._orders:
+            one, other = self._columns[pair[0]], self._columns[pair[1]]
+            low, high = np.minimum(one, other), np.maximum(one, other)
+            key = (low * low.dtype.type(331) + high).astype(np.uint16)
+            order = np.argsort(key, kind="stable")
+            key = key[order]
+            same = np.zeros(len(key), np.bool_)
+            same[1:] = key[1:] == key[:-1]
+            self._orders[pair] = order, same
+        return self._orders[pair]
+
+    def repeated(self, column: Column, pair: tuple[int, int]) -> npt.NDArray[np.bool_]:
+        """Where a value of `column` is that of the record before in `linked`, shape (record,)."""
+        order, same = self.linked(pair)
+        value = column[order]
+        result = np.empty_like(same)
+        same = same.copy()
+        same[1:] &= value[1:] == value[:-1]
+        result[order] = same
+        return result
 
 
 class Filter(abc.ABC):
@@ -35,17 +91,17 @@ class Filter(abc.ABC):
         return 1
 
     @abc.abstractmethod
-    def encode(self, column: Column, earlier: Sequence[Column]) -> tuple[bytes, ...]:
+    def encode(self, column: Column, earlier: "Records") -> tuple[Stream, ...]:
         """The streams of `column`.
 
         Args:
             column: the numbers.
-            earlier: the columns that the reader will have by then, of the same length.
+            earlier: the columns that a reader will have by then.
         """
 
     @abc.abstractmethod
     def decode(
-        self, streams: Sequence[bytes], dtype: "np.dtype[Any]", earlier: Sequence[Column]
+        self, streams: Sequence[bytes], dtype: "np.dtype[Any]", earlier: "Records"
     ) -> Column:
         """The column, of type `dtype`; the reverse of `encode`."""
 
@@ -60,12 +116,12 @@ class Words(Filter):
     __slots__ = ()
 
     @override
-    def encode(self, column: Column, earlier: Sequence[Column]) -> tuple[bytes, ...]:
-        return (column.tobytes(),)
+    def encode(self, column: Column, earlier: "Records") -> tuple[Stream, ...]:
+        return (column,)
 
     @override
     def decode(
-        self, streams: Sequence[bytes], dtype: "np.dtype[Any]", earlier: Sequence[Column]
+        self, streams: Sequence[bytes], dtype: "np.dtype[Any]", earlier: "Records"
     ) -> Column:
         return np.frombuffer(streams[0], dtype)
 
@@ -80,12 +136,12 @@ class Planes(Filter):
     __slots__ = ()
 
     @override
-    def encode(self, column: Column, earlier: Sequence[Column]) -> tuple[bytes, ...]:
+    def encode(self, column: Column, earlier: "Records") -> tuple[Stream, ...]:
         return (_planes(column),)
 
     @override
     def decode(
-        self, streams: Sequence[bytes], dtype: "np.dtype[Any]", earlier: Sequence[Column]
+        self, streams: Sequence[bytes], dtype: "np.dtype[Any]", earlier: "Records"
     ) -> Column:
         return _joined(streams[0], dtype)
 
@@ -100,12 +156,12 @@ class Deltas(Filter):
     __slots__ = ()
 
     @override
-    def encode(self, column: Column, earlier: Sequence[Column]) -> tuple[bytes, ...]:
+    def encode(self, column: Column, earlier: "Records") -> tuple[Stream, ...]:
         return (_planes(np.diff(column, prepend=column.dtype.type(0))),)
 
     @override
     def decode(
-        self, streams: Sequence[bytes], dtype: "np.dtype[Any]", earlier: Sequence[Column]
+        self, streams: Sequence[bytes], dtype: "np.dtype[Any]", earlier: "Records"
     ) -> Column:
         return np.cumsum(_joined(streams[0], dtype), dtype=dtype)
 
@@ -120,8 +176,9 @@ class Guesses(Filter):
 
     Of each value a byte says how it is told: `AS_BEFORE`, it is that of the record before that
     has the same two numbers in the columns `pair`, in either order, as a radio link has the same
-    loss there and back; `NEAR`, its bits differ by less than 2^15 from those of the sum of a
-    column and a constant; `COMMON`, it is one certain value, e.g. NaN; `VERBATIM`, none of it.
+    loss there and back; `NEAR`, its bits, read as an integer, differ by less than 2^15 from those
+    of the sum of a column and a constant; `COMMON`, it is one certain value, e.g. NaN;
+    `VERBATIM`, none of it.
 
     Attributes:
         pair: the indices of two earlier columns; the same one twice: that column.
@@ -141,18 +198,18 @@ class Guesses(Filter):
         return 3
 
     @override
-    def encode(self, column: Column, earlier: Sequence[Column]) -> tuple[bytes, ...]:
+    def encode(self, column: Column, earlier: "Records") -> tuple[Stream, ...]:
         how = np.full(len(column), VERBATIM, np.uint8)
-        off = self.residual(column, earlier)
-        how[(off >= -(1 << 15)) & (off < 1 << 15)] = NEAR
-        how[repeated(column, link(earlier, self.pair))] = AS_BEFORE
+        off = self._residual(column, earlier)
+        how[_is_near(off)] = NEAR
+        how[earlier.repeated(column, self.pair)] = AS_BEFORE
         how[column == column.dtype.type(self.common)] = COMMON
         near = off[how == NEAR].astype(_NEAR)
-        return how.tobytes(), _planes(near), _planes(column[how == VERBATIM])
+        return how, _planes(near), _planes(column[how == VERBATIM])
 
     @override
     def decode(
-        self, streams: Sequence[bytes], dtype: "np.dtype[Any]", earlier: Sequence[Column]
+        self, streams: Sequence[bytes], dtype: "np.dtype[Any]", earlier: "Records"
     ) -> Column:
         how = np.frombuffer(streams[0], np.uint8)
         column = np.full(len(how), self.common, dtype)
@@ -161,7 +218,7 @@ class Guesses(Filter):
             dtype
         )
         column[how == VERBATIM] = _joined(streams[2], dtype)
-        order = np.argsort(link(earlier, self.pair), kind="stable")
+        order, _ = earlier.linked(self.pair)
         here = np.where(how[order] == AS_BEFORE, 0, np.arange(len(order)))
         result = np.empty_like(column)
         result[order] = column[order][np.maximum.accumulate(here)]
@@ -177,7 +234,11 @@ class Guesses(Filter):
             "common": self.common,
         }
 
-    def residual(self, column: Column, earlier: Sequence[Column]) -> Int:
+    def near(self, column: Column, earlier: "Records") -> float:
+        """The share of values that are near the sum."""
+        return float(_is_near(self._residual(column, earlier)).mean())
+
+    def _residual(self, column: Column, earlier: "Records") -> Int:
         """The bits of the values less those of the sum; where there is no sum, far off."""
         if self.addend < 0:
             return np.full(len(column), 1 << 15, np.int64)
@@ -187,32 +248,12 @@ class Guesses(Filter):
         off[~np.isfinite(total.view("<f8"))] = 1 << 15
         return off
 
-    def _sum(self, earlier: Sequence[Column]) -> Column:
+    def _sum(self, earlier: "Records") -> Column:
         if self.addend < 0:
             return np.zeros_like(earlier[self.pair[0]])
         with np.errstate(all="ignore"):
             total: Column = (earlier[self.addend].view("<f8") + self.constant).view("<u8")
         return total
-
-
-def link(columns: Sequence[Column], pair: tuple[int, int]) -> npt.NDArray[np.uint16]:
-    """The same number for records with the same two numbers in the columns `pair`, uint16.
-
-    Others may have it, too: then a guess is wrong more often.
-    """
-    one, other = columns[pair[0]], columns[pair[1]]
-    low, high = np.minimum(one, other), np.maximum(one, other)
-    key: npt.NDArray[np.uint16] = (low * low.dtype.type(331) + high).astype(np.uint16)
-    return key
-
-
-def repeated(column: Column, key: npt.NDArray[np.uint16]) -> npt.NDArray[np.bool_]:
-    """Where a value is that of the record before with the same key, shape (record,)."""
-    order = np.argsort(key, kind="stable")
-    sorted_key, value = key[order], column[order]
-    result = np.zeros(len(column), np.bool_)
-    result[order[1:]] = (sorted_key[1:] == sorted_key[:-1]) & (value[1:] == value[:-1])
-    return result
 
 
 def filter_of(described: Mapping[str, Any]) -> Filter:
@@ -233,8 +274,15 @@ def filter_of(described: Mapping[str, Any]) -> Filter:
     )
 
 
-def _planes(column: npt.NDArray[Any]) -> bytes:
-    return column.view(np.uint8).reshape(-1, column.dtype.itemsize).T.tobytes()
+def _is_near(off: Int) -> npt.NDArray[np.bool_]:
+    # not by abs(): the smallest number has no opposite
+    result: npt.NDArray[np.bool_] = (off > -(1 << 15)) & (off < 1 << 15)
+    return result
+
+
+def _planes(column: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    rows: npt.NDArray[np.uint8] = column.view(np.uint8).reshape(-1, column.dtype.itemsize)
+    return np.ascontiguousarray(rows.T)
 
 
 def _joined(planes: bytes, dtype: "np.dtype[Any]") -> npt.NDArray[Any]:

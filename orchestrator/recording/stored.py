@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from orchestrator.recording.blocks import Block, read_block, scan
+from orchestrator.recording.growing import read_growing
 from orchestrator.recording.layout import RecordingError, plain_of, tails_of
 from orchestrator.signal import Array
 
@@ -74,19 +75,20 @@ class Stored:
             whole = _Segment(0, len(rows), partial(_same, np.asarray(rows)))
             return cls(path, rows.dtype, rows.shape[1:], [whole] if len(rows) else [])
         # before the blocks: what is beside them goes when it is in them
-        tails = {first: _loaded(each) for first, each in tails_of(path).items()}
+        tails = {first: read_growing(each) for first, each in tails_of(path).items()}
         contents = scan(path)
         segments = []
         for block in contents.blocks:
             load = _Decompressed(path, block, contents.dtype, contents.row_shape)
             segments.append(_Segment(block.first, block.first + block.rows, load))
         end = segments[-1].end if segments else 0
-        segments += [
-            _Segment(first, first + len(tail), partial(_same, tail))
-            for first, tail in tails.items()
-            if first >= end and len(tail)
-        ]
-        return cls(path, contents.dtype, contents.row_shape, segments, contents.damage)
+        damage = list(contents.damage)
+        for first, (rows, wrong) in tails.items():
+            if first >= end:  # else its rows are in a block by now
+                damage += [wrong] if wrong else []
+                if len(rows):
+                    segments.append(_Segment(first, first + len(rows), partial(_same, rows)))
+        return cls(path, contents.dtype, contents.row_shape, segments, tuple(damage))
 
     def __len__(self) -> int:
         return self._ends[-1] if self._ends else 0
@@ -162,16 +164,6 @@ class _Decompressed:
         )
         rows.flags.writeable = False
         return rows
-
-
-def _loaded(path: Path) -> Array:
-    """What lies uncompressed in `path`; nothing if not even its header does."""
-    try:
-        rows: Array = np.load(path, allow_pickle=False)
-    except (ValueError, EOFError):
-        return np.zeros(0)
-    rows.flags.writeable = False
-    return rows
 
 
 def _same(rows: Array) -> Array:
