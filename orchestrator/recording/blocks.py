@@ -60,12 +60,16 @@ class Contents:
         row_shape: shape of a row.
         blocks: those that are there from the first to the last byte.
         damage: what is wrong with the file, each with its place.
+        cut: the place where it ends too early, if it does.
+        ended: whether whoever wrote it came to its end.
     """
 
     dtype: "np.dtype[Any]"
     row_shape: tuple[int, ...]
     blocks: tuple[Block, ...]
     damage: tuple[str, ...]
+    cut: tuple[str, ...]
+    ended: bool
 
 
 class BlockFile:
@@ -119,6 +123,15 @@ class BlockFile:
         self.size += len(block)
         self._rows += rows
 
+    def end(self) -> None:
+        """Write that there are no more blocks."""
+        note = _note({"end": self._rows})
+        with self._path.open("r+b") as file:
+            file.seek(self.size)
+            file.write(note)
+            file.truncate()
+        self.size += len(note)
+
 
 _EMPTY: Final[dict[str, Any]] = {"stride": 1, "word": 1, "head": 0, "columns": []}
 
@@ -140,17 +153,24 @@ def scan(path: Path) -> Contents:
             raise RecordingError(f"`{path}` has version {version}; this release reads {VERSION}")
         blocks: list[Block] = []
         damage: list[str] = []
+        cut: tuple[str, ...] = ()
         at = file.tell()
+        ended = False
         while at < size:
-            block = _read_block_note(file, at)
+            note = _read_note(file, at)
+            if note is not None and "end" in note:
+                ended, at = True, file.tell()
+                continue
+            block = None if note is None else _block(note, at, file.tell())
             if block is None:
                 after = _find(file, at + 1)
-                damage.append(f"`{path}` is damaged from byte {at} to {after or size}: no block")
                 if after is None:
+                    cut = (f"`{path}` has no block from byte {at} to its end at byte {size}",)
                     break
+                damage.append(f"`{path}` is damaged from byte {at} to {after}: no block")
                 at = after
             elif block.end > size:
-                damage.append(f"`{path}` ends at byte {size}, within the block at byte {at}")
+                cut = (f"`{path}` ends at byte {size}, within the block at byte {at}",)
                 break
             else:
                 blocks.append(block)
@@ -162,11 +182,13 @@ def scan(path: Path) -> Contents:
         row_shape=tuple(shape),
         blocks=tuple(blocks),
         damage=tuple(damage),
+        cut=cut,
+        ended=ended,
     )
 
 
-def read_block(path: Path, block: Block) -> "np.ndarray[Any, Any]":
-    """The content of `block` in the file `path` as bytes, uint8.
+def read_block(path: Path, block: Block, size: int) -> "np.ndarray[Any, Any]":
+    """The content of `block` in the file `path` as bytes, uint8, shape (size,).
 
     Raises:
         RecordingError: it is damaged.
@@ -175,26 +197,30 @@ def read_block(path: Path, block: Block) -> "np.ndarray[Any, Any]":
         file.seek(block.start)
         data = file.read(block.end - block.start)
     streams, at = [], 0
-    for size in block.frames:
-        streams.append(_decompressed(data[at : at + size], path, block, at))
-        at += size
-    if not streams:
-        return np.zeros(0, np.uint8)
+    for length in block.frames:
+        try:
+            streams.append(_decompressed(data[at : at + length], size))
+        except zstandard.ZstdError as error:
+            raise RecordingError(_damaged(path, block, at, error)) from error
+        at += length
     try:
-        return join(block.about, streams)
+        content = join(block.about, streams) if streams else np.zeros(0, np.uint8)
     except (KeyError, ValueError, IndexError) as error:
         raise RecordingError(_damaged(path, block, 0, error)) from error
+    if len(content) != size:
+        raise RecordingError(_damaged(path, block, 0, f"{len(content)} bytes, not {size}"))
+    return content
 
 
-def _decompressed(frame: bytes, path: Path, block: Block, at: int) -> bytes:
-    """What the frame `at` bytes after the note holds."""
-    try:
-        return zstandard.ZstdDecompressor().decompress(frame)
-    except (zstandard.ZstdError, MemoryError) as error:
-        raise RecordingError(_damaged(path, block, at, error)) from error
+def _decompressed(frame: bytes, size: int) -> bytes:
+    """What a frame of a block of `size` bytes holds: at most a number for each of them."""
+    announced = zstandard.frame_content_size(frame)
+    if not 0 <= announced <= 8 * size:
+        raise zstandard.ZstdError(f"a frame announces {announced} bytes")
+    return zstandard.ZstdDecompressor().decompress(frame)
 
 
-def _damaged(path: Path, block: Block, at: int, error: Exception) -> str:
+def _damaged(path: Path, block: Block, at: int, error: object) -> str:
     return (
         f"`{path}` is damaged at byte {block.start + at}: {error}; "
         f"the {block.rows} rows from {block.first} on are lost"
@@ -222,13 +248,13 @@ def _read_note(file: BinaryIO, at: int) -> dict[str, Any] | None:
     return content
 
 
-def _read_block_note(file: BinaryIO, at: int) -> Block | None:
-    note = _read_note(file, at)
-    if note is None or "rows" not in note:
+def _block(note: dict[str, Any], offset: int, start: int) -> Block | None:
+    """The block that `note` opens, if it is no other kind of note."""
+    if "rows" not in note:
         return None
     return Block(
-        offset=at,
-        start=file.tell(),
+        offset=offset,
+        start=start,
         first=note.pop("first"),
         rows=note.pop("rows"),
         frames=tuple(note.pop("frames")),
@@ -237,12 +263,12 @@ def _read_block_note(file: BinaryIO, at: int) -> Block | None:
 
 
 def _find(file: BinaryIO, at: int) -> int | None:
-    """Where the next block is from byte `at` on, if there is one."""
+    """Where the next block or the end is noted from byte `at` on, if it is."""
     file.seek(at)
     rest = file.read()
     found = rest.find(_MAGIC)
     while found >= 0:
-        if _read_block_note(file, at + found) is not None:
+        if _read_note(file, at + found) is not None:
             return at + found
         found = rest.find(_MAGIC, found + 1)
     return None

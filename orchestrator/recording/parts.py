@@ -95,9 +95,10 @@ class Part:
         self._flushed = self._rows
 
     def close(self) -> None:
-        """Store what is left."""
+        """Store what is left, and that this is all."""
         if self._rows:
             self._store()
+        self._stored.end()
 
     def _store(self) -> None:
         fresh = self._fresh()

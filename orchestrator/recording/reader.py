@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import logging
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,11 +14,13 @@ import numpy as np
 from orchestrator.recording.fingerprint import PartDigest, fingerprint
 from orchestrator.recording.layout import INDEX, MANIFEST, Files, Layout, RecordingError, SignalType
 from orchestrator.recording.samples import Samples, load, parts, read_samples
-from orchestrator.recording.stored import Stored
+from orchestrator.recording.stored import Stored, damage_of
 from orchestrator.signal import Array, Signal
 from orchestrator.suggestion import suggestion
 from orchestrator.system import Endpoint
 from orchestrator.timebase import Time, seconds
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +83,8 @@ class Recording:
     """The recording in a run directory.
 
     It can be read while the run goes on and after it was killed; what is complete on disk when
-    a series is opened is in it.
+    a series is opened is in it. Blocks are decompressed when something in them is asked for. Of a
+    file that is cut or damaged, the rest is read; what was lost raises an error that says where.
 
     Raises:
         RecordingError: `directory` holds none.
@@ -126,7 +130,26 @@ class Recording:
         samples = read_samples(files, Layout(kind.layout))
         times = load(files.times)
         count = min(len(samples), len(times))
+        for found in samples.values.damage:
+            logger.warning("%s", found)
         return Series(name, kind.kind, kind.unit, times[:count], samples)
+
+    @property
+    def damage(self) -> tuple[str, ...]:
+        """What is cut or damaged, each with file and place [byte]; what is whole can be read.
+
+        Everything is read for it.
+        """
+        files = dict.fromkeys(
+            path
+            for name, kind in self._types.items()
+            for path in (
+                self._files(name).times,
+                *parts(self._files(name), Layout(kind.layout)),
+            )
+        )
+        ended = self.manifest.get("status") != "running"
+        return tuple(found for path in files for found in damage_of(path, ended=ended))
 
     def fingerprint(self) -> str:
         """The fingerprint of the files as they are, for comparison with the manifest's."""

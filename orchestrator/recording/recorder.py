@@ -107,6 +107,16 @@ class Recorder(Observer):
             part for component in self._components.values() for part in component.digests()
         )
 
+    @property
+    def sizes(self) -> Mapping[str, int]:
+        """What each signal `component.connector` takes on disk so far [byte], largest first."""
+        sizes = {
+            f"{name}.{connector}": size
+            for name, component in self._components.items()
+            for connector, size in component.sizes().items()
+        }
+        return dict(sorted(sizes.items(), key=lambda each: (-each[1], each[0])))
+
     @override
     def begin(self, system: System, start: Time, stop: Time) -> None:
         selected = select(system, self._include, self._exclude)
@@ -151,6 +161,7 @@ class Recorder(Observer):
                 "error": None if result.error is None else str(result.error),
                 "reached_ns": result.time,
                 "fingerprint": self.fingerprint,
+                "recorded_bytes": dict(self.sizes),
                 "wall_time_s": {
                     "total": wall_time.total,
                     "orchestrator": wall_time.orchestrator,
@@ -176,6 +187,7 @@ class _ComponentWriter:
         files.folder.mkdir(parents=True, exist_ok=True)
         self._times = times_part(files)
         self._parts: list[Part] = []
+        self._writers: dict[str, SampleWriter] = {}
         self._once: list[tuple[str, SampleWriter]] = []
         self._always: list[tuple[str, SampleWriter]] = []
 
@@ -183,6 +195,7 @@ class _ComponentWriter:
         """Record `connector`, called `name`, too."""
         writer = sample_writer(Files(self._directory, self._component, name), connector)
         self._parts += writer.parts
+        self._writers[name] = writer
         fixed = connector.variability is Variability.FIXED
         (self._once if fixed else self._always).append((name, writer))
 
@@ -205,6 +218,12 @@ class _ComponentWriter:
         """Store everything."""
         for part in (*self._parts, self._times):
             part.close()
+
+    def sizes(self) -> Mapping[str, int]:
+        """What each signal takes on disk [byte]; their times are nobody's."""
+        return {
+            name: sum(part.size for part in writer.parts) for name, writer in self._writers.items()
+        }
 
     def digests(self) -> Iterator[PartDigest]:
         """The digests of all parts, as far as they were written out."""

@@ -34,6 +34,7 @@ class Stored:
         dtype: of an element.
         row_shape: shape of a row.
         damage: what is wrong with its file, each with its place.
+        ended: whether whoever wrote it came to its end, as far as can be known.
     """
 
     def __init__(
@@ -42,11 +43,14 @@ class Stored:
         dtype: "np.dtype[Any]",
         row_shape: tuple[int, ...],
         segments: list[_Segment],
+        *,
         damage: tuple[str, ...] = (),
+        ended: bool = True,
     ) -> None:
         self.dtype = dtype
         self.row_shape = row_shape
         self.damage = damage
+        self.ended = ended
         self._path = path
         self._segments = segments
         self._ends = [each.end for each in segments]
@@ -82,13 +86,15 @@ class Stored:
             load = _Decompressed(path, block, contents.dtype, contents.row_shape)
             segments.append(_Segment(block.first, block.first + block.rows, load))
         end = segments[-1].end if segments else 0
-        damage = list(contents.damage)
+        # a block that was being written when the run was killed: its rows are beside it
+        damage = [*contents.damage, *(() if end in tails else contents.cut)]
         for first, (rows, wrong) in tails.items():
             if first >= end:  # else its rows are in a block by now
                 damage += [wrong] if wrong else []
                 if len(rows):
                     segments.append(_Segment(first, first + len(rows), partial(_same, rows)))
-        return cls(path, contents.dtype, contents.row_shape, segments, tuple(damage))
+        dtype, row_shape = contents.dtype, contents.row_shape
+        return cls(path, dtype, row_shape, segments, damage=tuple(damage), ended=contents.ended)
 
     def __len__(self) -> int:
         return self._ends[-1] if self._ends else 0
@@ -131,6 +137,14 @@ class Stored:
             expected = segment.end
             yield segment.load()
 
+    def broken(self) -> Iterator[str]:
+        """What is wrong with each block that cannot be decompressed."""
+        for segment in self._segments:
+            try:
+                segment.load()
+            except RecordingError as error:
+                yield str(error)
+
     def _load(self, k: int) -> Array:
         return self._segments[k].load()
 
@@ -140,6 +154,23 @@ class Stored:
     def _lost(self, first: int, end: int) -> RecordingError:
         where = "; ".join(self.damage) or f"`{self._path}` is damaged"
         return RecordingError(f"{where}; rows {first} to {end - 1} are lost")
+
+
+def damage_of(path: Path, *, ended: bool) -> tuple[str, ...]:
+    """What is wrong with the part in `path`, each with its place; all of it is read.
+
+    Args:
+        path: of the file of blocks.
+        ended: whether the run came to its end, so that the file should, too.
+    """
+    try:
+        stored = Stored.open(path)
+    except RecordingError as error:
+        return (str(error),)
+    found = (*stored.damage, *stored.broken())
+    if ended and not stored.ended and not found:
+        found = (f"`{path}` ends at byte {path.stat().st_size}, without its end",)
+    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,13 +183,9 @@ class _Decompressed:
     row_shape: tuple[int, ...]
 
     def __call__(self) -> Array:
-        content = read_block(self.path, self.block)
         shape = (self.block.rows, *self.row_shape)
-        if content.size != self.dtype.itemsize * int(np.prod(shape, dtype=np.int64)):
-            raise RecordingError(
-                f"`{self.path}` is damaged at byte {self.block.offset}: {content.size} bytes "
-                f"cannot be {self.dtype}{list(shape)}"
-            )
+        size = self.dtype.itemsize * int(np.prod(shape, dtype=np.int64))
+        content = read_block(self.path, self.block, size)
         rows: Array = (
             np.ndarray(shape, self.dtype, content) if content.size else np.zeros(shape, self.dtype)
         )

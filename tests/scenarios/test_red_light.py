@@ -173,9 +173,9 @@ def started(out: Path, *arguments: str) -> subprocess.Popen[str]:
         stderr=subprocess.PIPE,
         text=True,
     )
-    recorded = out / "signals" / "channel" / "time.npy"
+    index = out / "signals" / "index.json"
     deadline = time.monotonic() + 60
-    while not (recorded.exists() and len(np.load(recorded)) > 10):
+    while not (index.exists() and len(Recording(out)["channel.receptions"]) > 10):
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < deadline
         time.sleep(0.05)
