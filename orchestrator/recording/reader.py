@@ -130,8 +130,9 @@ class Recording:
         samples = read_samples(files, Layout(kind.layout))
         times = load(files.times)
         count = min(len(samples), len(times))
-        for found in samples.values.damage:
-            logger.warning("%s", found)
+        wrong = (*samples.values.damage, *samples.values.cut)
+        if wrong and self._has_ended():
+            logger.warning("%s", "; ".join(wrong))
         return Series(name, kind.kind, kind.unit, times[:count], samples)
 
     @property
@@ -148,12 +149,17 @@ class Recording:
                 *parts(self._files(name), Layout(kind.layout)),
             )
         )
-        ended = self.manifest.get("status") != "running"
+        ended = self._has_ended()
         return tuple(found for path in files for found in damage_of(path, ended=ended))
 
     def fingerprint(self) -> str:
         """The fingerprint of the files as they are, for comparison with the manifest's."""
         return fingerprint(self._digests())
+
+    def _has_ended(self) -> bool:
+        """Whether the run came to its end; if not, files may end anywhere."""
+        manifest = json.loads((self._directory / MANIFEST).read_text(encoding="utf-8"))
+        return bool(manifest.get("status") != "running")
 
     def _files(self, name: str) -> Files:
         end = Endpoint.parse(name)

@@ -34,6 +34,7 @@ class Stored:
         dtype: of an element.
         row_shape: shape of a row.
         damage: what is wrong with its file, each with its place.
+        cut: where its file ends within a block, as it may if the run was killed.
         ended: whether whoever wrote it came to its end, as far as can be known.
     """
 
@@ -45,11 +46,13 @@ class Stored:
         segments: list[_Segment],
         *,
         damage: tuple[str, ...] = (),
+        cut: tuple[str, ...] = (),
         ended: bool = True,
     ) -> None:
         self.dtype = dtype
         self.row_shape = row_shape
         self.damage = damage
+        self.cut = cut
         self.ended = ended
         self._path = path
         self._segments = segments
@@ -86,15 +89,23 @@ class Stored:
             load = _Decompressed(path, block, contents.dtype, contents.row_shape)
             segments.append(_Segment(block.first, block.first + block.rows, load))
         end = segments[-1].end if segments else 0
-        # a block that was being written when the run was killed: its rows are beside it
-        damage = [*contents.damage, *(() if end in tails else contents.cut)]
+        damage = list(contents.damage)
         for first, (rows, wrong) in tails.items():
             if first >= end:  # else its rows are in a block by now
                 damage += [wrong] if wrong else []
                 if len(rows):
                     segments.append(_Segment(first, first + len(rows), partial(_same, rows)))
-        dtype, row_shape = contents.dtype, contents.row_shape
-        return cls(path, dtype, row_shape, segments, damage=tuple(damage), ended=contents.ended)
+        if any(first > end for first in tails):
+            damage += contents.cut
+        return cls(
+            path,
+            contents.dtype,
+            contents.row_shape,
+            segments,
+            damage=tuple(damage),
+            cut=contents.cut,
+            ended=contents.ended,
+        )
 
     def __len__(self) -> int:
         return self._ends[-1] if self._ends else 0
@@ -168,6 +179,8 @@ def damage_of(path: Path, *, ended: bool) -> tuple[str, ...]:
     except RecordingError as error:
         return (str(error),)
     found = (*stored.damage, *stored.broken())
+    if ended and stored.cut:
+        found = tuple(dict.fromkeys((*found, *stored.cut)))
     if ended and not stored.ended and not found:
         found = (f"`{path}` ends at byte {path.stat().st_size}, without its end",)
     return found
