@@ -24,7 +24,7 @@ from orchestrator.recording.filters import (
 )
 
 LEVEL: Final = 3
-"""Of Zstandard: the higher, the smaller and slower."""
+"""The level of Zstandard: the higher, the smaller and slower."""
 
 MOST_COLUMNS: Final = 32
 LONGEST_RECORD: Final = 256
@@ -37,7 +37,7 @@ GUESSED: Final = 1 << 15
 """Numbers of a column for which guesses are looked for."""
 
 NOISY: Final = 3.0
-"""Above so many compressed bytes per number it is worth to look for guesses."""
+"""Guesses are looked for from so many compressed bytes per number on."""
 
 WORTH: Final = 0.1
 """The share of numbers from which on a guess is used."""
@@ -84,7 +84,11 @@ class Form:
 
 
 def compress(stream: Stream) -> bytes:
-    """A frame of Zstandard with checksum; the same bytes whenever the library is the same."""
+    """A frame of Zstandard with checksum; the same bytes whenever the library is the same.
+
+    Args:
+        stream: what is compressed, any shape.
+    """
     return _COMPRESSOR.compress(stream)  # type: ignore[arg-type]  # any buffer will do
 
 
@@ -114,6 +118,9 @@ class Columns:
         Args:
             content: the rows.
             lengths: bytes of each sample; not used for rows.
+
+        Returns:
+            What to know, and the streams: bytes, or arrays of any shape in C order.
         """
         form = self._form or Form.of_samples(lengths)
         streams: list[Stream] = []
@@ -144,7 +151,7 @@ class Columns:
 
 
 def join(about: Mapping[str, Any], streams: Sequence[bytes]) -> "np.ndarray[Any, Any]":
-    """The content of a block as bytes, uint8; the reverse of `Columns.split`.
+    """The content of a block as bytes, uint8, shape (byte,); the reverse of `Columns.split`.
 
     Raises:
         KeyError, ValueError, IndexError: this cannot be what `Columns.split` made.

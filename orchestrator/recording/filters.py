@@ -46,7 +46,7 @@ class Records:
         return self._columns[k]
 
     def append(self, column: Column) -> None:
-        """Add the next column."""
+        """Add the next column, shape (record,)."""
         self._columns.append(column)
 
     def linked(self, pair: tuple[int, int]) -> tuple[Int, npt.NDArray[np.bool_]]:
@@ -92,10 +92,10 @@ class Filter(abc.ABC):
 
     @abc.abstractmethod
     def encode(self, column: Column, earlier: "Records") -> tuple[Stream, ...]:
-        """The streams of `column`.
+        """The streams of `column`: bytes, or arrays of any shape in C order.
 
         Args:
-            column: the numbers.
+            column: the numbers, shape (record,).
             earlier: the columns that a reader will have by then.
         """
 
@@ -103,7 +103,7 @@ class Filter(abc.ABC):
     def decode(
         self, streams: Sequence[bytes], dtype: "np.dtype[Any]", earlier: "Records"
     ) -> Column:
-        """The column, of type `dtype`; the reverse of `encode`."""
+        """The column, of type `dtype`, shape (record,); the reverse of `encode`."""
 
     @abc.abstractmethod
     def described(self) -> Mapping[str, Any]:
@@ -235,7 +235,7 @@ class Guesses(Filter):
         }
 
     def near(self, column: Column, earlier: "Records") -> float:
-        """The share of values that are near the sum."""
+        """The share of the values of `column`, shape (record,), that are near the sum."""
         return float(_is_near(self._residual(column, earlier)).mean())
 
     def _residual(self, column: Column, earlier: "Records") -> Int:

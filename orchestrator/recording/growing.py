@@ -62,7 +62,8 @@ def read_growing(path: Path) -> tuple[npt.NDArray[Any], str]:
     """The rows in a file that a `GrowingArray` writes or wrote, and what is wrong with it.
 
     Returns:
-        The rows that are there from the first to the last byte, read-only; nothing, or how the
+        The rows that are there from the first to the last byte, read-only, shape (row, ...);
+        nothing, or how the
         file was cut, with the place.
     """
     data = path.read_bytes()

@@ -31,7 +31,7 @@ INDEX: Final = "signals/index.json"
 MANIFEST: Final = "manifest.json"
 
 SUFFIX: Final = ".zst"
-"""Of a file of blocks."""
+"""How the name of a file of blocks ends."""
 
 
 class RecordingError(CosimError):

@@ -65,12 +65,12 @@ class Part:
 
     @property
     def digest(self) -> PartDigest:
-        """Of all rows that were flushed or stored."""
+        """The digest of all rows that were flushed or stored."""
         return PartDigest(self._name, self._kind, self._digest.hexdigest())
 
     @property
     def size(self) -> int:
-        """Of the file of blocks [byte]."""
+        """The size of the file of blocks [byte]."""
         return self._stored.size
 
     def append(self, rows: bytes, count: int = 1) -> None:

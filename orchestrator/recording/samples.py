@@ -194,7 +194,7 @@ def parts(files: Files, layout: Layout) -> tuple[Path, ...]:
 
 
 def load(path: Path) -> Array:
-    """All rows of the part in `path`, read-only.
+    """All rows of the part in `path`, read-only, shape (row, ...).
 
     Raises:
         RecordingError: it is missing or damaged.

@@ -136,7 +136,7 @@ class Stored:
         return joined
 
     def blocks(self) -> Iterator[Array]:
-        """All rows, block by block.
+        """All rows, block by block, shape (row, ...) each.
 
         Raises:
             RecordingError: some of them are lost.

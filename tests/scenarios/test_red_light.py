@@ -58,6 +58,8 @@ def test_cooperative_perception_prevents_the_collision_that_the_blind_ego_has(
     assert metrics["hidden_vehicle"]["received_by_ego"] < metrics["braking"]["time"]
     assert metrics["braking"]["time"] < metrics["hidden_vehicle"]["seen_by_ego"]
     assert metrics["prr"]["end_to_end"] > metrics["prr"]["direct"]
+    files = [path for path in (tmp_path / "seeing" / "signals").rglob("*") if path.is_file()]
+    assert sum(path.stat().st_size for path in files) < 15_000_000
     assert (tmp_path / "seeing" / "figure.png").read_bytes().startswith(b"\x89PNG")
 
 
