@@ -44,6 +44,7 @@ class RunOutcome:
         speed: simulated seconds per second of wall time.
         metrics: of the scenario's report; empty without one.
         summary: the report's lines for the terminal; empty without one.
+        recorded: what each recorded signal takes on disk [byte], largest first.
     """
 
     directory: Path
@@ -53,6 +54,7 @@ class RunOutcome:
     speed: float
     metrics: Mapping[str, Any]
     summary: str
+    recorded: Mapping[str, int]
 
 
 class RunFailedError(CosimError):
@@ -208,6 +210,7 @@ def _run(
         speed=result.speed,
         metrics=findings.metrics,
         summary=findings.summary,
+        recorded=recorder.sizes,
     )
 
 

@@ -1,6 +1,7 @@
 """`nlosim run`."""
 
 from argparse import Namespace
+from collections.abc import Mapping
 from pathlib import Path
 
 from orchestrator.cli.failures import bug, outcome_of
@@ -62,6 +63,7 @@ def _success(outcome: RunOutcome) -> Outcome:
         *([outcome.summary.rstrip(), ""] if outcome.summary else []),
         speed,
         *_time_table(wall),
+        _recorded(outcome.recorded),
         f"fingerprint  {outcome.fingerprint}",
         f"recorded in  {outcome.directory}",
     ]
@@ -75,8 +77,17 @@ def _success(outcome: RunOutcome) -> Outcome:
             "wall_s": wall.total,
             "wall_time_s": _shares(wall),
             "metrics": dict(outcome.metrics),
+            "recorded_bytes": dict(outcome.recorded),
         },
     )
+
+
+def _recorded(sizes: Mapping[str, int]) -> str:
+    """How large the recording is, and what to exclude for a smaller one."""
+    total = sum(sizes.values())
+    most = [f"{name} {size / 1e6:.1f} MB" for name, size in sizes.items() if size >= 5e4]
+    named = f", most of it {', '.join(most[:3])}" if most else ""
+    return f"recording    {total / 1e6:.1f} MB{named}"
 
 
 def _shares(wall: WallTime) -> dict[str, float]:

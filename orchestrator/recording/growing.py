@@ -1,14 +1,11 @@
 """A `.npy` file that grows along its first axis and can be read at any time."""
 
-import hashlib
 import io
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
-
-BUFFER_LIMIT: Final = 1 << 20
-"""What is appended is held back up to so many bytes."""
+import numpy.typing as npt
 
 
 class GrowingArray:
@@ -16,52 +13,42 @@ class GrowingArray:
 
     NumPy pads the header for a first axis of up to 21 digits, so that it can be rewritten in
     place. Rows are written first and the header afterwards: at no time does it promise more than
-    the file holds, even if the process is killed in between. No file stays open.
-
-    Attributes:
-        digest: SHA-256 of the rows written so far.
+    the file holds, even if the process is killed in between. No file stays open. There is none
+    before the first rows.
     """
 
-    __slots__ = ("_buffered", "_chunk_bytes", "_chunks", "_descr", "_path", "_row_bytes",
-                 "_row_shape", "_written", "digest")  # fmt: skip
+    __slots__ = ("_descr", "_path", "_row_bytes", "_row_shape", "_written")
 
     def __init__(self, path: Path, dtype: "np.dtype[Any]", row_shape: tuple[int, ...] = ()) -> None:
-        self.digest = hashlib.sha256()
         self._path = path
         self._descr = np.lib.format.dtype_to_descr(dtype)
         self._row_shape = row_shape
         self._row_bytes = dtype.itemsize * int(np.prod(row_shape, dtype=np.int64))
-        self._chunks: list[bytes] = []
-        self._chunk_bytes = 0
-        self._buffered = 0
         self._written = 0
-        path.write_bytes(self._header(0))
 
-    def append(self, rows: bytes, count: int = 1) -> None:
-        """Append `count` rows, given in C order."""
-        self._chunks.append(rows)
-        self._buffered += count
-        self._chunk_bytes += len(rows)
-        if self._chunk_bytes > BUFFER_LIMIT:
-            self.flush()
-
-    def flush(self) -> None:
-        """Write out everything that was appended."""
-        if not self._buffered:
-            return
-        header = self._header(self._written + self._buffered)
-        rows = b"".join(self._chunks)
-        with self._path.open("r+b") as file:
+    def append(self, rows: bytes, count: int) -> None:
+        """Write `count` rows, given in C order."""
+        header = self._header(self._written + count)
+        with self._path.open("r+b" if self._written else "w+b") as file:
+            if not self._written:
+                file.write(self._header(0))
             # not the end of the file: an earlier attempt may have failed halfway
             file.seek(len(header) + self._written * self._row_bytes)
             file.write(rows)
             file.flush()
             file.seek(0)
             file.write(header)
-        self.digest.update(rows)
-        self._written += self._buffered
-        self._buffered = self._chunk_bytes = 0
-        self._chunks.clear()
+        self._written += count
+
+    def content(self) -> bytes:
+        """All rows, in C order."""
+        with self._path.open("rb") as file:
+            file.seek(len(self._header(self._written)))
+            return file.read(self._written * self._row_bytes)
+
+    def remove(self) -> None:
+        """Remove the file."""
+        self._path.unlink()
 
     def _header(self, count: int) -> bytes:
         file = io.BytesIO()
@@ -69,3 +56,26 @@ class GrowingArray:
         record = {"descr": self._descr, "fortran_order": False, "shape": shape}
         np.lib.format.write_array_header_1_0(file, record)
         return file.getvalue()
+
+
+def read_growing(path: Path) -> tuple[npt.NDArray[Any], str]:
+    """The rows in a file that a `GrowingArray` writes or wrote, and what is wrong with it.
+
+    Returns:
+        The rows that are there from the first to the last byte, read-only, shape (row, ...);
+        nothing, or how the
+        file was cut, with the place.
+    """
+    data = path.read_bytes()
+    file = io.BytesIO(data)
+    try:
+        np.lib.format.read_magic(file)
+        shape, _, dtype = np.lib.format.read_array_header_1_0(file)
+    except ValueError:
+        return np.zeros(0), f"`{path}` is damaged at byte 0: no header of an array" if data else ""
+    start, row_bytes = file.tell(), dtype.itemsize * int(np.prod(shape[1:], dtype=np.int64))
+    there = min(shape[0], (len(data) - start) // row_bytes) if row_bytes else shape[0]
+    rows = np.ndarray((there, *shape[1:]), dtype, data, start)
+    if there < shape[0]:
+        return rows, f"`{path}` ends at byte {len(data)}, within row {there} of {shape[0]}"
+    return rows, ""

@@ -2,16 +2,21 @@
 
     manifest.json                           what was run, and what became of it
     signals/index.json                      the type of every recorded signal
-    signals/<component>/time.npy            int64 [ns]: when each sample was published
-    signals/<component>/<connector>.npy     the values of all samples
-    signals/<component>/<connector>.rows.npy   int64: rows of each sample, if that varies
-    signals/<component>/<connector>.shape.npy  int64: shape of each sample, if more varies
+    signals/<component>/time.zst            int64 [ns]: when each sample was published
+    signals/<component>/<connector>.zst     the values of all samples
+    signals/<component>/<connector>.rows.zst   int64: rows of each sample, if that varies
+    signals/<component>/<connector>.shape.zst  int64: shape of each sample, if more varies
+    signals/<component>/<part>+<row>.npy    what is not in <part>.zst yet, from that row on
 
+Each is a part: an array of rows, in compressed blocks (`orchestrator.recording.blocks`). While a
+run goes on, and after it was killed, the last rows of a part lie beside it, as they are.
 The layout of the values follows from the declared shape; see `Layout`. A signal that is declared
-fixed has one sample, at the first time.
+fixed has one sample, at the first time. Earlier releases wrote every part as `<part>.npy`, which
+is still read.
 """
 
 import enum
+import glob
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,6 +29,9 @@ from orchestrator.signal import Connector, Variability
 
 INDEX: Final = "signals/index.json"
 MANIFEST: Final = "manifest.json"
+
+SUFFIX: Final = ".zst"
+"""How the name of a file of blocks ends."""
 
 
 class RecordingError(CosimError):
@@ -99,7 +107,7 @@ class Files:
     @property
     def times(self) -> Path:
         """When each sample of the component was published."""
-        return self.folder / "time.npy"
+        return self.folder / f"time{SUFFIX}"
 
     @property
     def values(self) -> Path:
@@ -117,7 +125,33 @@ class Files:
         return self._part(".shape")
 
     def _part(self, suffix: str) -> Path:
-        return self.folder / f"{_stem(self.connector)}{suffix}.npy"
+        return self.folder / f"{_stem(self.connector)}{suffix}{SUFFIX}"
+
+    def name_of(self, part: Path) -> str:
+        """What the fingerprint calls a part, wherever the run directory is."""
+        return plain_of(part).relative_to(self.directory).as_posix()
+
+
+def plain_of(part: Path) -> Path:
+    """Where earlier releases wrote the part whose file of blocks is `part`; also its name."""
+    return part.with_name(f"{part.name.removesuffix(SUFFIX)}.npy")
+
+
+def tail_of(part: Path, row: int) -> Path:
+    """Where the rows of `part` are that are not in a block yet, if `row` is the first of them.
+
+    No connector has a name with `+` in it: it is percent-encoded.
+    """
+    return part.with_name(f"{part.name.removesuffix(SUFFIX)}+{row}.npy")
+
+
+def tails_of(part: Path) -> dict[int, Path]:
+    """What lies beside `part`, by the index of its first row, ascending."""
+    stem = glob.escape(part.name.removesuffix(SUFFIX))
+    found = {
+        int(path.stem.rpartition("+")[2]): path for path in part.parent.glob(f"{stem}+[0-9]*.npy")
+    }
+    return dict(sorted(found.items()))
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
@@ -136,7 +170,7 @@ def _stem(connector: str) -> str:
     """The name of a connector as a file name that no other connector and no part has.
 
     What file systems do not take is percent-encoded; so is the last letter of a name that would
-    be taken for `time.npy` or for a part.
+    be taken for `time.zst` or for a part.
     """
     stem = quote(connector, safe="()[],")
     if stem == "time" or stem.endswith((".rows", ".shape")):

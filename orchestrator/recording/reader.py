@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import logging
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,10 +14,13 @@ import numpy as np
 from orchestrator.recording.fingerprint import PartDigest, fingerprint
 from orchestrator.recording.layout import INDEX, MANIFEST, Files, Layout, RecordingError, SignalType
 from orchestrator.recording.samples import Samples, load, parts, read_samples
+from orchestrator.recording.stored import Stored, damage_of
 from orchestrator.signal import Array, Signal
 from orchestrator.suggestion import suggestion
 from orchestrator.system import Endpoint
 from orchestrator.timebase import Time, seconds
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +28,8 @@ class Series:
     """The samples of one signal over time.
 
     `series[k]` is sample `k`, counted from the start or, if negative, from the end; iterating
-    yields all samples. Arrays are read-only views of the file.
+    yields all samples. Arrays are read-only. A sample is decompressed, with those around it, when
+    it is asked for.
 
     Attributes:
         name: `component.connector`.
@@ -71,14 +76,15 @@ class Series:
         Stacked, shape (samples, ...), if their shape is constant; otherwise joined along their
         first axis or, if other axes vary too, flattened.
         """
-        return self._samples.values[: self._samples.ends[len(self)]]
+        return self._samples.values[0 : int(self._samples.ends[len(self)])]
 
 
 class Recording:
     """The recording in a run directory.
 
     It can be read while the run goes on and after it was killed; what is complete on disk when
-    a series is opened is in it.
+    a series is opened is in it. Blocks are decompressed when something in them is asked for. Of a
+    file that is cut or damaged, the rest is read; what was lost raises an error that says where.
 
     Raises:
         RecordingError: `directory` holds none.
@@ -124,11 +130,36 @@ class Recording:
         samples = read_samples(files, Layout(kind.layout))
         times = load(files.times)
         count = min(len(samples), len(times))
+        wrong = (*samples.values.damage, *samples.values.cut)
+        if wrong and self._has_ended():
+            logger.warning("%s", "; ".join(wrong))
         return Series(name, kind.kind, kind.unit, times[:count], samples)
+
+    @property
+    def damage(self) -> tuple[str, ...]:
+        """What is cut or damaged, each with file and place [byte]; what is whole can be read.
+
+        Everything is read for it.
+        """
+        files = dict.fromkeys(
+            path
+            for name, kind in self._types.items()
+            for path in (
+                self._files(name).times,
+                *parts(self._files(name), Layout(kind.layout)),
+            )
+        )
+        ended = self._has_ended()
+        return tuple(found for path in files for found in damage_of(path, ended=ended))
 
     def fingerprint(self) -> str:
         """The fingerprint of the files as they are, for comparison with the manifest's."""
         return fingerprint(self._digests())
+
+    def _has_ended(self) -> bool:
+        """Whether the run came to its end; if not, files may end anywhere."""
+        manifest = json.loads((self._directory / MANIFEST).read_text(encoding="utf-8"))
+        return bool(manifest.get("status") != "running")
 
     def _files(self, name: str) -> Files:
         end = Endpoint.parse(name)
@@ -143,6 +174,8 @@ class Recording:
             yield from (self._digest(path, "") for path in lengths)
 
     def _digest(self, path: Path, kind: str) -> PartDigest:
-        name = path.relative_to(self._directory).as_posix()
-        rows = load(path).reshape(-1).view(np.uint8)
-        return PartDigest(name, kind, hashlib.sha256(rows.data).hexdigest())
+        digest = hashlib.sha256()
+        for rows in Stored.open(path).blocks():
+            digest.update(np.ascontiguousarray(rows).reshape(-1).view(np.uint8).data)
+        name = Files(self._directory, "", "").name_of(path)
+        return PartDigest(name, kind, digest.hexdigest())

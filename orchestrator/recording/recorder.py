@@ -21,7 +21,8 @@ from orchestrator.recording.layout import (
     write_json,
     write_manifest,
 )
-from orchestrator.recording.samples import INT64, Part, SampleWriter, sample_writer
+from orchestrator.recording.parts import Part
+from orchestrator.recording.samples import SampleWriter, sample_writer, times_part
 from orchestrator.signal import Causality, Connector, Signals, Variability
 from orchestrator.suggestion import suggestion
 from orchestrator.system import Endpoint, System
@@ -106,6 +107,16 @@ class Recorder(Observer):
             part for component in self._components.values() for part in component.digests()
         )
 
+    @property
+    def sizes(self) -> Mapping[str, int]:
+        """What each signal `component.connector` takes on disk so far [byte], largest first."""
+        sizes = {
+            f"{name}.{connector}": size
+            for name, component in self._components.items()
+            for connector, size in component.sizes().items()
+        }
+        return dict(sorted(sizes.items(), key=lambda each: (-each[1], each[0])))
+
     @override
     def begin(self, system: System, start: Time, stop: Time) -> None:
         selected = select(system, self._include, self._exclude)
@@ -138,7 +149,8 @@ class Recorder(Observer):
     def end(self, result: SimulationResult) -> None:
         if not self._begun:
             return  # the directory holds somebody else's recording
-        self._flush()
+        for component in self._components.values():
+            component.close()
         wall_time = result.wall_time
         write_manifest(
             self._directory,
@@ -149,6 +161,7 @@ class Recorder(Observer):
                 "error": None if result.error is None else str(result.error),
                 "reached_ns": result.time,
                 "fingerprint": self.fingerprint,
+                "recorded_bytes": dict(self.sizes),
                 "wall_time_s": {
                     "total": wall_time.total,
                     "orchestrator": wall_time.orchestrator,
@@ -170,10 +183,11 @@ class _ComponentWriter:
     def __init__(self, directory: Path, component: str) -> None:
         self._directory = directory
         self._component = component
-        path = Files(directory, component, "").times
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self._times = Part.create(path, INT64)
+        files = Files(directory, component, "")
+        files.folder.mkdir(parents=True, exist_ok=True)
+        self._times = times_part(files)
         self._parts: list[Part] = []
+        self._writers: dict[str, SampleWriter] = {}
         self._once: list[tuple[str, SampleWriter]] = []
         self._always: list[tuple[str, SampleWriter]] = []
 
@@ -181,6 +195,7 @@ class _ComponentWriter:
         """Record `connector`, called `name`, too."""
         writer = sample_writer(Files(self._directory, self._component, name), connector)
         self._parts += writer.parts
+        self._writers[name] = writer
         fixed = connector.variability is Variability.FIXED
         (self._once if fixed else self._always).append((name, writer))
 
@@ -192,15 +207,25 @@ class _ComponentWriter:
             self._once.clear()
         for name, writer in self._always:
             writer.write(values[name])
-        self._times.array.append(t.to_bytes(8, "little", signed=True))
+        self._times.append(t.to_bytes(8, "little", signed=True))
 
     def flush(self) -> None:
         """Write everything out, times last: they say how many samples there are."""
         for part in (*self._parts, self._times):
-            part.array.flush()
+            part.flush()
+
+    def close(self) -> None:
+        """Store everything."""
+        for part in (*self._parts, self._times):
+            part.close()
+
+    def sizes(self) -> Mapping[str, int]:
+        """What each signal takes on disk [byte]; their times are nobody's."""
+        return {
+            name: sum(part.size for part in writer.parts) for name, writer in self._writers.items()
+        }
 
     def digests(self) -> Iterator[PartDigest]:
-        """The digests of all files."""
+        """The digests of all parts, as far as they were written out."""
         for part in (*self._parts, self._times):
-            name = part.path.relative_to(self._directory).as_posix()
-            yield PartDigest(name, part.kind, part.array.digest.hexdigest())
+            yield part.digest

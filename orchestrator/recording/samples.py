@@ -9,36 +9,15 @@ from typing import Any, Final
 import numpy as np
 from typing_extensions import override
 
-from orchestrator.recording.growing import GrowingArray
 from orchestrator.recording.layout import Files, Layout
+from orchestrator.recording.parts import Part
+from orchestrator.recording.stored import Stored
 from orchestrator.signal import Array, Connector, Signal
 
 INT64: Final = np.dtype("<i8")
 """The type of times, row counts and shapes."""
 
 UINT8: Final = np.dtype(np.uint8)
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """One file of a recording while it is written.
-
-    Attributes:
-        path: of the file.
-        kind: the declared type of the signal; empty for times, row counts and shapes.
-        array: the growing content.
-    """
-
-    path: Path
-    kind: str
-    array: GrowingArray
-
-    @classmethod
-    def create(
-        cls, path: Path, dtype: "np.dtype[Any]", row_shape: tuple[int, ...] = (), kind: str = ""
-    ) -> "Part":
-        """Create the file."""
-        return cls(path, kind, GrowingArray(path, dtype, row_shape))
 
 
 class SampleWriter(abc.ABC):
@@ -63,9 +42,9 @@ class _UniformWriter(SampleWriter):
 
     def __init__(self, files: Files, connector: Connector) -> None:
         shape = tuple(n for n in connector.shape if isinstance(n, int))
-        values = Part.create(files.values, np.dtype(connector.dtype), shape, connector.kind())
+        values = _part(files, files.values, np.dtype(connector.dtype), shape, kind=connector.kind())
         self.parts = (values,)
-        self._append = values.array.append
+        self._append = values.append
 
     @override
     def write(self, value: Array) -> None:
@@ -78,10 +57,10 @@ class _RowsWriter(SampleWriter):
     __slots__ = ("_append", "_append_rows")
 
     def __init__(self, files: Files, values: Part) -> None:
-        rows = Part.create(files.rows, INT64)
+        rows = _part(files, files.rows, INT64)
         self.parts = (values, rows)
-        self._append = values.array.append
-        self._append_rows = rows.array.append
+        self._append = values.append
+        self._append_rows = rows.append
 
     def _write(self, data: bytes, rows: int) -> None:
         self._append(data, rows)
@@ -93,7 +72,7 @@ class _RaggedWriter(_RowsWriter):
 
     def __init__(self, files: Files, connector: Connector) -> None:
         shape = tuple(n for n in connector.shape if isinstance(n, int))
-        values = Part.create(files.values, np.dtype(connector.dtype), shape, connector.kind())
+        values = _part(files, files.values, np.dtype(connector.dtype), shape, kind=connector.kind())
         super().__init__(files, values)
 
     @override
@@ -105,11 +84,11 @@ class _FlatWriter(SampleWriter):
     __slots__ = ("_append", "_append_shape")
 
     def __init__(self, files: Files, connector: Connector) -> None:
-        values = Part.create(files.values, np.dtype(connector.dtype), kind=connector.kind())
-        shapes = Part.create(files.shapes, INT64, (len(connector.shape),))
+        values = _part(files, files.values, np.dtype(connector.dtype), kind=connector.kind())
+        shapes = _part(files, files.shapes, INT64, (len(connector.shape),))
         self.parts = (values, shapes)
-        self._append = values.array.append
-        self._append_shape = shapes.array.append
+        self._append = values.append
+        self._append_shape = shapes.append
 
     @override
     def write(self, value: Array) -> None:
@@ -121,11 +100,30 @@ class _BinaryWriter(_RowsWriter):
     __slots__ = ()
 
     def __init__(self, files: Files, connector: Connector) -> None:
-        super().__init__(files, Part.create(files.values, UINT8, kind=connector.kind()))
+        kind = connector.kind()
+        super().__init__(files, _part(files, files.values, UINT8, kind=kind, samples=True))
 
     @override
     def write(self, value: bytes) -> None:
         self._write(value, len(value))
+
+
+def times_part(files: Files) -> Part:
+    """Create the part with the times of a component."""
+    return _part(files, files.times, INT64)
+
+
+def _part(
+    files: Files,
+    path: Path,
+    dtype: "np.dtype[Any]",
+    row_shape: tuple[int, ...] = (),
+    *,
+    kind: str = "",
+    samples: bool = False,
+) -> Part:
+    name = files.name_of(path)
+    return Part(path, name, dtype, row_shape, kind=kind, samples=samples)
 
 
 def sample_writer(files: Files, connector: Connector) -> SampleWriter:
@@ -143,15 +141,15 @@ def sample_writer(files: Files, connector: Connector) -> SampleWriter:
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """The samples of one signal, memory-mapped.
+    """The samples of one signal, read when they are asked for.
 
     Attributes:
-        values: the file of values as it is.
+        values: the part with the values.
         ends: sample `k` lies in `values[ends[k] : ends[k + 1]]`.
         decode: makes the sample `k` of that.
     """
 
-    values: Array
+    values: Stored
     ends: Sequence[int] | Array
     decode: Callable[[int, Array], Signal]
 
@@ -159,25 +157,29 @@ class Samples:
         return len(self.ends) - 1
 
     def __getitem__(self, k: int) -> Signal:
-        return self.decode(k, self.values[self.ends[k] : self.ends[k + 1]])
+        return self.decode(k, self.values[int(self.ends[k]) : int(self.ends[k + 1])])
 
 
 def read_samples(files: Files, layout: Layout) -> Samples:
-    """Open the samples of one signal."""
-    values = load(files.values)
+    """Open the samples of one signal.
+
+    Raises:
+        RecordingError: a part is missing, or what says where samples begin is damaged.
+    """
+    values = Stored.open(files.values)
     match layout:
         case Layout.UNIFORM:
             return Samples(
                 values, range(len(values) + 1), lambda _, rows: rows.reshape(rows.shape[1:])
             )
         case Layout.RAGGED:
-            return Samples(values, _ends(load(files.rows)), lambda _, rows: rows)
+            return Samples(values, _ends(load(files.rows), values), lambda _, rows: rows)
         case Layout.FLAT:
             shapes = load(files.shapes)
-            ends = _ends(shapes.prod(axis=1))
+            ends = _ends(shapes.prod(axis=1), values)
             return Samples(values, ends, lambda k, rows: rows.reshape(shapes[k]))
         case Layout.BINARY:
-            return Samples(values, _ends(load(files.rows)), lambda _, rows: rows.tobytes())
+            return Samples(values, _ends(load(files.rows), values), lambda _, rows: rows.tobytes())
 
 
 def parts(files: Files, layout: Layout) -> tuple[Path, ...]:
@@ -192,10 +194,16 @@ def parts(files: Files, layout: Layout) -> tuple[Path, ...]:
 
 
 def load(path: Path) -> Array:
-    """The array in `path` in its shape and unit there, memory-mapped and read-only."""
-    return np.asarray(np.load(path, mmap_mode="r"))
+    """All rows of the part in `path`, read-only, shape (row, ...).
+
+    Raises:
+        RecordingError: it is missing or damaged.
+    """
+    stored = Stored.open(path)
+    return stored[0 : len(stored)]
 
 
-def _ends(lengths: Array) -> Array:
-    """Where each sample begins, and where the last one ends."""
-    return np.concatenate(([0], np.cumsum(lengths, dtype=np.int64)))
+def _ends(lengths: Array, values: Stored) -> Array:
+    """Where each sample begins, and where the last one ends, as far as there are values."""
+    ends = np.concatenate(([0], np.cumsum(lengths, dtype=np.int64)))
+    return ends[: np.searchsorted(ends, len(values), side="right")]
