@@ -124,9 +124,15 @@ class Branching:
         problems = branching_problems(system, deciding)
         if problems:
             raise SystemStructureError(problems)
+        self._has_decisions = bool(deciding)
         self._stop = stop
         self._time: Time = 0
         self._branch: _Branch | None = None
+
+    @property
+    def has_decisions(self) -> bool:
+        """Whether any component decides by trying."""
+        return self._has_decisions
 
     @property
     def is_trunk(self) -> bool:

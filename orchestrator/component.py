@@ -14,6 +14,7 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 from typing_extensions import override
 
+from orchestrator.native import NativeUnit
 from orchestrator.signal import Connector, Signals
 from orchestrator.timebase import Duration, Time
 
@@ -79,6 +80,14 @@ class Component(abc.ABC):
     def outputs(self) -> Signals:
         """Every output connector by name, at the current communication point. No effect."""
 
+    def native(self) -> NativeUnit | None:
+        """How compiled code can take the steps from here on; `None`, the default: it cannot.
+
+        Asked for once, after `initialise`. Whoever has it may step the unit in place of `step` and
+        `outputs`, and tells its owner about it.
+        """
+        return None
+
     def close(self) -> None:
         """Release what `setup` acquired. Calling it twice, or before `setup`, is harmless."""
 
@@ -141,6 +150,10 @@ class WrappedComponent(Component):
     @override
     def outputs(self) -> Signals:
         return self._wrapped.outputs()
+
+    @override
+    def native(self) -> NativeUnit | None:
+        return self._wrapped.native()
 
     @override
     def close(self) -> None:

@@ -92,11 +92,12 @@ class NativeOwner(abc.ABC):
         """Whether the input `name` was last set to this very object."""
 
     @abc.abstractmethod
-    def adopt(self, written: Mapping[str, Signal], read: Signals) -> None:
+    def adopt(self, driven: Sequence[str], written: Mapping[str, Signal], read: Signals) -> None:
         """Go on after a stretch.
 
         Args:
-            written: the objects that inputs are set to; inputs that are not named are unknown.
+            driven: the inputs that the engine has set.
+            written: those of them that are up to date, and the objects they are set to.
             read: the outputs.
         """
 

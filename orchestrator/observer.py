@@ -2,15 +2,16 @@
 
 import abc
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import Final, NoReturn, TextIO
+from typing import ClassVar, Final, NoReturn, TextIO
 
 from tqdm import tqdm
 from typing_extensions import override
 
 from orchestrator.signal import Signals
-from orchestrator.system import System
+from orchestrator.stretch import Stretch
+from orchestrator.system import Endpoint, System
 from orchestrator.timebase import Time, seconds
 
 
@@ -91,6 +92,19 @@ class Observer(abc.ABC):
                 communication point; the signals in them never do and may be kept.
         """
 
+    sees_stretches: ClassVar[bool] = False
+    """Whether `observe_stretch` may be called in place of `observe` for points that follow each
+    other; otherwise compiled code takes no part in the run."""
+
+    def wants(self, system: System) -> Collection[Endpoint]:
+        """The outputs whose every value has to be in a stretch; asked for after `begin`."""
+        del system
+        return ()
+
+    def observe_stretch(self, stretch: Stretch) -> None:
+        """The simulation went on to `stretch.time` by way of other communication points."""
+        self.observe(stretch.time, tuple(stretch.samples), stretch.values)
+
     @abc.abstractmethod
     def end(self, result: SimulationResult) -> None:
         """The run is over, and every component is closed."""
@@ -102,6 +116,8 @@ class ProgressMeter(Observer):
     Args:
         stream: where to draw.
     """
+
+    sees_stretches = True
 
     REDRAWS: Final = 1000
     """How often a bar is drawn over a run, at most."""
@@ -146,6 +162,8 @@ class ProgressMeter(Observer):
 
 class NoProgress(Observer):
     """Draws nothing."""
+
+    sees_stretches = True
 
     @override
     def begin(self, system: System, start: Time, stop: Time) -> None:

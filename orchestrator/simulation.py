@@ -10,7 +10,9 @@ from orchestrator.branching import Branching
 from orchestrator.ending import ending
 from orchestrator.feedthrough import feedthrough_order
 from orchestrator.observer import Observer, SimulationResult, WallTime
+from orchestrator.plan.plan import RunPlan, plan_of
 from orchestrator.signal import Signals
+from orchestrator.stretch import Stretch
 from orchestrator.system import Endpoint, System
 from orchestrator.timebase import Time, seconds
 
@@ -24,6 +26,7 @@ def simulate(
     seed: int,
     observers: Sequence[Observer] = (),
     until: Endpoint | None = None,
+    compiled: bool = True,
 ) -> SimulationResult:
     """Simulate `system` from `start` to `stop`, or until an output is true.
 
@@ -40,6 +43,8 @@ def simulate(
         observers: called at every communication point, in this order.
         until: a scalar Boolean output. The first communication point, of whatever component, at
             which its published value is true is the last one; `start` may be that.
+        compiled: let compiled code step FMUs where nothing else is due, see `orchestrator.plan`. The
+            result is the same.
 
     Raises:
         SystemStructureError: step sizes do not fit the interval, or the algorithm the system, or
@@ -53,10 +58,16 @@ def simulate(
     schedule = Schedule(exchange, turns, start, stop, solved)
     run = _Run(exchange, start)
     audience = _Audience(observers)
+    plan: RunPlan | None = None
     with run.guarded("simulating"), branching.confined():
         audience.begin(system, start, stop)
         exchange.start(feedthrough_order(system), start, seed)
-        for t, due in schedule:
+        wanted = None if branching.has_decisions else audience.wants(system)
+        if compiled and wanted is not None:
+            plan = plan_of(system, exchange, turns, algorithm.pattern, wanted, start, until)
+        t, is_last = start, False
+        while True:
+            due = schedule.at(t)
             if t != start:
                 algorithm.arrive(t, due)
             run.time = t
@@ -64,10 +75,20 @@ def simulate(
             branching.arrive(t, is_last=is_last)
             if branching.is_trunk:
                 audience.observe(t, due.names, exchange.values)
+            while plan and not is_last and (end := plan.horizon(t, stop)) is not None:
+                algorithm.depart(t, schedule.at(t, but=plan.names))
+                stretch = plan.run(t, end)
+                run.time = t = stretch.time
+                audience.observe_stretch(stretch)
+                plan.check()
+                is_last = t == stop or early.is_reached(exchange.values)
             if is_last:
                 break
-            algorithm.depart(t, due)
+            algorithm.depart(t, schedule.at(t))
+            t = schedule.after(t)
         exchange.settle()
+    if plan:
+        plan.release()
     for name, participant in exchange.participants.items():
         with run.guarded(f"closing `{name}`"):
             participant.close()
@@ -98,6 +119,19 @@ class _Audience:
         for observer in self._observers:
             observer.observe(t, published, values)
         self.wall_time_ns += perf_counter_ns() - before
+
+    def wants(self, system: System) -> frozenset[Endpoint] | None:
+        """The outputs of which they want every value; `None` if one of them sees no stretches."""
+        if not all(observer.sees_stretches for observer in self._observers):
+            return None
+        return frozenset(end for observer in self._observers for end in observer.wants(system))
+
+    def observe_stretch(self, stretch: Stretch) -> None:
+        """Show them what was published over a stretch, if there was anything."""
+        if stretch.count:
+            with self.timed():
+                for observer in self._observers:
+                    observer.observe_stretch(stretch)
 
     @contextmanager
     def timed(self) -> Iterator[None]:

@@ -92,10 +92,18 @@ class MultiRateGrid:
 
     def __iter__(self) -> Iterator[tuple[Time, tuple[Duration, ...]]]:
         """Yield each communication point with the step sizes that meet it, stop included."""
-        span = self.stop - self.start
-        elapsed = 0
-        while True:
-            yield self.start + elapsed, tuple(h for h in self.step_sizes if elapsed % h == 0)
-            if elapsed >= span or not self.step_sizes:
-                return
-            elapsed = min(elapsed - elapsed % h + h for h in self.step_sizes)
+        t = self.start
+        yield t, self.at(t)
+        while t < self.stop and self.step_sizes:
+            t = self.after(t)
+            yield t, self.at(t)
+
+    def at(self, t: Time) -> tuple[Duration, ...]:
+        """The step sizes that meet the communication point `t`."""
+        elapsed = t - self.start
+        return tuple(h for h in self.step_sizes if elapsed % h == 0)
+
+    def after(self, t: Time) -> Time:
+        """The communication point after `t`, which is not the last one."""
+        elapsed = t - self.start
+        return self.start + min(elapsed - elapsed % h + h for h in self.step_sizes)

@@ -1,7 +1,7 @@
 """An FMU as a component."""
 
 import weakref
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -15,6 +15,7 @@ from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.sizes import Sizes
 from orchestrator.component import Component, WrappedRestorableComponent
+from orchestrator.native import NativeOwner, NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
 from orchestrator.timebase import Duration, Time, seconds
 
@@ -33,7 +34,7 @@ class FmuState:
     read: Signals
 
 
-class FmuComponent(Component):
+class FmuComponent(Component, NativeOwner):
     """An FMU in this process.
 
     Inputs that are the objects they were at the last step are not set again. When the length
@@ -163,6 +164,37 @@ class FmuComponent(Component):
     @override
     def outputs(self) -> Signals:
         return self._read
+
+    @override
+    def native(self) -> NativeUnit | None:
+        return self._running().native(self._connectors, self)
+
+    @override
+    def count_calls(self, address: int | None) -> None:
+        self._running().count_calls(address)
+
+    @override
+    def is_written(self, name: str, value: Signal) -> bool:
+        return self._written.get(name) is value
+
+    @override
+    def adopt(self, driven: Sequence[str], written: Mapping[str, Signal], read: Signals) -> None:
+        for name in driven:
+            self._written.pop(name, None)
+        self._written.update(written)
+        self._read = read
+
+    @override
+    def setting_failed(self, type_: str, names: Sequence[str], status: int) -> None:
+        self._running().setting_failed(type_, names, status)
+
+    @override
+    def step_failed(self, status: int, t: Time, h: Duration) -> None:
+        self._running().judge_step(status, seconds(t), seconds(h))
+
+    @override
+    def getting_failed(self, type_: str, status: int) -> None:
+        self._running().getting_failed(type_, status)
 
     @override
     def close(self) -> None:

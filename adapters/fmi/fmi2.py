@@ -103,6 +103,10 @@ class Fmi2Instance(LoadedInstance):
         self._log.recent.clear()
         function = self._fmu.function("fmi2DoStep", _STEP)
         status = function(self._instance, t, h, int(not self._may_restore))
+        self.judge_step(status, t, h)
+
+    @override
+    def judge_step(self, status: int, t: float, h: float) -> None:
         if status == DISCARD:
             self._guard.refuse("fmi2DoStep", status, self._progress())
         if status != OK:

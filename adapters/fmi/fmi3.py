@@ -126,10 +126,14 @@ class Fmi3Instance(LoadedInstance):
         function = self._fmu.function("fmi3DoStep", _STEP)
         self._last_time.value = t
         status = function(self._instance, t, h, not self._may_restore, *self._step_results)
+        self.judge_step(status, t, h)
+
+    @override
+    def judge_step(self, status: int, t: float, h: float) -> None:
         if status == DISCARD:
             reached = f" (the last successful time is {self._last_time.value:.9g} s)"
             self._guard.refuse("fmi3DoStep", status, reached)
-        if status != OK:
+        if status > OK:
             self._guard.check("fmi3DoStep", status)
         _, is_over, is_early = self._flags
         if is_early.value:
@@ -139,6 +143,14 @@ class Fmi3Instance(LoadedInstance):
             )
         if is_over.value:
             raise FmuError(f"the FMU asks to end the simulation at {t + h:.9g} s")
+
+    @override
+    def _flag_addresses(self) -> tuple[int, ...]:
+        return tuple(map(ctypes.addressof, self._flags))
+
+    @override
+    def _last_time_address(self) -> int:
+        return ctypes.addressof(self._last_time)
 
     @override
     def _read_block(self, block: Block, elements: Any) -> None:

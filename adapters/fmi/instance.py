@@ -1,11 +1,12 @@
 """What the adapter needs of one FMU instance, whatever its FMI version."""
 
 import abc
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from adapters.fmi.errors import failure
 from adapters.fmi.messages import STATUS_NAMES, MessageLog
-from orchestrator.signal import Signal
+from orchestrator.native import NativeOwner, NativeUnit
+from orchestrator.signal import Connector, Signal
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 
@@ -72,6 +73,39 @@ class FmuInstance(abc.ABC):
     @abc.abstractmethod
     def step(self, t: float, h: float) -> None:
         """Advance from `t` to `t + h` [s]."""
+
+    @abc.abstractmethod
+    def native(self, connectors: Mapping[str, Connector], owner: NativeOwner) -> NativeUnit | None:
+        """How compiled code can call this instance.
+
+        Args:
+            connectors: of the component.
+            owner: the component.
+        """
+
+    @abc.abstractmethod
+    def count_calls(self, address: int | None) -> None:
+        """See `NativeOwner.count_calls`."""
+
+    @abc.abstractmethod
+    def setting_failed(self, type_: str, names: Sequence[str], status: int) -> None:
+        """Judge the status of a call that set these inputs.
+
+        Raises:
+            FmuError: it is neither OK nor Warning.
+        """
+
+    @abc.abstractmethod
+    def judge_step(self, status: int, t: float, h: float) -> None:
+        """Judge the step from `t` to `t + h` [s]; -1: what it said beside an OK.
+
+        Raises:
+            FmuError: it failed, was discarded, or asks to end the simulation.
+        """
+
+    @abc.abstractmethod
+    def getting_failed(self, type_: str, status: int) -> None:
+        """As `setting_failed`, for a call that got the outputs of one type."""
 
     @abc.abstractmethod
     def read(self) -> dict[str, Signal]:

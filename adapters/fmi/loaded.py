@@ -4,7 +4,7 @@ import abc
 import ctypes
 import functools
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy.typing as npt
@@ -16,7 +16,8 @@ from adapters.fmi.handle import FunctionNames, Handle
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.unpacked import LoadedFmu
-from orchestrator.signal import Signal
+from orchestrator.native import NativeKind, NativeOwner, NativeUnit, NativeVariable
+from orchestrator.signal import Connector, Signal
 
 
 class LoadedInstance(FmuInstance):
@@ -97,6 +98,53 @@ class LoadedInstance(FmuInstance):
         return found
 
     @override
+    def native(self, connectors: Mapping[str, Connector], owner: NativeOwner) -> NativeUnit | None:
+        variables = {name: self._description.variables[name] for name in connectors}
+        types = {v.type for v in variables.values()}
+        version = self._description.version
+        return NativeUnit(
+            version=version,
+            instance=self._instance,
+            step=self._address_of(f"fmi{version}DoStep"),
+            keeps_state=not self._may_restore,
+            flags=self._flag_addresses(),
+            last_time=self._last_time_address(),
+            setters={type_: self._address_of(f"fmi{version}Set{type_}") for type_ in types},
+            getters={type_: self._address_of(f"fmi{version}Get{type_}") for type_ in types},
+            variables={
+                name: NativeVariable(
+                    type=v.type, kind=_kind(v.type, version), reference=v.reference
+                )
+                for name, v in variables.items()
+            },
+            owner=owner,
+        )
+
+    def _address_of(self, function: str) -> int:
+        return self._fmu.address_of(function)
+
+    def _flag_addresses(self) -> tuple[int, ...]:
+        """FMI 3.0: where a step says what came."""
+        return (0, 0, 0)
+
+    def _last_time_address(self) -> int:
+        """FMI 3.0: where a step says how far it came."""
+        return 0
+
+    @override
+    def count_calls(self, address: int | None) -> None:
+        self._log.count_calls(address)
+
+    @override
+    def setting_failed(self, type_: str, names: Sequence[str], status: int) -> None:
+        listed = ", ".join(f"`{name}`" for name in names)
+        self._guard.check(f"{self.names.prefix}Set{type_} of {listed}", status)
+
+    @override
+    def getting_failed(self, type_: str, status: int) -> None:
+        self._guard.check(f"{self.names.prefix}Get{type_}", status)
+
+    @override
     def write_text(self, values: Mapping[str, str]) -> None:
         for name, text in values.items():
             reference = ctypes.c_uint32(self._description.variables[name].reference)
@@ -125,3 +173,15 @@ class LoadedInstance(FmuInstance):
     @override
     def free(self) -> None:
         self._handle.free()
+
+
+def _kind(type_: str, version: int) -> NativeKind:
+    if type_ == "Boolean":
+        return NativeKind.BOOLEAN32 if version == 2 else NativeKind.BOOLEAN8
+    kinds = {
+        "Real": NativeKind.FLOAT64,
+        "Float64": NativeKind.FLOAT64,
+        "Float32": NativeKind.FLOAT32,
+        "Binary": NativeKind.BINARY,
+    }
+    return kinds.get(type_, NativeKind.PLAIN)

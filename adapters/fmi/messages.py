@@ -1,5 +1,6 @@
 """What an FMU logs: to Python's logging, and into the text of the error that follows."""
 
+import ctypes
 import logging
 from collections import deque
 from typing import Final
@@ -16,15 +17,28 @@ STATUS_NAMES: Final = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 
 
 class MessageLog:
-    """The log of one instance, `nlosim.fmu.<instance>`.
-
-    Attributes:
-        recent: the last messages that are no mere information, oldest first.
-    """
+    """The log of one instance, `nlosim.fmu.<instance>`."""
 
     def __init__(self, instance: str) -> None:
         self._logger = logging.getLogger(f"nlosim.fmu.{instance}")
-        self.recent: deque[str] = deque(maxlen=5)
+        self._recent: deque[str] = deque(maxlen=5)
+        self._calls: ctypes.c_uint64 | None = None
+        self._call = 0
+
+    @property
+    def recent(self) -> deque[str]:
+        """The last messages that are no mere information, oldest first, since it was cleared.
+
+        Where compiled code counts calls, those of the last call.
+        """
+        if self._calls is not None and self._calls.value != self._call:
+            self._call = self._calls.value
+            self._recent.clear()
+        return self._recent
+
+    def count_calls(self, address: int | None) -> None:
+        """Tell messages of different calls apart by the number (uint64) at `address`."""
+        self._calls = None if address is None else ctypes.c_uint64.from_address(address)
 
     @property
     def is_verbose(self) -> bool:

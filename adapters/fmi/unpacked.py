@@ -90,6 +90,14 @@ class LoadedFmu:
             self._functions[name] = function
         return self._functions[name]
 
+    def address_of(self, name: str) -> int:
+        """Where an FMI function is; 0 if the library has none of this name."""
+        try:
+            function = self._dll[name]
+        except AttributeError:
+            return 0
+        return ctypes.cast(function, ctypes.c_void_p).value or 0
+
     def unload(self) -> None:
         """Unload the library; nothing of it may be called any more."""
         self._functions.clear()

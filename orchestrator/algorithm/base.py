@@ -1,8 +1,9 @@
 """The interface of a co-simulation algorithm."""
 
 import abc
+import enum
 from collections.abc import Mapping
-from typing import Final
+from typing import ClassVar, Final
 
 from orchestrator.algorithm.age import Age
 from orchestrator.algorithm.exchange import Due
@@ -13,6 +14,16 @@ from orchestrator.timebase import Time
 
 GROUP: Final = "orchestrator.algorithms"
 """Entry points by the name that scenarios write: subclasses of `CosimulationAlgorithm`."""
+
+
+class Pattern(enum.Enum):
+    """How an algorithm lets components step, where compiled code can take it over."""
+
+    PARALLEL = "parallel"
+    """All begin at a communication point with what is published there, and publish at the end."""
+
+    SEQUENTIAL = "sequential"
+    """Where steps end, each is made and published in turn, with what is published then."""
 
 
 class CosimulationAlgorithm(Parametrised):
@@ -30,6 +41,9 @@ class CosimulationAlgorithm(Parametrised):
     participant that is due must have been begun, finished and published once when `arrive`
     returns; in between it may be taken back by `restore` to what `save` gave, and step again.
     """
+
+    pattern: ClassVar[Pattern | None] = None
+    """What `depart` and `arrive` amount to, if it is one of these; without, they are always called."""
 
     @abc.abstractmethod
     def turns(self, system: System) -> tuple[str, ...]:

@@ -127,7 +127,7 @@ class Schedule:
         SystemStructureError: a step size does not divide the interval; one sentence for each.
     """
 
-    __slots__ = ("_grid", "_order", "_participants", "_solved")
+    __slots__ = ("_due_by_sizes", "_grid", "_order", "_participants", "_solved")
 
     def __init__(
         self,
@@ -150,14 +150,25 @@ class Schedule:
         self._participants = exchange.participants
         sizes = {each.step_size for each in exchange.participants.values()}
         self._grid = MultiRateGrid(start, stop, tuple(sorted(sizes)))
+        self._due_by_sizes = cache(self._due)
 
     def __iter__(self) -> Iterator[tuple[Time, Due]]:
-        due = cache(self._due)
-        for t, step_sizes in self._grid:
-            yield t, due(step_sizes)
+        return ((t, self.at(t)) for t, _ in self._grid)
 
-    def _due(self, step_sizes: tuple[int, ...]) -> Due:
-        names = tuple(n for n in self._order if self._participants[n].step_size in step_sizes)
+    def at(self, t: Time, but: frozenset[str] = frozenset()) -> Due:
+        """Those due at the communication point `t`, without some names."""
+        return self._due_by_sizes(self._grid.at(t), but)
+
+    def after(self, t: Time) -> Time:
+        """The communication point after `t`, which is not the last one."""
+        return self._grid.after(t)
+
+    def _due(self, step_sizes: tuple[int, ...], but: frozenset[str]) -> Due:
+        names = tuple(
+            name
+            for name in self._order
+            if self._participants[name].step_size in step_sizes and name not in but
+        )
         participants = tuple(self._participants[name] for name in names)
         return Due(
             names, participants, tuple(_waves(participants)), tuple(self._turns(participants))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing_extensions import override
 
 from orchestrator.algorithm.age import Age, ages_by_turn
-from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.algorithm.base import CosimulationAlgorithm, Pattern
 from orchestrator.algorithm.exchange import Due
 from orchestrator.errors import SystemStructureError
 from orchestrator.feedthrough import describe, feedthrough_order, loops
@@ -25,6 +25,8 @@ class GaussSeidel(CosimulationAlgorithm):
     published before `t`. Its own outputs are published at once, so that a chain of direct
     feedthrough in this order has no delay.
     """
+
+    pattern = Pattern.SEQUENTIAL
 
     order: tuple[str, ...] | None = parameter(
         None,

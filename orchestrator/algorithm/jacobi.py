@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing_extensions import override
 
 from orchestrator.algorithm.age import Age, connected
-from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.algorithm.base import CosimulationAlgorithm, Pattern
 from orchestrator.algorithm.exchange import Due
 from orchestrator.component import ConcurrentComponent
 from orchestrator.system import System
@@ -22,6 +22,8 @@ class Jacobi(CosimulationAlgorithm):
     Concurrent components are begun first and waited for where their step ends, so that they
     run beside the local ones, also beside several shorter steps of them.
     """
+
+    pattern = Pattern.PARALLEL
 
     @override
     def turns(self, system: System) -> tuple[str, ...]:

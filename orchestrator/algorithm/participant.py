@@ -11,6 +11,7 @@ from typing_extensions import override
 from orchestrator.algorithm.outputs import OutputCheck
 from orchestrator.component import Component, ConcurrentComponent, RestorableComponent
 from orchestrator.errors import ComponentError, CosimError
+from orchestrator.native import NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
 from orchestrator.system import Feed
 from orchestrator.timebase import Duration, Time
@@ -162,6 +163,39 @@ class Participant(abc.ABC):
             inputs[name] = values[output]
         return inputs
 
+    def native(self) -> NativeUnit | None:
+        """How to step it without Python, once it is initialised; `None` if that cannot be."""
+        return None
+
+    @property
+    def pending(self) -> Signals:
+        """The outputs of the step finished last."""
+        return self._pending
+
+    def go_on(self, published: Signals, pending: Signals, spent_ns: int) -> None:
+        """Go on behind steps that were not made here.
+
+        Args:
+            published: the outputs that others see now.
+            pending: those of the step finished last.
+            spent_ns: in calls of the component [ns].
+        """
+        self.published.update(published)
+        self._pending = pending
+        self.wall_time_ns += spent_ns
+
+    def check(self, outputs: Signals, t: Time) -> None:
+        """Check outputs of a step from `t` that was not made here.
+
+        Raises:
+            ComponentError: they break the declaration of the connectors.
+        """
+        self._accept(outputs, t)
+
+    def failure(self, t: Time | None, error: Exception) -> ComponentError:
+        """`error` with the name of the component and the time it worked from."""
+        return self._failure(t, error)
+
     def _accept(self, outputs: Signals, t: Time) -> None:
         """Keep `outputs` for `publish`, or raise what is wrong with them."""
         problems = self._check_outputs(outputs, self.published)
@@ -184,6 +218,10 @@ class LocalParticipant(Participant):
     __slots__ = ()
 
     is_concurrent = False
+
+    @override
+    def native(self) -> NativeUnit | None:
+        return self._component.native()
 
     @override
     def begin(self, t: Time) -> None:

@@ -135,6 +135,8 @@ def _alone(work: Work) -> Result:
 class _EndWithWorker(Observer):
     """Stops a run that nobody waits for any more, because the worker is gone."""
 
+    sees_stretches = True
+
     def __init__(self) -> None:
         self._worker = os.getppid()
 

@@ -21,6 +21,8 @@ class StopOnRequest(Observer):
     recorder see the communication point first.
     """
 
+    sees_stretches = True
+
     def __init__(self) -> None:
         self._requested = False
         self._is_running = False

@@ -2,7 +2,7 @@
  *
  * A plan is a table of units and of what is to be called for each of them at a step: values that are
  * set, the step, values that are got. `plan_run` works through it until the end of a stretch, and
- * stops before whatever needs Python: a call that did not return OK, a value that is not finite, an
+ * stops before whatever needs Python: a call that returned neither OK nor Warning, a value that is not finite, an
  * output that ends the run. Nothing here knows what is connected or recorded beyond addresses. */
 #include <math.h>
 #include <stdbool.h>
@@ -29,7 +29,7 @@ typedef int (*SetBinary)(void *, const uint32_t *, size_t, const size_t *, const
 typedef int (*Step2)(void *, double, double, int);
 typedef int (*Step3)(void *, double, double, bool, bool *, bool *, bool *, double *);
 
-enum { STATUS_OK = 0 };
+enum { STATUS_OK = 0, STATUS_WARNING = 1 };
 
 /* How elements lie in the memory of an FMU and in a signal, which has a byte for a Boolean. */
 typedef enum { PLAIN, FLOAT32, FLOAT64, BOOLEAN8, BOOLEAN32 } Kind;
@@ -218,7 +218,7 @@ static int step(Unit *u, int64_t from) {
     *u->last_time = seconds(from);
     int status = ((Step3)u->step)(u->instance, seconds(from), seconds(u->step_size), u->keeps_state,
                                   u->flag[0], u->flag[1], u->flag[2], u->last_time);
-    return status == STATUS_OK && (*u->flag[1] || *u->flag[2]) ? -1 : status;
+    return status <= STATUS_WARNING && (*u->flag[1] || *u->flag[2]) ? -1 : status;
 }
 
 static int get(const Unit *u, Getting *g) {
@@ -265,15 +265,22 @@ static Outcome adopt(Getting *g) {
     return ALL_DONE;
 }
 
+/* Whether a call did not go well; messages of one that gave a warning are done with. */
+static bool is_failure(Plan *p, Unit *u, int status) {
+    p->status = status;
+    u->calls += status == STATUS_WARNING;
+    return status != STATUS_OK && status != STATUS_WARNING;
+}
+
 /* Let a unit step from `from`; its outputs are pending then. */
 static Outcome make_step(Plan *p, Unit *u, int64_t from) {
     for (p->call = 0; p->call < u->settings; p->call++) {
         Setting *s = &u->setting[p->call];
-        if (gather(s) && (p->status = set(u, s)) != STATUS_OK) return SET_FAILED;
+        if (gather(s) && is_failure(p, u, set(u, s))) return SET_FAILED;
     }
-    if ((p->status = step(u, from)) != STATUS_OK) return STEP_FAILED;
+    if (is_failure(p, u, step(u, from))) return STEP_FAILED;
     for (p->call = 0; p->call < u->gettings; p->call++)
-        if ((p->status = get(u, &u->getting[p->call])) != STATUS_OK) return GET_FAILED;
+        if (is_failure(p, u, get(u, &u->getting[p->call]))) return GET_FAILED;
     for (p->call = 0; p->call < u->gettings; p->call++) {
         Outcome outcome = adopt(&u->getting[p->call]);
         if (outcome != ALL_DONE) return outcome;

@@ -16,6 +16,7 @@ from orchestrator.recording.columns import Form
 from orchestrator.recording.fingerprint import PartDigest
 from orchestrator.recording.growing import GrowingArray
 from orchestrator.recording.layout import tail_of
+from orchestrator.signal import Array
 
 BLOCK_BYTES: Final = 4 << 20
 """A block is stored when it has at least so many bytes; the fewer, the less there is to find."""
@@ -82,6 +83,23 @@ class Part:
             self._lengths.append(len(rows))
         if self._held >= BLOCK_BYTES:
             self._store()
+
+    def append_rows(self, rows: bytes, count: int) -> None:
+        """Append `count` rows of the same size; blocks end where they do one by one."""
+        size = len(rows) // count if count else 0
+        at = 0
+        while at < count:
+            room = max(1, -(-(BLOCK_BYTES - self._held) // size)) if size else count
+            end = min(count, at + room)
+            self.append(rows[at * size : end * size], end - at)
+            at = end
+
+    def append_samples(self, data: bytes, lengths: Array) -> None:
+        """Append samples of bytes; blocks end where they do one by one."""
+        at = 0
+        for length in lengths.tolist():
+            self.append(data[at : at + length], length)
+            at += length
 
     def flush(self) -> None:
         """Let a reader have everything that was appended."""

@@ -1,6 +1,6 @@
 """The recorder: an observer that writes signals to disk while the simulation runs."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -24,6 +24,7 @@ from orchestrator.recording.layout import (
 from orchestrator.recording.parts import Part
 from orchestrator.recording.samples import SampleWriter, sample_writer, times_part
 from orchestrator.signal import Causality, Connector, Signals, Variability
+from orchestrator.stretch import Samples, Stretch
 from orchestrator.suggestion import suggestion
 from orchestrator.system import Endpoint, System
 from orchestrator.timebase import Time
@@ -82,6 +83,8 @@ class Recorder(Observer):
         exclude: which of them not to.
         manifest: what the caller knows about the run; becomes part of the manifest.
     """
+
+    sees_stretches = True
 
     def __init__(
         self,
@@ -142,6 +145,18 @@ class Recorder(Observer):
         for name in published:
             if name in self._components:
                 self._components[name].write(t, values[name])
+        if monotonic() - self._flushed_at > FLUSH_INTERVAL:
+            self._flush()
+
+    @override
+    def wants(self, system: System) -> Collection[Endpoint]:
+        return select(system, self._include, self._exclude)
+
+    @override
+    def observe_stretch(self, stretch: Stretch) -> None:
+        for name, samples in stretch.samples.items():
+            if name in self._components:
+                self._components[name].write_stretch(samples, stretch.values[name])
         if monotonic() - self._flushed_at > FLUSH_INTERVAL:
             self._flush()
 
@@ -208,6 +223,15 @@ class _ComponentWriter:
         for name, writer in self._always:
             writer.write(values[name])
         self._times.append(t.to_bytes(8, "little", signed=True))
+
+    def write_stretch(self, samples: Samples, values: Signals) -> None:
+        """Write the samples of many communication points, the last of which are `values`."""
+        for name, writer in self._once:
+            writer.write(values[name])
+        self._once.clear()
+        for name, writer in self._always:
+            writer.write_rows(samples.rows[name], len(samples.times))
+        self._times.append_rows(samples.times.tobytes(), len(samples.times))
 
     def flush(self) -> None:
         """Write everything out, times last: they say how many samples there are."""

@@ -13,6 +13,7 @@ from orchestrator.recording.layout import Files, Layout
 from orchestrator.recording.parts import Part
 from orchestrator.recording.stored import Stored
 from orchestrator.signal import Array, Connector, Signal
+from orchestrator.stretch import Rows
 
 INT64: Final = np.dtype("<i8")
 """The type of times, row counts and shapes."""
@@ -36,19 +37,32 @@ class SampleWriter(abc.ABC):
     def write(self, value: Any) -> None:
         """Append one sample, which fits the connector."""
 
+    def write_rows(self, rows: Rows, count: int) -> None:
+        """Append `count` samples of one size, or of type Binary.
+
+        Raises:
+            NotImplementedError: the samples of this signal have a size of their own each.
+        """
+        raise NotImplementedError
+
 
 class _UniformWriter(SampleWriter):
-    __slots__ = ("_append",)
+    __slots__ = ("_append", "_append_rows")
 
     def __init__(self, files: Files, connector: Connector) -> None:
         shape = tuple(n for n in connector.shape if isinstance(n, int))
         values = _part(files, files.values, np.dtype(connector.dtype), shape, kind=connector.kind())
         self.parts = (values,)
         self._append = values.append
+        self._append_rows = values.append_rows
 
     @override
     def write(self, value: Array) -> None:
         self._append(value.tobytes())
+
+    @override
+    def write_rows(self, rows: Rows, count: int) -> None:
+        self._append_rows(rows.data, count)
 
 
 class _RowsWriter(SampleWriter):
@@ -106,6 +120,14 @@ class _BinaryWriter(_RowsWriter):
     @override
     def write(self, value: bytes) -> None:
         self._write(value, len(value))
+
+    @override
+    def write_rows(self, rows: Rows, count: int) -> None:
+        if rows.sizes is None:
+            raise NotImplementedError
+        values, sizes = self.parts
+        values.append_samples(rows.data, rows.sizes)
+        sizes.append_rows(rows.sizes.tobytes(), count)
 
 
 def times_part(files: Files) -> Part:

@@ -16,7 +16,7 @@ class Rows:
         sizes: of each sample of a Binary [byte], int64, shape (sample,); `None` for arrays.
     """
 
-    data: memoryview | bytes
+    data: bytes
     sizes: Array | None = None
 
 

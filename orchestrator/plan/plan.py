@@ -1,0 +1,212 @@
+"""The plan of a run: which of its components the engine steps, and with which calls.
+
+The engine takes part where only FMUs of this process are due whose signals have fixed sizes. At all
+other communication points the algorithm works through Python, as it does without a plan; values are
+handed over where one follows the other.
+"""
+
+import ctypes
+from collections.abc import Iterable, Mapping
+from time import perf_counter_ns
+from typing import Any, Final
+
+import numpy as np
+
+from orchestrator.algorithm.base import Pattern
+from orchestrator.algorithm.exchange import Exchange
+from orchestrator.errors import ComponentError
+from orchestrator.native import NativeUnit
+from orchestrator.plan import layouts
+from orchestrator.stretch import Stretch
+from orchestrator.plan.unit import Sources, UnitPlan
+from orchestrator.signal import Array, Causality, Connector, Variability
+from orchestrator.system import Endpoint, System
+from orchestrator.timebase import Time
+
+FEWEST_POINTS: Final = 4
+"""Shorter stretches are not worth handing values over."""
+
+_MOST_POINTS: Final = 1 << 16
+_MOST_BYTES: Final = 8 << 20
+"""That a stretch records, except where one point does."""
+
+_SPAN_NS: Final = 10_000_000
+"""Wall time of a stretch, about: a request to stop is heard between two."""
+
+
+def plan_of(
+    system: System,
+    exchange: Exchange,
+    order: Iterable[str],
+    pattern: Pattern | None,
+    recorded: Iterable[Endpoint],
+    start: Time,
+    until: Endpoint | None,
+) -> "RunPlan | None":
+    """The plan of a run whose components are initialised; `None` where there is nothing to gain.
+
+    Args:
+        system: the components.
+        exchange: their participants.
+        order: names of the components, in the order of their turns.
+        pattern: of the algorithm.
+        recorded: outputs that observers want every value of.
+        start: of the run [ns].
+        until: the output that ends the run.
+    """
+    library = layouts.engine()
+    if library is None or pattern is None:
+        return None
+    units = {
+        name: unit
+        for name in order
+        if (unit := exchange.participants[name].native()) is not None
+        and _is_fixed_in_size(system, name)
+    }
+    if not units:
+        return None
+    return RunPlan(system, exchange, units, pattern, frozenset(recorded), start, until, library)
+
+
+def _is_fixed_in_size(system: System, name: str) -> bool:
+    """Whether no signal changes its size, and every output may change its value."""
+    connectors = system.connectors[name]
+    driving = (system.connectors[feed.component][feed.output] for feed in system.feeds[name])
+    outputs = (c for c in connectors.values() if c.causality is Causality.OUTPUT)
+    return all(map(_has_fixed_size, (*connectors.values(), *driving))) and not any(
+        c.variability is Variability.FIXED for c in outputs
+    )
+
+
+def _has_fixed_size(connector: Connector) -> bool:
+    if connector.is_binary:
+        return not connector.shape
+    return all(isinstance(length, int) for length in connector.shape)
+
+
+class RunPlan:
+    """The units of one run in the memory of the engine.
+
+    Between two stretches Python steps them, too; what changed meanwhile is brought over when the
+    next stretch begins.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        exchange: Exchange,
+        natives: Mapping[str, NativeUnit],
+        pattern: Pattern,
+        recorded: frozenset[Endpoint],
+        start: Time,
+        until: Endpoint | None,
+        library: Any,
+    ) -> None:
+        self._library = library
+        self._values = exchange.values
+        self._start = start
+        sizes = {name: each.step_size for name, each in exchange.participants.items()}
+        self._others = [h for name, h in sizes.items() if name not in natives]
+        self._smallest = min(sizes[name] for name in natives)
+        self._table = (layouts.Unit * len(natives))()
+        self._units = {
+            name: UnitPlan(
+                participant=exchange.participants[name],
+                unit=unit,
+                connectors=system.connectors[name],
+                feeds=system.feeds[name],
+                recorded=[end.connector for end in recorded if end.component == name],
+                table=self._table[k],
+                is_parallel=pattern is Pattern.PARALLEL,
+                library=library,
+            )
+            for k, (name, unit) in enumerate(natives.items())
+        }
+        self._sources = Sources(system, self._units, library)
+        for each in self._units.values():
+            each.connect(self._sources)
+        self._most, self._room = 16, 0
+        self._points: Array = np.empty(0, np.int64)
+        self._failure: ComponentError | None = None
+        self._plan = layouts.Plan(
+            unit=self._table,
+            units=len(natives),
+            is_parallel=pattern is Pattern.PARALLEL,
+            start=start,
+        )
+        if until is not None and until.component in natives:
+            self._plan.until, _ = self._sources.of(until.component, until.connector)
+        recorded_bytes = sum(each.recorded_bytes for each in self._units.values())
+        self._limit = min(_MOST_POINTS, max(1, _MOST_BYTES // recorded_bytes))
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The components that the engine steps."""
+        return frozenset(self._units)
+
+    def horizon(self, t: Time, stop: Time) -> Time | None:
+        """The last point that the engine may reach from `t`; `None` if it is not worth it."""
+        elapsed = t - self._start
+        end = min([stop, *(t + h - elapsed % h - 1 for h in self._others)])
+        return end if end - t >= FEWEST_POINTS * self._smallest else None
+
+    def run(self, t: Time, end: Time) -> Stretch:
+        """Work through the points behind `t`, up to `end` at most.
+
+        Steps that start at `t` have not been begun; those that start at the last point are not,
+        either. The stretch ends early after some milliseconds, where an output ends the run, and
+        where a component failed, see `check`.
+        """
+        self._reserve()
+        for source in self._sources.outside.values():
+            source.renew(self._values)
+        for unit in self._units.values():
+            unit.enter(t, self._start, self._values)
+        plan = self._plan
+        plan.now, plan.end, plan.most, plan.is_departed = t, end, self._most, False
+        before = perf_counter_ns()
+        outcome = self._library.plan_run(ctypes.byref(plan))
+        spent = perf_counter_ns() - before
+        sampled = sum(each.spent for each in self._table)
+        for unit in self._units.values():
+            unit.show(min(1.0, spent / sampled) if sampled else 0.0)
+        for unit in self._units.values():
+            unit.leave(plan.now, self._values)
+        if outcome not in {layouts.ALL_DONE, layouts.RUN_ENDS}:
+            failed = list(self._units.values())[plan.failed]
+            self._failure = failed.fail(outcome, plan.call, plan.status, plan.failed_from)
+        samples = {name: unit.samples() for name, unit in self._units.items() if unit.rows}
+        stretch = Stretch(plan.now, plan.points, samples, self._values)
+        self._adapt(spent, plan.points)
+        return stretch
+
+    def check(self) -> None:
+        """Raise what ended the last stretch early.
+
+        Raises:
+            ComponentError: a component failed, or broke its contract.
+        """
+        if self._failure is not None:
+            raise self._failure
+
+    def release(self) -> None:
+        """Free what the engine allocated; the components go on without it."""
+        for unit in self._units.values():
+            unit.release()
+        for source in self._sources.outside.values():
+            source.release()
+
+    def _reserve(self) -> None:
+        if self._room < self._most:
+            self._room = self._most
+            self._points = np.empty(self._room, np.int64)
+            self._plan.point = self._points.ctypes.data
+            for unit in self._units.values():
+                unit.reserve(self._room)
+
+    def _adapt(self, spent: int, points: int) -> None:
+        """Let the next stretch take about `_SPAN_NS`."""
+        if points == self._most and spent < _SPAN_NS // 2:
+            self._most = min(2 * self._most, self._limit)
+        elif spent > 2 * _SPAN_NS:
+            self._most = max(1, self._most // 2)
