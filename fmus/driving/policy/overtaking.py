@@ -1,0 +1,155 @@
+"""Overtaking on a two-way road: pass, drop back, return."""
+
+import enum
+from dataclasses import replace
+from typing import Final
+
+from typing_extensions import override
+
+from fmus.driving.policy.ego import Ego
+from fmus.driving.policy.following import following
+from fmus.driving.policy.lane_change import LaneChange, beside
+from fmus.driving.policy.lateral import LateralPlanner, Plan
+from fmus.driving.policy.overtaking_parameters import Overtaking
+from fmus.driving.policy.passing import Column, Drive, Situation
+from fmus.driving.policy.road_users import RoadUsers
+from fmus.driving.policy.route import Segments
+from orchestrator.signal import Array
+from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, Time
+
+_SURE: Final[Duration] = 300_000_000
+"""So long nobody must have been left to pass before the ego returns [ns]: a track may be lost."""
+_IN_LANE: Final = LaneChange(begin=0.0, length=1.0, start=0.0, end=0.0)
+
+
+class Phase(enum.Enum):
+    """Of overtaking."""
+
+    KEEPING = "keeping"
+    """In its lane."""
+    PASSING = "passing"
+    """On its way to the other lane, or there."""
+    DROPPING_BACK = "dropping back"
+    """There, and braking until the one it wanted to pass is ahead again."""
+    RETURNING = "returning"
+    """On its way back."""
+
+
+class Overtaker(LateralPlanner):
+    """Passes who holds it up, where `gap_acceptance` allows it.
+
+    Args:
+        wanted: how it overtakes.
+        drive: how it drives otherwise.
+    """
+
+    def __init__(self, wanted: Overtaking, drive: Drive) -> None:
+        self._wanted = wanted
+        self._drive = drive
+        self._sign = 1.0 if wanted.side == "left" else -1.0
+        self._phase = Phase.KEEPING
+        self._line: Segments | None = None
+        self._way = 0.0
+        self._change = _IN_LANE
+        self._since: Time | None = None
+
+    @property
+    def phase(self) -> Phase:
+        """Where it has got to."""
+        return self._phase
+
+    @override
+    def plan(self, ego: Ego, corners: Array, velocity: Array, now: Time) -> Plan:
+        if self._line is not None:
+            self._way += max(float(self._line.project(ego.position)[0]), 0.0)
+        self._line = Segments.of(ego.route)
+        others = RoadUsers.along(self._line, corners, velocity)
+        situation = Situation(
+            ego=ego,
+            others=others if self._sign > 0.0 else others.mirrored(),
+            wanted=self._wanted,
+            drive=self._drive,
+        )
+        match self._phase:
+            case Phase.KEEPING:
+                plan = self._keep(situation, now)
+            case Phase.PASSING:
+                plan = self._pass(situation, now)
+            case Phase.DROPPING_BACK:
+                plan = self._drop_back(situation)
+            case Phase.RETURNING:
+                plan = self._return(situation, now)
+        change = self._change if self._sign > 0.0 else self._change.mirrored()
+        return replace(plan, path=beside(ego.route, change, self._way))
+
+    def _keep(self, situation: Situation, now: Time) -> Plan:
+        leader = situation.leader()
+        if leader is None or not self._may_pass(situation, leader):
+            self._since = None
+        elif self._lasts(now, round(self._wanted.patience * NANOSECONDS_PER_SECOND)):
+            self._go(Phase.PASSING, self._wanted.offset, situation)
+        return self._behind(situation, leader)
+
+    def _may_pass(self, situation: Situation, leader: Column) -> bool:
+        if not situation.is_held_up_by(leader):
+            return False
+        column = situation.column() or leader
+        if situation.is_overtaken(column):
+            return False
+        return situation.completing(column).clearance >= self._wanted.clearance
+
+    def _pass(self, situation: Situation, now: Time) -> Plan:
+        column = situation.column()
+        if column is None or situation.is_free_beside(column):
+            if self._lasts(now, _SURE):
+                self._go(Phase.RETURNING, 0.0, situation)
+            return self._onward(situation)
+        self._since = None
+        completing = situation.completing(column)
+        if completing.clearance >= self._wanted.clearance:
+            return self._onward(situation)
+        if situation.dropping_back(column).clearance <= completing.clearance:
+            return self._onward(situation)  # beyond the critical position
+        self._phase = Phase.DROPPING_BACK
+        return self._drop_back(situation)
+
+    def _drop_back(self, situation: Situation) -> Plan:
+        column = situation.column()
+        if column is None or column.rear - situation.half >= self._wanted.standstill:
+            self._go(Phase.RETURNING, 0.0, situation)
+            return self._behind(situation, column)
+        row = situation.completing(column).row
+        return Plan(path=situation.ego.route, limit=-self._wanted.braking, yields_to=row)
+
+    def _return(self, situation: Situation, now: Time) -> Plan:
+        if self._change.is_over(self._way):
+            self._phase, self._since = Phase.KEEPING, None
+        return self._behind(situation, situation.leader())
+
+    def _go(self, phase: Phase, offset: float, situation: Situation) -> None:
+        self._phase, self._since = phase, None
+        self._change = self._change.towards(offset, self._way, situation.length_of_change)
+
+    def _lasts(self, now: Time, duration: Duration) -> bool:
+        """Whether what is true now has been for so long."""
+        if self._since is None:
+            self._since = now
+        return now - self._since >= duration
+
+    def _behind(self, situation: Situation, leader: Column | None) -> Plan:
+        """Keep the distance to who is ahead."""
+        if leader is None:
+            return self._onward(situation)
+        limit = following(
+            situation.ego.speed,
+            leader.rear - situation.half,
+            leader.pace,
+            acceleration=self._drive.acceleration,
+            braking=self._wanted.braking,
+            headway=self._wanted.headway,
+            standstill=self._wanted.standstill,
+        )
+        return Plan(path=situation.ego.route, limit=limit)
+
+    def _onward(self, situation: Situation) -> Plan:
+        return Plan(path=situation.ego.route)
