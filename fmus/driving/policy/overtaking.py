@@ -116,7 +116,7 @@ class Overtaker(LateralPlanner):
     def _drop_back(self, situation: Situation) -> Plan:
         column = situation.column()
         if column is None or column.rear - situation.half >= self._wanted.standstill:
-            self._go(Phase.RETURNING, 0.0, situation)
+            self._go(Phase.RETURNING, 0.0, situation, column)
             return self._behind(situation, column)
         row = situation.completing(column).row
         return Plan(path=situation.ego.route, limit=-self._wanted.braking, yields_to=row)
@@ -126,9 +126,12 @@ class Overtaker(LateralPlanner):
             self._phase, self._since = Phase.KEEPING, None
         return self._behind(situation, situation.leader())
 
-    def _go(self, phase: Phase, offset: float, situation: Situation) -> None:
+    def _go(
+        self, phase: Phase, offset: float, situation: Situation, behind: Column | None = None
+    ) -> None:
         self._phase, self._since = phase, None
-        self._change = self._change.towards(offset, self._way, situation.length_of_change)
+        length = situation.length_of_change(behind)
+        self._change = self._change.towards(offset, self._way, length)
 
     def _lasts(self, now: Time, duration: Duration) -> bool:
         """Whether what is true now has been for so long."""

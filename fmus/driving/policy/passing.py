@@ -87,10 +87,10 @@ class Situation:
         """Half the width of the strip that the ego needs [m]."""
         return 0.5 * self.ego.width + self.drive.lateral_margin
 
-    @property
-    def length_of_change(self) -> float:
-        """The way that it takes to change lanes [m]."""
-        top = max(self.drive.cruise, self.ego.speed)
+    def length_of_change(self, behind: Column | None = None) -> float:
+        """The way that it takes to change lanes [m], also back behind somebody, at his pace."""
+        cruise = self.drive.cruise if behind is None else behind.pace
+        top = max(cruise, self.ego.speed)
         return length_of_change(self.wanted.offset, top, self.wanted.lateral_acceleration)
 
     def leader(self) -> Column | None:
@@ -115,7 +115,7 @@ class Situation:
         """Whether the ego may return to its lane: the column is farther than that takes."""
         if column is None:
             return True
-        room = self.length_of_change + self._room(self.ego.speed)
+        room = self.length_of_change() + self._room(self.ego.speed)
         return column.rear - self.half > room
 
     def is_held_up_by(self, leader: Column) -> bool:
@@ -139,7 +139,7 @@ class Situation:
             cruise=self.drive.cruise,
         )
         top = max(self.drive.cruise, self.ego.speed)
-        time = gained + self.length_of_change / top
+        time = gained + self.length_of_change() / top
         if math.isinf(time):
             return Prospect(clearance=-math.inf, row=None)
         drive = self.drive
@@ -152,12 +152,12 @@ class Situation:
         distance = self.half - column.rear + self.wanted.standstill
         braking = self.wanted.braking
         lost = time_to_lose(distance, self.ego.speed, column.pace, braking=braking)
-        pace = max(column.pace, 1.0)
-        time = lost + self.length_of_change / pace
+        pace, back = max(column.pace, 1.0), self._length_back(column)
+        time = lost + back / pace
         if math.isinf(time):
             return Prospect(clearance=-math.inf, row=None)
         slowing = min(lost, self.ego.speed / braking)
-        way = (self.ego.speed - 0.5 * braking * slowing) * slowing + self.length_of_change
+        way = (self.ego.speed - 0.5 * braking * slowing) * slowing + back
         return self._least(way=way, speed=pace, time=time)
 
     def is_overtaken(self, column: Column) -> bool:
@@ -189,6 +189,10 @@ class Situation:
             if left < least:
                 least, row = left, int(found.row[k])
         return Prospect(clearance=least, row=row)
+
+    def _length_back(self, column: Column) -> float:
+        """The way that it takes to return behind the column, at its pace [m]."""
+        return length_of_change(self.wanted.offset, column.pace, self.wanted.lateral_acceleration)
 
     def _passing_strip(self) -> "tuple[float, float]":
         return self.wanted.offset - self.side, self.wanted.offset + self.side
