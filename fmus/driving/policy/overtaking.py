@@ -78,7 +78,7 @@ class Overtaker(LateralPlanner):
             case Phase.DROPPING_BACK:
                 plan = self._drop_back(situation)
             case Phase.RETURNING:
-                plan = self._return(situation, now)
+                plan = self._return(situation)
         change = self._change if self._sign > 0.0 else self._change.mirrored()
         return replace(plan, path=beside(ego.route, change, self._way))
 
@@ -87,22 +87,22 @@ class Overtaker(LateralPlanner):
         if leader is None or not self._may_pass(situation, leader):
             self._since = None
         elif self._lasts(now, round(self._wanted.patience * NANOSECONDS_PER_SECOND)):
-            self._go(Phase.PASSING, self._wanted.offset, situation)
+            self._go(Phase.PASSING, situation.length_of_change(), self._wanted.offset)
         return self._behind(situation, leader)
 
     def _may_pass(self, situation: Situation, leader: Column) -> bool:
-        if not situation.is_held_up_by(leader):
+        column = situation.ahead()
+        if column is None or not situation.is_held_up_by(leader):
             return False
-        column = situation.column() or leader
-        if situation.is_overtaken(column):
+        if not situation.is_straight(column) or situation.is_overtaken(column):
             return False
         return situation.completing(column).clearance >= self._wanted.clearance
 
     def _pass(self, situation: Situation, now: Time) -> Plan:
-        column = situation.column()
-        if column is None or situation.is_free_beside(column):
+        column = situation.left_to_pass()
+        if column is None:
             if self._lasts(now, _SURE):
-                self._go(Phase.RETURNING, 0.0, situation)
+                self._go(Phase.RETURNING, situation.length_of_change(), 0.0)
             return self._onward(situation)
         self._since = None
         completing = situation.completing(column)
@@ -114,23 +114,21 @@ class Overtaker(LateralPlanner):
         return self._drop_back(situation)
 
     def _drop_back(self, situation: Situation) -> Plan:
-        column = situation.column()
+        column = situation.ahead()
         if column is None or column.rear - situation.half >= self._wanted.standstill:
-            self._go(Phase.RETURNING, 0.0, situation, column)
+            self._go(Phase.RETURNING, situation.length_of_change(behind=column), 0.0)
             return self._behind(situation, column)
         row = situation.completing(column).row
         return Plan(path=situation.ego.route, limit=-self._wanted.braking, yields_to=row)
 
-    def _return(self, situation: Situation, now: Time) -> Plan:
+    def _return(self, situation: Situation) -> Plan:
         if self._change.is_over(self._way):
             self._phase, self._since = Phase.KEEPING, None
         return self._behind(situation, situation.leader())
 
-    def _go(
-        self, phase: Phase, offset: float, situation: Situation, behind: Column | None = None
-    ) -> None:
+    def _go(self, phase: Phase, length: float, offset: float) -> None:
+        """Begin to change lanes: over a length [m], to an offset [m]."""
         self._phase, self._since = phase, None
-        length = situation.length_of_change(behind)
         self._change = self._change.towards(offset, self._way, length)
 
     def _lasts(self, now: Time, duration: Duration) -> bool:

@@ -12,10 +12,14 @@ from fmus.driving.policy.gap_acceptance import clearance, time_to_gain, time_to_
 from fmus.driving.policy.lane_change import length_of_change
 from fmus.driving.policy.overtaking_parameters import Overtaking
 from fmus.driving.policy.road_users import RoadUsers
+from fmus.driving.policy.route import Segments
 from orchestrator.signal import Array
 
 ACROSS: Final = 1.0
 """Who moves across the route no faster than this keeps his lane [m/s]."""
+
+STRAIGHT: Final = math.radians(30.0)
+"""A road that turns by less leads straight on: its other lane stays that of oncoming traffic."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,6 +66,21 @@ class Prospect:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class _Motion:
+    """Of the ego, until it is back in its lane.
+
+    Attributes:
+        time: that it takes [s], infinite if it never is.
+        way: that it comes in this time [m].
+        speed: at the end [m/s].
+    """
+
+    time: float
+    way: float
+    speed: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Situation:
     """The ego among others at one time; the lane on which it passes is on the left here.
 
@@ -97,26 +116,30 @@ class Situation:
         """The nearest one ahead in the ego's lane that does not come towards it."""
         return self._nearest(self._in_lane(self.others.rear > 0.0))
 
-    def column(self) -> Column | None:
-        """Whom the ego has not passed yet, as far as there is no room to return in between."""
-        left = self._in_lane(self.others.front + self.half + self._kept(self.others.pace) > 0.0)
+    def ahead(self) -> Column | None:
+        """The nearest one in the ego's lane that is not behind it, and all it is to be passed with.
+
+        Those are who drives so near ahead of the others that there is no room to return in between.
+        """
+        left = self._in_lane(self.others.front > -self.half)
         found = self._nearest(left)
         if found is None:
             return None
         for k in np.argsort(left.rear, kind="stable").tolist():
-            pace = min(found.pace, float(left.pace[k]))
+            pace = min(found.pace, max(float(left.pace[k]), 0.0))
             if left.rear[k] - found.front > self.ego.length + 2.0 * self._room(pace):
                 break
-            front = max(found.front, float(left.front[k]))
-            found = Column(rear=found.rear, front=front, pace=max(pace, 0.0))
+            found = Column(rear=found.rear, front=max(found.front, float(left.front[k])), pace=pace)
         return found
 
-    def is_free_beside(self, column: Column | None) -> bool:
-        """Whether the ego may return to its lane: the column is farther than that takes."""
-        if column is None:
-            return True
-        room = self.length_of_change() + self._room(self.ego.speed)
-        return column.rear - self.half > room
+    def left_to_pass(self) -> Column | None:
+        """Whom the ego has not passed yet: who is ahead too near, or behind too near."""
+        ahead = self.ahead()
+        if ahead is not None and not self._is_free_behind(ahead):
+            return ahead
+        behind = self.others.front + self.half
+        kept = self.wanted.standstill + self.wanted.headway * np.maximum(self.others.pace, 0.0)
+        return self._nearest(self._in_lane((behind <= 0.0) & (behind > -kept)))
 
     def is_held_up_by(self, leader: Column) -> bool:
         """Whether the ego follows somebody who is too slow for it.
@@ -130,22 +153,7 @@ class Situation:
 
     def completing(self, column: Column) -> Prospect:
         """What is left if the ego passes the column."""
-        distance = column.front + self.half + self._room(column.pace)
-        gained = time_to_gain(
-            distance,
-            self.ego.speed,
-            column.pace,
-            acceleration=self.drive.acceleration,
-            cruise=self.drive.cruise,
-        )
-        top = max(self.drive.cruise, self.ego.speed)
-        time = gained + self.length_of_change() / top
-        if math.isinf(time):
-            return Prospect(clearance=-math.inf, row=None)
-        drive = self.drive
-        way = taking_up_speed(self.ego, drive.cruise, drive.acceleration, np.array(time))
-        reached = min(self.ego.speed + drive.acceleration * time, top)
-        return self._least(way=float(way), speed=reached, time=time)
+        return self._least(self._pass(column))
 
     def dropping_back(self, column: Column) -> Prospect:
         """What is left if the ego lets the column go ahead, and returns behind it."""
@@ -154,41 +162,74 @@ class Situation:
         lost = time_to_lose(distance, self.ego.speed, column.pace, braking=braking)
         pace, back = max(column.pace, 1.0), self._length_back(column)
         time = lost + back / pace
-        if math.isinf(time):
-            return Prospect(clearance=-math.inf, row=None)
         slowing = min(lost, self.ego.speed / braking)
         way = (self.ego.speed - 0.5 * braking * slowing) * slowing + back
-        return self._least(way=way, speed=pace, time=time)
+        return self._least(_Motion(time=time, way=way, speed=pace))
+
+    def is_straight(self, column: Column) -> bool:
+        """Whether the route leads straight on for as long as passing the column takes."""
+        way = self._pass(column).way
+        line = Segments.of(self.ego.route)
+        if way > float(line.begin[-1] + line.length[-1]):
+            return False
+        direction = line.direction[line.begin < way]
+        return bool((direction @ direction[0] > math.cos(STRAIGHT)).all())
 
     def is_overtaken(self, column: Column) -> bool:
-        """Whether somebody behind on the lane for passing would run into the ego there."""
+        """Whether somebody behind on the other lane would reach the ego before it is back."""
         low, high = self._passing_strip()
+        motion = self._pass(column)
         behind = self.others.only(self.others.within(low, high) & (self.others.front <= -self.half))
         faster = behind.only(behind.pace > self.ego.speed)
-        time = (self.drive.cruise - self.ego.speed) / self.drive.acceleration
-        way = self.ego.speed * time + 0.5 * self.drive.acceleration * time * time
-        return bool((faster.pace * max(time, 0.0) - way > -self.half - faster.front).any())
+        reached = faster.front + faster.pace * motion.time >= motion.way - self.half
+        return bool(reached.any())
 
-    def _least(self, *, way: float, speed: float, time: float) -> Prospect:
-        """The least clearance to anybody on the lane for passing, or soon on it."""
+    def _pass(self, column: Column) -> "_Motion":
+        """Passing the column and returning before it."""
+        drive, speed = self.drive, self.ego.speed
+        gained = time_to_gain(
+            column.front + self.half + self._room(column.pace),
+            speed,
+            column.pace,
+            acceleration=drive.acceleration,
+            cruise=drive.cruise,
+        )
+        top = max(drive.cruise, speed)
+        time = gained + self.length_of_change() / top
+        if math.isinf(time):
+            return _Motion(time=time, way=math.inf, speed=top)
+        way = float(taking_up_speed(self.ego, drive.cruise, drive.acceleration, np.array(time)))
+        return _Motion(time=time, way=way, speed=min(speed + drive.acceleration * time, top))
+
+    def _least(self, motion: "_Motion") -> Prospect:
+        """The least clearance to anybody on the other lane, or soon on it."""
+        if math.isinf(motion.time):
+            return Prospect(clearance=-math.inf, row=None)
         low, high = self._passing_strip()
         others = self.others
-        coming = others.entering(low, high, within=time + self.wanted.clearance, faster=ACROSS)
+        soon = motion.time + self.wanted.clearance
+        coming = others.entering(low, high, within=soon, faster=ACROSS)
         coming &= others.front > -self.half
         coming &= ~others.within(-self.side, self.side) | (others.pace < -ACROSS)
         found = others.only(coming)
         least, row = math.inf, None
         for k in range(len(found.row)):
+            gap = max(float(found.rear[k]) - self.half, 0.0)
             left = clearance(
-                max(float(found.rear[k]) - self.half, 0.0),
+                gap,
                 -float(found.pace[k]),
-                way=way,
-                speed=speed,
-                time=time,
+                way=motion.way,
+                speed=motion.speed,
+                time=motion.time,
             )
             if left < least:
                 least, row = left, int(found.row[k])
         return Prospect(clearance=least, row=row)
+
+    def _is_free_behind(self, ahead: Column) -> bool:
+        """Whether the ego may return to its lane behind somebody who is ahead."""
+        room = self.length_of_change() + self._room(self.ego.speed)
+        return ahead.rear - self.half > room
 
     def _length_back(self, column: Column) -> float:
         """The way that it takes to return behind the column, at its pace [m]."""
@@ -214,7 +255,3 @@ class Situation:
     def _room(self, pace: float) -> float:
         """The gap to keep to somebody at this speed [m]."""
         return self.wanted.standstill + self.wanted.headway * pace
-
-    def _kept(self, pace: Array) -> Array:
-        kept: Array = self.wanted.standstill + self.wanted.headway * np.maximum(pace, 0.0)
-        return kept
