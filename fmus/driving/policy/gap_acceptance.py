@@ -4,8 +4,10 @@ The model is that of J. C. Glennon (New and improved model of passing sight dist
 highways, Transportation Research Record 1195, 1988, pp. 132-137): who passes can, at any time, go
 on and complete the pass, or abort it and drop back behind the one ahead; both leave some clearance
 to whoever comes. At the *critical position* both leave the same; before it the abort leaves more,
-beyond it completing does. A pass may begin if completing it leaves enough, and goes on as long as
-it does; if not, what leaves more is done.
+beyond it completing does. A pass may begin if completing it leaves enough, and goes on while it
+leaves half of that; then what leaves more is done. One second is enough, for who comes and for the
+one that is passed, and who drops back brakes with 3.4 m/s^2 (AASHTO, A Policy on Geometric Design
+of Highways and Streets, 6th edition, 2011, section 3.2.4).
 
 Clearances are times here: how long after the ego is back in its lane the two would be side by side.
 """

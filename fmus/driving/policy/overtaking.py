@@ -11,14 +11,14 @@ from fmus.driving.policy.following import following
 from fmus.driving.policy.lane_change import LaneChange, beside
 from fmus.driving.policy.lateral import LateralPlanner, Plan
 from fmus.driving.policy.overtaking_parameters import Overtaking
-from fmus.driving.policy.passing import Column, Drive, Situation
+from fmus.driving.policy.passing import SURE, Column, Drive, Situation
 from fmus.driving.policy.road_users import RoadUsers
 from fmus.driving.policy.route import Segments
 from orchestrator.signal import Array
-from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, Time
+from orchestrator.timebase import NANOSECONDS_PER_SECOND, Time
 
-_SURE: Final[Duration] = 300_000_000
-"""So long nobody must have been left to pass before the ego returns [ns]: a track may be lost."""
+_SHARE: Final = 0.5
+"""A pass that has begun goes on while this share of the clearance is left."""
 _IN_LANE: Final = LaneChange(begin=0.0, length=1.0, start=0.0, end=0.0)
 
 
@@ -86,7 +86,7 @@ class Overtaker(LateralPlanner):
         leader = situation.leader()
         if leader is None or not self._may_pass(situation, leader):
             self._since = None
-        elif self._lasts(now, round(self._wanted.patience * NANOSECONDS_PER_SECOND)):
+        elif self._lasts(now, self._wanted.patience):
             self._go(Phase.PASSING, situation.length_of_change(), self._wanted.offset)
         return self._behind(situation, leader)
 
@@ -101,12 +101,12 @@ class Overtaker(LateralPlanner):
     def _pass(self, situation: Situation, now: Time) -> Plan:
         column = situation.left_to_pass()
         if column is None:
-            if self._lasts(now, _SURE):
+            if self._lasts(now, SURE):
                 self._go(Phase.RETURNING, situation.length_of_change(), 0.0)
             return self._onward(situation)
         self._since = None
         completing = situation.completing(column)
-        if completing.clearance >= self._wanted.clearance:
+        if completing.clearance >= _SHARE * self._wanted.clearance:
             return self._onward(situation)
         if situation.dropping_back(column).clearance <= completing.clearance:
             return self._onward(situation)  # beyond the critical position
@@ -131,11 +131,11 @@ class Overtaker(LateralPlanner):
         self._phase, self._since = phase, None
         self._change = self._change.towards(offset, self._way, length)
 
-    def _lasts(self, now: Time, duration: Duration) -> bool:
-        """Whether what is true now has been for so long."""
+    def _lasts(self, now: Time, seconds: float) -> bool:
+        """Whether what is true now has been for so long [s]."""
         if self._since is None:
             self._since = now
-        return now - self._since >= duration
+        return now - self._since >= round(seconds * NANOSECONDS_PER_SECOND)
 
     def _behind(self, situation: Situation, leader: Column | None) -> Plan:
         """Keep the distance to who is ahead."""

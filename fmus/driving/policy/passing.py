@@ -21,6 +21,9 @@ ACROSS: Final = 1.0
 STRAIGHT: Final = math.radians(30.0)
 """A road that turns by less leads straight on: its other lane stays that of oncoming traffic."""
 
+SURE: Final = 0.3
+"""So long nobody must have been left to pass before the ego returns [s]: a track may be lost."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drive:
@@ -195,7 +198,7 @@ class Situation:
             cruise=drive.cruise,
         )
         top = max(drive.cruise, speed)
-        time = gained + self.length_of_change() / top
+        time = gained + SURE + self.length_of_change() / top
         if math.isinf(time):
             return _Motion(time=time, way=math.inf, speed=top)
         way = float(taking_up_speed(self.ego, drive.cruise, drive.acceleration, np.array(time)))
