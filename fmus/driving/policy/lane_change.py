@@ -17,13 +17,13 @@ from fmus.driving.policy.route import Segments
 from orchestrator.signal import Array
 
 LARGEST_CURVATURE: Final = 10.0 / math.sqrt(3.0)
-"""Of a change of the offset by 1 over a way of 1."""
+"""The largest curvature of a change of the offset by 1 over a way of 1."""
 LARGEST_SLOPE: Final = 15.0 / 8.0
-"""Of the same."""
+"""The largest slope of the same change."""
 _STEEPEST: Final = 0.5
 """Slope that a change is never planned to exceed: 27 degrees to the lane."""
 _SPACING: Final = 1.0
-"""Of the vertices of a path beside a lane [m]."""
+"""Vertices of a path beside a lane are so far apart [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,7 +76,7 @@ class LaneChange:
         )
 
     def mirrored(self) -> "LaneChange":
-        """The same change to the other side."""
+        """This change, to the other side."""
         return replace(
             self,
             start=-self.start,
@@ -90,7 +90,7 @@ class LaneChange:
         return way >= self.begin + self.length
 
     def _coefficients(self) -> "tuple[float, ...]":
-        """Of the polynomial in the share of the way: slope and curvature are 0 at its end."""
+        """Coefficients of the polynomial in the share of the way, without slope at its end."""
         first = self.slope * self.length
         second = 0.5 * self.curvature * self.length**2
         missing = self.end - self.start - first - second

@@ -35,8 +35,8 @@ class LateralPlanner(abc.ABC):
 
         Args:
             ego: as it is now; its route leads somewhere.
-            corners: of all other bodies that are known [m], (body, corner, 2).
-            velocity: of each [m/s], (body, 2).
+            corners: of all other bodies that are known [m], shape (body, corner, 2).
+            velocity: of each [m/s], shape (body, 2).
             now: the communication point [ns], later than that of the call before.
         """
 

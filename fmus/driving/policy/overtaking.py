@@ -23,16 +23,16 @@ _IN_LANE: Final = LaneChange(begin=0.0, length=1.0, start=0.0, end=0.0)
 
 
 class Phase(enum.Enum):
-    """Of overtaking."""
+    """How far the ego has got with overtaking."""
 
     KEEPING = "keeping"
-    """In its lane."""
+    """It is in its lane."""
     PASSING = "passing"
-    """On its way to the other lane, or there."""
+    """It is on its way to the other lane, or there."""
     DROPPING_BACK = "dropping back"
-    """There, and braking until the one it wanted to pass is ahead again."""
+    """It brakes there until the one it wanted to pass is ahead again."""
     RETURNING = "returning"
-    """On its way back."""
+    """It is on its way back."""
 
 
 class Overtaker(LateralPlanner):

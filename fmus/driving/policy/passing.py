@@ -70,7 +70,7 @@ class Prospect:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Motion:
-    """Of the ego, until it is back in its lane.
+    """The ego's motion until it is back in its lane.
 
     Attributes:
         time: that it takes [s], infinite if it never is.

@@ -40,8 +40,8 @@ class RoadUsers:
 
         Args:
             line: the route.
-            corners: of each body [m], (body, corner, 2).
-            velocity: of each [m/s], (body, 2).
+            corners: of each body [m], shape (body, corner, 2).
+            velocity: of each [m/s], shape (body, 2).
         """
         along, across = line.project(corners)
         center = corners.mean(axis=1)
@@ -58,7 +58,7 @@ class RoadUsers:
         )
 
     def mirrored(self) -> "RoadUsers":
-        """The same with left and right exchanged."""
+        """These road users with left and right exchanged."""
         return replace(self, right=-self.left, left=-self.right, drift=-self.drift)
 
     def within(self, low: float, high: float) -> Array:
