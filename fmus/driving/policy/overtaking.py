@@ -53,11 +53,6 @@ class Overtaker(LateralPlanner):
         self._change = _IN_LANE
         self._since: Time | None = None
 
-    @property
-    def phase(self) -> Phase:
-        """Where it has got to."""
-        return self._phase
-
     @override
     def plan(self, ego: Ego, corners: Array, velocity: Array, now: Time) -> Plan:
         if self._line is not None:
