@@ -28,7 +28,7 @@ SEEDS = range(1, 6)
         ("pedestrian", 9.6, 40.7),
         ("left_turn", 2.6, 24.1),
         ("platoon", 30.2, 96.8),
-        ("overtaking", 7.0, 51.4),
+        ("overtaking", 7.3, 51.4),
     ],
 )
 def test_the_ego_sees_it_too_late_and_the_sharer_in_time(
