@@ -129,6 +129,40 @@ class Alarm(Component):
         return {"bell.rings": np.asarray(rings), "lamps": np.array([rings, rings])}
 
 
+class Carts(Component):
+    """Roll, each until somebody steers it."""
+
+    @dataclass(frozen=True, slots=True, kw_only=True)
+    class Parameters:
+        names: tuple[str, ...] = parameter(doc="of the carts")
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._names = parameters.names
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        steered = {
+            f"{name}.wheel": Connector(
+                causality=_IN, unit="m", needed=f"`{name}` rolls on", parameter=("names", k)
+            )
+            for k, name in enumerate(self._names)
+        }
+        return {**steered, "horn": Connector(causality=_IN)}
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        pass
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        pass
+
+    @override
+    def outputs(self) -> Signals:
+        return {}
+
+
 class Isolated(Component):
     """Has no connectors."""
 
