@@ -123,7 +123,6 @@ class Ego:
         self._number = GONE
         self._track = self.driver.pose[None]
         self._closest = NOBODY
-        self._looked_back = NOBODY
         self.outcome = Outcome()
         self.is_present = self.has_entered = False
 

@@ -1,6 +1,7 @@
 """What is found in the files of a SUMO scene, each thing at its line and column."""
 
 import gzip
+import re
 import shutil
 from pathlib import Path
 
@@ -42,6 +43,15 @@ def test_a_net_far_from_the_origin_is_said(folder: Folder) -> None:
     (remark,) = said(check.remarks)
     assert remark.startswith(f"{NET}:{line}:5: the coordinate 3000000 m is far from the origin: ")
     assert remark.endswith("relative to the corner of the net, or to the parameter `origin`")
+
+
+def test_sumo_refuses_a_lane_of_one_point(folder: Folder) -> None:
+    """So a lane always has a direction."""
+    net = folder.path / NET
+    lane = re.compile(r'(<lane id="south_in_1" [^>]*shape="[^ "]*) [^"]*"')
+    net.write_text(lane.sub(r'\1"', net.read_text(), count=1))
+    problems = said(check_scene(folder.config(), thorough=True).problems)
+    assert any("Shape of lane 'south_in_1' is broken" in each for each in problems), problems
 
 
 def test_a_left_hand_net_passes(folder: Folder) -> None:
