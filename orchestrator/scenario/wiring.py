@@ -94,7 +94,7 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
         if problems:
             raise _error(scenario, problems)
         try:
-            turns = scenario.coupling.algorithm.turns(system)
+            turns = scenario.coupling.made.turns(system)
         except SystemStructureError as error:
             raise scenario_error(scenario, ("coupling",), error) from error
         try:
@@ -102,7 +102,7 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
         except SystemStructureError as error:
             raise scenario_error(scenario, ("recording",), error) from error
         remarks = tuple(_undriven(scenario.document, system))
-        return Assembly(system, scenario.coupling.algorithm, turns, remarks)
+        return Assembly(system, scenario.coupling.made, turns, remarks)
 
 
 def _undriven(document: Document, system: System) -> Iterator[Problem]:

@@ -30,7 +30,7 @@ def problems_of(path: Path, *changes: tuple[str, str]) -> list[str]:
 def test_a_scenario_is_resolved(scenario_file: Path) -> None:
     scenario = load_scenario(scenario_file)
     assert (scenario.start, scenario.stop, scenario.seed) == (0, 10**9, 7)
-    assert scenario.coupling.algorithm == GaussSeidel(None)
+    assert scenario.coupling.made == GaussSeidel(None)
     assert scenario.components["car"].step == 50 * 10**6
     assert scenario.components["base"].process
     assert scenario.components["car"].values == {
@@ -108,10 +108,10 @@ def test_a_resolved_scenario_means_the_same_when_read_again(
 
 def test_an_algorithm_is_chosen_by_name_with_its_parameters(scenario_file: Path) -> None:
     jacobi = load_scenario(scenario_file, ["coupling.algorithm=jacobi"])
-    assert jacobi.coupling.algorithm == Jacobi()
+    assert jacobi.coupling.made == Jacobi()
     changes = ["coupling.algorithm=fixed-point", "coupling.relaxation=0.5"]
     iterated = load_scenario(scenario_file, changes)
-    assert iterated.coupling.algorithm == FixedPoint(relaxation=0.5)
+    assert iterated.coupling.made == FixedPoint(relaxation=0.5)
     assert iterated.resolved()["coupling"] == {"algorithm": "fixed-point", "relaxation": 0.5}
 
 
@@ -120,7 +120,7 @@ def test_the_order_of_another_algorithm_is_left_out_with_a_remark(scenario_file:
     assert "gauss-seidel" in text
     scenario_file.write_text(text.replace("gauss-seidel", "gauss-seidel\n  order: [car, base]"))
     scenario = load_scenario(scenario_file, ["coupling.algorithm=jacobi"])
-    assert scenario.coupling.algorithm == Jacobi()
+    assert scenario.coupling.made == Jacobi()
     (remark,) = scenario.remarks
     assert "coupling.order: ignored, the algorithm that was set has no `order`" in str(remark)
     taken_back = load_scenario(scenario_file, ["coupling.order=null", "coupling.algorithm=jacobi"])
