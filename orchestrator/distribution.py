@@ -71,8 +71,27 @@ class Constant(Distribution):
         return self.value
 
 
+class _Bounded(Distribution):
+    """A distribution between `low` and `high`, which its kinds declare, in its unit."""
+
+    __slots__ = ()
+
+    low: float
+    high: float
+
+    @property
+    @override
+    def lowest(self) -> float:
+        return self.low
+
+    @property
+    @override
+    def highest(self) -> float:
+        return self.high
+
+
 @dataclass(frozen=True, slots=True)
-class Uniform(Distribution):
+class Uniform(_Bounded):
     """Every value between two bounds is equally likely.
 
     A draw is `middle + half_width * rng.uniform(-1.0, 1.0)` with `middle = (low + high) / 2` and
@@ -97,16 +116,6 @@ class Uniform(Distribution):
                 "write the smaller one first"
             )
 
-    @property
-    @override
-    def lowest(self) -> float:
-        return self.low
-
-    @property
-    @override
-    def highest(self) -> float:
-        return self.high
-
     @override
     def draw(self, rng: np.random.Generator) -> float:
         middle, half_width = (self.low + self.high) / 2, (self.high - self.low) / 2
@@ -115,7 +124,7 @@ class Uniform(Distribution):
 
 
 @dataclass(frozen=True, slots=True)
-class Normal(Distribution):
+class Normal(_Bounded):
     """Normally distributed; with bounds, a draw beyond them is repeated until one is between.
 
     So the density between the bounds keeps its form, and a draw takes one number of the stream or
@@ -148,16 +157,6 @@ class Normal(Distribution):
                 f"of the normal distribution about {self.mean:g} only {mass:.2g} is between "
                 f"{self.low:g} and {self.high:g}, too little to draw from (at least {LEAST_MASS})"
             )
-
-    @property
-    @override
-    def lowest(self) -> float:
-        return self.low
-
-    @property
-    @override
-    def highest(self) -> float:
-        return self.high
 
     @override
     def draw(self, rng: np.random.Generator) -> float:

@@ -10,21 +10,15 @@ import pytest
 from orchestrator.algorithm.fixed_point import FixedPoint
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
-from orchestrator.errors import ScenarioError
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.model import Scenario
+from tests.orchestrator.files import problems_after
 
 
 def problems_of(path: Path, *changes: tuple[str, str]) -> list[str]:
-    """The problems after replacing text in the file."""
-    text = path.read_text()
-    for old, new in changes:
-        assert text.count(old) == 1, old
-        text = text.replace(old, new)
-    path.write_text(text)
-    with pytest.raises(ScenarioError) as error:
-        load_scenario(path)
-    return [str(problem).removeprefix(f"{path.parent}/") for problem in error.value.problems]
+    """The problems after replacing text in the file, which is named without its folder."""
+    found = problems_after(path, *changes)
+    return [str(problem).removeprefix(f"{path.parent}/") for problem in found]
 
 
 def test_a_scenario_is_resolved(scenario_file: Path) -> None:

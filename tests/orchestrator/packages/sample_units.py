@@ -16,6 +16,7 @@ from orchestrator.recording.reader import Recording
 from orchestrator.report import Report
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.timebase import Duration, Time
+from tests.idle import Idle
 
 _OUT = Causality.OUTPUT
 _IN = Causality.INPUT
@@ -129,7 +130,7 @@ class Alarm(Component):
         return {"bell.rings": np.asarray(rings), "lamps": np.array([rings, rings])}
 
 
-class Carts(Component):
+class Carts(Idle):
     """Roll, each until somebody steers it."""
 
     @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,26 +152,14 @@ class Carts(Component):
         return {**steered, "horn": Connector(causality=_IN)}
 
     @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
-        pass
-
-    @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        pass
-
-    @override
     def outputs(self) -> Signals:
         return {}
 
 
-class Isolated(Component):
+class Isolated(Idle):
     """Has no connectors."""
 
     connectors: ClassVar[Mapping[str, Connector]] = {}
-
-    @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
-        pass
 
     @override
     def outputs(self) -> Signals:
@@ -182,10 +171,6 @@ class Broken(Isolated):
 
     def __init__(self) -> None:
         raise ZeroDivisionError("oops")
-
-    @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        pass
 
 
 class Trace(Report):
