@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Iterable, Sequence, Set
 from dataclasses import dataclass
-from typing import Final, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -14,14 +14,11 @@ from adapters.sumo.net import Link, Net
 from adapters.sumo.simulation import Sumo
 from adapters.traffic.bodies import BODIES, Body, body_of
 from adapters.traffic.polyline import Polyline
-from adapters.traffic.surroundings import SAME_POINT, Buildings, area, open_ring
+from adapters.traffic.surroundings import SAME_POINT, THIN, Buildings, area, open_ring
 
 logger = logging.getLogger(__name__)
 
 Scalar = TypeVar("Scalar", bound=np.generic)
-
-_THIN: Final = 1e-3
-"""An area [m^2] below this is none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -141,7 +138,7 @@ def read_buildings(sumo: Sumo, default_height: float) -> Buildings:
         ring = open_ring(sumo.polygon_shape(name))
         if not is_building(kind):
             left_out[kind] = left_out.get(kind, 0) + 1
-        elif area(ring) < _THIN:
+        elif area(ring) < THIN:
             logger.info("building `%s` encloses no area, it is left out", name)
         else:
             text = sumo.polygon_parameter(name, "height")
