@@ -142,6 +142,7 @@ def run_scenario(
     scenario = replace(scenario, remarks=(*scenario.remarks, *remarks))
     with placing(transport, scenario) as place:
         assembly = assemble(scenario, place)
+        scenario = replace(scenario, remarks=(*scenario.remarks, *assembly.remarks))
         try:
             if directory is None:
                 directory = new_directory(Path("runs"), f"{scenario.name}-{scenario.seed}")

@@ -9,9 +9,9 @@ from typing import Any, Final, TypeVar, cast
 from pydantic import ValidationError
 
 from orchestrator import registry, report
-from orchestrator.algorithm.base import algorithm_type
+from orchestrator.algorithm.base import CosimulationAlgorithm, algorithm_type
 from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
-from orchestrator.measure import measure_type
+from orchestrator.measure import Measure, measure_type
 from orchestrator.parameters import ComponentType, Parameter, Parametrised, declared
 from orchestrator.scenario import diagnosis, extension, schema
 from orchestrator.scenario.conversion import Conversion
@@ -20,8 +20,7 @@ from orchestrator.scenario.expansion import Expansion, overridden
 from orchestrator.scenario.model import (
     ComponentUse,
     ConnectionUse,
-    CouplingUse,
-    MeasureUse,
+    PlugInUse,
     Scenario,
 )
 from orchestrator.scenario.units import format_duration
@@ -171,7 +170,9 @@ class _Build:
             values=self._values((*address, "parameters"), found.parameters, entry.parameters),
         )
 
-    def _coupling(self, entry: schema.Coupling, components: Sequence[str]) -> CouplingUse | None:
+    def _coupling(
+        self, entry: schema.Coupling, components: Sequence[str]
+    ) -> PlugInUse[CosimulationAlgorithm] | None:
         """The co-simulation algorithm; `None` if it cannot be made.
 
         `null` for what an algorithm does not have says nothing, so that a file can take back what
@@ -187,10 +188,10 @@ class _Build:
         return (
             None
             if made is None
-            else CouplingUse(name=entry.algorithm, algorithm=made[0], values=made[1])
+            else PlugInUse(type_name=entry.algorithm, made=made[0], values=made[1])
         )
 
-    def _measures(self, file: schema.ScenarioFile) -> Mapping[str, MeasureUse]:
+    def _measures(self, file: schema.ScenarioFile) -> Mapping[str, PlugInUse[Measure]]:
         found = {}
         for name, entry in file.measures.items():
             given = dict(entry or {})
@@ -203,7 +204,7 @@ class _Build:
             if measure is not None:
                 made = self._plugin(measure, address, given, tuple(file.components))
             if made is not None:
-                found[name] = MeasureUse(type_name=kind, measure=made[0], values=made[1])
+                found[name] = PlugInUse(type_name=kind, made=made[0], values=made[1])
         return MappingProxyType(found)
 
     def _plugin_type(

@@ -6,7 +6,7 @@ Nothing in here knows YAML; `document` serves only to say where an error found l
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.errors import Problem
@@ -17,6 +17,8 @@ from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.values import written
 from orchestrator.system import Endpoint
 from orchestrator.timebase import Duration, Time
+
+PlugIn = TypeVar("PlugIn")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,41 +60,24 @@ class ComponentUse:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CouplingUse:
-    """The co-simulation algorithm of a scenario.
+class PlugInUse(Generic[PlugIn]):
+    """The co-simulation algorithm of a scenario, or one of its measures.
 
     Attributes:
-        name: of the installed algorithm.
-        algorithm: with its parameters.
-        values: the parameters that the scenario sets, in their declared type and unit.
-    """
-
-    name: str
-    algorithm: CosimulationAlgorithm
-    values: Mapping[str, Any]
-
-    def resolved(self) -> dict[str, Any]:
-        """The entry of a scenario file that means the same."""
-        return {"algorithm": self.name, **_written(type(self.algorithm), self.values)}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MeasureUse:
-    """One measure of a scenario.
-
-    Attributes:
-        type_name: of the installed measure.
-        measure: with its parameters.
+        type_name: under which it is installed.
+        made: the algorithm or measure, with its parameters.
         values: the parameters that the scenario sets, in their declared type and unit.
     """
 
     type_name: str
-    measure: Measure
+    made: PlugIn
     values: Mapping[str, Any]
 
-    def resolved(self) -> dict[str, Any]:
-        """The entry of a scenario file that means the same."""
-        return {"type": self.type_name, **_written(type(self.measure), self.values)}
+    def resolved(self, key: str) -> dict[str, Any]:
+        """The entry of a scenario file that means the same; `key` is that of the name."""
+        parameters = declared(type(self.made))
+        said = {n: written(parameters[n], v) for n, v in self.values.items() if v is not None}
+        return {key: self.type_name, **said}
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,12 +112,12 @@ class Scenario:
     stop: Time
     until: Endpoint | None
     seed: int
-    coupling: CouplingUse
+    coupling: PlugInUse[CosimulationAlgorithm]
     components: Mapping[str, ComponentUse]
     connections: tuple[ConnectionUse, ...]
     include: tuple[str, ...]
     exclude: tuple[str, ...]
-    measures: Mapping[str, MeasureUse]
+    measures: Mapping[str, PlugInUse[Measure]]
     report: str | None
     remarks: tuple[Problem, ...]
     document: Document = field(repr=False, compare=False)
@@ -144,14 +129,14 @@ class Scenario:
 
     def asked(self) -> dict[str, Measure]:
         """The measures by name."""
-        return {name: use.measure for name, use in self.measures.items()}
+        return {name: use.made for name, use in self.measures.items()}
 
     def resolved(self) -> dict[str, Any]:
         """The scenario as a scenario file: overrides applied, defaults written out.
 
         Reading it again gives the same run, wherever relative paths start.
         """
-        measures = {name: use.resolved() for name, use in self.measures.items()}
+        measures = {name: use.resolved("type") for name, use in self.measures.items()}
         return {
             "schema": 1,
             "title": self.title,
@@ -162,19 +147,13 @@ class Scenario:
                 **({} if self.until is None else {"until": str(self.until)}),
             },
             "seed": self.seed,
-            "coupling": self.coupling.resolved(),
+            "coupling": self.coupling.resolved("algorithm"),
             "components": {name: _resolved(use) for name, use in self.components.items()},
             "connections": [{"from": c.source, "to": c.target} for c in self.connections],
             "recording": {"include": list(self.include), "exclude": list(self.exclude)},
             **({"measures": measures} if measures else {}),
             **({} if self.report is None else {"report": self.report}),
         }
-
-
-def _written(record: type, values: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters of a plug-in as a scenario file says them."""
-    parameters = declared(record)
-    return {n: written(parameters[n], v) for n, v in values.items() if v is not None}
 
 
 def _resolved(use: ComponentUse) -> dict[str, Any]:
