@@ -7,12 +7,12 @@ from matplotlib.axes import Axes
 from typing_extensions import override
 
 from orchestrator import Measure
+from orchestrator.drawing import COLOURS
 from orchestrator.measure import Answer
 from orchestrator.parameters import parameter
 from orchestrator.recording.reader import Recording, Series
 from orchestrator.signal import Array
 from studies.measures.bins import spread
-from studies.measures.style import COLOURS
 from studies.measures.vehicles import Vehicles, vehicles_in
 
 

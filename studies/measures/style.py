@@ -6,13 +6,8 @@ from typing import Final
 import numpy as np
 from matplotlib.axes import Axes
 
+from orchestrator.drawing import COLOURS, LINK_COLOURS
 from orchestrator.signal import Array
-
-COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Okabe and Ito's palette, which readers with colour blindness can tell apart."""
-
-LINK_COLOURS: Final = {"all": "#000000", "LOS": "#009E73", "NLOSv": "#E69F00", "NLOSb": "#D55E00"}
-"""The colour of each link class."""
 
 _DISTANCE: Final = "distance [m]"
 
