@@ -10,12 +10,15 @@ from typing import Any
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.errors import Problem
-from orchestrator.measure import Measure
+from orchestrator.measure import Measure, defaults
 from orchestrator.parameters import DRAWN, REQUIRED, ComponentType, declared
+from orchestrator.questions import Questions
+from orchestrator.report import Report
 from orchestrator.scenario.document import Document
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.values import written
 from orchestrator.system import Endpoint
+from orchestrator.table_files import Format
 from orchestrator.timebase import Duration, Time
 
 
@@ -95,6 +98,27 @@ class MeasureUse:
         return {"type": self.type_name, **_written(type(self.measure), self.values)}
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReportUse:
+    """The report of a scenario.
+
+    Attributes:
+        type_name: of the installed report.
+        report: with its parameters.
+        values: the parameters that the scenario sets, in their declared type and unit.
+    """
+
+    type_name: str
+    report: Report
+    values: Mapping[str, Any]
+
+    def resolved(self) -> str | dict[str, Any]:
+        """The entry of a scenario file that means the same."""
+        if not self.values:
+            return self.type_name
+        return {"type": self.type_name, "parameters": _written(type(self.report), self.values)}
+
+
 @dataclass(frozen=True, slots=True)
 class ConnectionUse:
     """One connection, or group of connections, as written."""
@@ -113,8 +137,9 @@ class Scenario:
         start, stop: the first and the last communication point [ns].
         until: the output that ends the run before `stop` once it is true, or `None`.
         include, exclude: patterns of the outputs that are recorded.
-        measures: by name.
-        report: the name of an installed report, or `None`.
+        measures: by name; `None` if it does not speak of them.
+        tables: the formats of the tables of measures, or `None`.
+        report: with its parameters, or `None`.
         remarks: what is not wrong, but may not be meant.
         document: where everything was written.
     """
@@ -132,8 +157,9 @@ class Scenario:
     connections: tuple[ConnectionUse, ...]
     include: tuple[str, ...]
     exclude: tuple[str, ...]
-    measures: Mapping[str, MeasureUse]
-    report: str | None
+    measures: Mapping[str, MeasureUse] | None
+    tables: tuple[Format, ...] | None
+    report: ReportUse | None
     remarks: tuple[Problem, ...]
     document: Document = field(repr=False, compare=False)
 
@@ -142,16 +168,27 @@ class Scenario:
         """The name of the file without its suffix."""
         return self.path.stem
 
-    def asked(self) -> dict[str, Measure]:
-        """The measures by name."""
-        return {name: use.measure for name, use in self.measures.items()}
+    def asked(self, *, every_run: bool) -> Questions:
+        """What is asked of its runs.
+
+        Args:
+            every_run: whether a scenario that does not speak of measures asks the default ones.
+        """
+        said = self.measures or {}
+        return Questions(
+            report=None if self.report is None else self.report.report,
+            measures={name: use.measure for name, use in said.items()},
+            optional=defaults() if every_run and self.measures is None else {},
+            tables=self.tables,
+        )
 
     def resolved(self) -> dict[str, Any]:
         """The scenario as a scenario file: overrides applied, defaults written out.
 
         Reading it again gives the same run, wherever relative paths start.
         """
-        measures = {name: use.resolved() for name, use in self.measures.items()}
+        said = self.measures
+        measures = None if said is None else {name: use.resolved() for name, use in said.items()}
         return {
             "schema": 1,
             "title": self.title,
@@ -166,8 +203,9 @@ class Scenario:
             "components": {name: _resolved(use) for name, use in self.components.items()},
             "connections": [{"from": c.source, "to": c.target} for c in self.connections],
             "recording": {"include": list(self.include), "exclude": list(self.exclude)},
-            **({"measures": measures} if measures else {}),
-            **({} if self.report is None else {"report": self.report}),
+            **({} if measures is None else {"measures": measures}),
+            **({} if self.tables is None else {"tables": list(self.tables)}),
+            **({} if self.report is None else {"report": self.report.resolved()}),
         }
 
 
