@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.errors import ParameterProblem
-from orchestrator.installed import installed_class
+from orchestrator.installed import installed_class, offers
 from orchestrator.parameters import Parametrised
 from orchestrator.recording.reader import Recording
 
@@ -57,6 +57,11 @@ class Report(Parametrised):
     @abc.abstractmethod
     def figure(self, recording: Recording, metrics: Mapping[str, Any], path: Path) -> None:
         """Draw the run into a PNG file at `path`."""
+
+
+def installed() -> Mapping[str, str]:
+    """The reports that packages offer: by name, where each comes from."""
+    return offers(GROUP)
 
 
 def report_type(name: str) -> type[Report]:

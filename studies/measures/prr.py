@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,7 +19,7 @@ from orchestrator.signal import Array
 from studies.measures.bins import bin_columns, bin_of, edges_parameter, edges_problems
 from studies.measures.radio import RECEIVED, Kind, batches, table_of, weak_recorded
 from studies.measures.style import draw_shares
-from studies.measures.vehicles import ABSENT, Vehicles, plane_distance, vehicles_in
+from studies.measures.vehicles import ABSENT, Vehicles, beneath, plane_distance, vehicles_in
 
 _SENT: Final = FATES.index("sent")
 _ALL: Final = "all"
@@ -42,6 +42,8 @@ class PacketReceptionRatio(Measure):
     classes then count noticed frames only, which raises their ratios. `weak_recorded` says it.
     """
 
+    by_default: ClassVar[bool] = True
+
     receptions: str = parameter("channel.receptions", doc="`component.connector`")
     transmissions: str = parameter(
         "channel.transmissions", doc="`component.connector`; read if `weak_recorded` is not true"
@@ -49,6 +51,10 @@ class PacketReceptionRatio(Measure):
     vehicle: str = parameter("traffic.vehicle", doc="what the signals of vehicles begin with")
     kind: Kind = parameter("any", doc="of the messages that count")
     edges: tuple[float, ...] = edges_parameter()
+
+    @override
+    def signals(self) -> Sequence[str]:
+        return (self.receptions, *beneath(self.vehicle, "id", "position"))
 
     @override
     def problems(self, components: Sequence[str]) -> Iterator[ParameterProblem]:

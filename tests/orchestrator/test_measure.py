@@ -11,6 +11,7 @@ from orchestrator.measure import measure_type
 from orchestrator.recording.reader import Recording
 from orchestrator.run import run_scenario
 from orchestrator.scenario.build import load_scenario
+from orchestrator.table_files import has_parquet
 from tests.orchestrator.test_scenario_build import problems_of
 
 SPAN = "measures={span: {signal: car.vehicle.x, scale: 50 cm}}"
@@ -154,7 +155,8 @@ def test_a_measure_leaves_tables_and_a_panel(
     drawn = (out / "measures.png").read_bytes()
     capsys.readouterr()
     assert main(["report", str(out)]) == 0
-    names = ("metrics.json", "measures/way-values.csv", "measures.png")
+    tables = ["measures/way-values.csv", "measures/way-values.parquet"][: 1 + has_parquet()]
+    names = ("metrics.json", *tables, "measures.svg", "measures.png")
     assert f"wrote {', '.join(str(out / name) for name in names)}" in capsys.readouterr().out
     assert (out / "measures.png").read_bytes() == drawn
 
