@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-from orchestrator.measure import Answer, Measure
+from orchestrator.measure import Answer, Measure, Panel
 from orchestrator.questions import Questions
 from orchestrator.recording.layout import RecordingError, write_json
 from orchestrator.recording.reader import Recording
@@ -72,7 +72,7 @@ def make_report(asked: Questions, directory: Path, *, figure: bool) -> Findings:
         for name, table in answer.tables.items()
     }
     files = [directory / METRICS, *write_tables(tables, directory / TABLES, formats)]
-    panels = {label: each.panel for label, each in answers.items() if each.panel is not None}
+    panels = dict(_panels(answers))
     if figure and report is not None:
         report.figure(recording, metrics, directory / FIGURE)
         files.append(directory / FIGURE)
@@ -83,6 +83,14 @@ def make_report(asked: Questions, directory: Path, *, figure: bool) -> Findings:
     summary = "" if report is None else report.summary(metrics, recording.manifest)
     lines = "\n".join(filter(None, [summary, *_lines(metrics)]))
     return Findings(metrics, lines, tuple(files))
+
+
+def _panels(answers: Mapping[str, Answer]) -> Iterator[tuple[str, Panel]]:
+    for label, answer in answers.items():
+        if answer.panel is not None:
+            yield label, answer.panel
+        for name, panel in answer.panels.items():
+            yield f"{label}: {name}", panel
 
 
 def _optional(

@@ -41,11 +41,13 @@ class Answer:
             there, and null here.
         panel: draws it into its place on the page `measures.svg`; `None` if there is nothing to
             draw.
+        panels: further ones, by what they show.
     """
 
     numbers: Findings
     tables: Mapping[str, Table] = field(default_factory=dict)
     panel: "Panel | None" = None
+    panels: "Mapping[str, Panel]" = field(default_factory=dict)
 
 
 class Measure(Parametrised):

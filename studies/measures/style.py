@@ -31,6 +31,21 @@ def draw_shares(axes: Axes, rows: Mapping[str, tuple[Array, Array, Array, Array]
         axes.legend(fontsize="small")
 
 
+def draw_survival(axes: Axes, curve: tuple[Array, Array]) -> None:
+    """Draw what share of something has happened by a time.
+
+    Args:
+        axes: to draw into.
+        curve: times [s], ascending, and shares, shape (n,) each.
+    """
+    place, share = curve
+    axes.step(np.append(0.0, place), np.append(0.0, share), where="post", color=COLOURS[0], lw=1.0)
+    axes.set_xlabel("time since first hidden [s]")
+    axes.set_ylabel("share of road users known")
+    axes.set_xlim(left=0.0)
+    axes.set_ylim(-0.02, 1.02)
+
+
 def draw_quantiles(axes: Axes, table: Mapping[str, Array], label: str) -> None:
     """Draw median, mean and 95th percentile over distance.
 
