@@ -54,7 +54,8 @@ class Cells:
         segment, found = segment[is_there], found[is_there]
         sample, place = spread_out(self._ends[found] - self._starts[found])
         box = self._boxes[self._starts[found][sample] + place]
-        pairs = np.unique(segment[sample] * self._count + box)
+        pairs = np.sort(segment[sample] * self._count + box)  # quicker than `unique`
+        pairs = pairs[np.append([True], pairs[1:] != pairs[:-1])[: len(pairs)]]
         first, second = np.divmod(pairs, self._count)
         return np.asarray(first), np.asarray(second)
 

@@ -10,7 +10,7 @@ from fmus.physics.boxes import in_boxes
 from orchestrator.recording.reader import Recording
 from orchestrator.signal import Array
 from studies.measures.delivery import unique_packets
-from studies.measures.radio import KINDS, Kind, received
+from studies.measures.radio import KINDS, Kind, plain, received
 from studies.measures.sight import Bodies
 
 NEVER: Final = -1
@@ -121,14 +121,13 @@ def _known(observer: Array, road_user: Array, time: Array) -> Knowledge:
 def _objects(recording: Recording, name: str) -> tuple[Array, Array]:
     """All objects, each of a scan once, and when they were first told [ns], shape (object,)."""
     series = recording[name]
-    plain = np.dtype(f"V{OBJECT.itemsize}")  # without fields, which NumPy would compare
-    parts, times = [np.empty(0, plain)], [np.empty(0, np.int64)]
+    parts, times = [plain(np.empty(0, OBJECT))], [np.empty(0, np.int64)]
     former = b""
     for k, time in enumerate(series.times.tolist()):
         data = bytes(series[k])
         if data != former:  # a signal is held until there is something new
             table = unframe("OBJS", data, OBJECT)
-            parts.append(table.view(plain))
+            parts.append(plain(table))
             times.append(np.full(len(table), time))
         former = data
     table, told = np.concatenate(parts).view(OBJECT), np.concatenate(times)

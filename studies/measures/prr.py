@@ -17,6 +17,7 @@ from orchestrator.parameters import parameter
 from orchestrator.recording.reader import Recording
 from orchestrator.signal import Array
 from studies.measures.bins import bin_columns, bin_of, edges_parameter, edges_problems
+from studies.measures.intended import intended_ratio
 from studies.measures.radio import RECEIVED, Kind, batches, table_of, weak_recorded
 from studies.measures.style import draw_shares
 from studies.measures.vehicles import ABSENT, Vehicles, beneath, plane_distance, vehicles_in
@@ -40,6 +41,8 @@ class PacketReceptionRatio(Measure):
     If the channel leaves out frames below the sensitivity, radios are counted from what was sent
     and where everybody was; the link of a frame that nobody noticed is not known, so that link
     classes then count noticed frames only, which raises their ratios. `weak_recorded` says it.
+
+    `prr2` is the ratio of type 2: of packets with a destination, the share that it received.
     """
 
     by_default: ClassVar[bool] = True
@@ -47,6 +50,9 @@ class PacketReceptionRatio(Measure):
     receptions: str = parameter("channel.receptions", doc="`component.connector`")
     transmissions: str = parameter(
         "channel.transmissions", doc="`component.connector`; read if `weak_recorded` is not true"
+    )
+    packets: str = parameter(
+        "facilities.packets", doc="`component.connector`; for `prr2`, read if recorded"
     )
     vehicle: str = parameter("traffic.vehicle", doc="what the signals of vehicles begin with")
     kind: Kind = parameter("any", doc="of the messages that count")
@@ -75,6 +81,7 @@ class PacketReceptionRatio(Measure):
             own = table["link"] == name
             numbers |= _total(name, table["receivers"][own].sum(), table["received"][own].sum())
         numbers["unplaced"] = unplaced
+        numbers |= intended_ratio(recording, self.packets, self.receptions, self.kind)
         return Answer(
             numbers=numbers,
             tables={"distance": table},
