@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -20,6 +20,9 @@ PANELS: Final = "measures"
 """The name of the page, without suffix."""
 LEFT_OUT: Final = "measures_left_out"
 """The key of `metrics.json` under which it is said why a measure was not asked."""
+
+_BRIEF: Final = 4
+"""Numbers of a measure that nobody has named, on the terminal; all are in `metrics.json`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +84,7 @@ def make_report(asked: Questions, directory: Path, *, figure: bool) -> Findings:
 
         files += draw_panels(panels, directory / PANELS)
     summary = "" if report is None else report.summary(metrics, recording.manifest)
-    lines = "\n".join(filter(None, [summary, *_lines(metrics)]))
+    lines = "\n".join(filter(None, [summary, *_lines(metrics, more)]))
     return Findings(metrics, lines, tuple(files))
 
 
@@ -128,10 +131,16 @@ def _finite(found: Mapping[str, Any]) -> Mapping[str, Any]:
     return dict(found)
 
 
-def _lines(metrics: Mapping[str, Any]) -> Iterator[str]:
-    """What the measures found, for the terminal: a line for each, and one for each reason."""
+def _lines(metrics: Mapping[str, Any], brief: Container[str]) -> Iterator[str]:
+    """What the measures found, for the terminal: a line for each, and one for each reason.
+
+    Of those in `brief`, which nobody has named, the first few numbers.
+    """
     for label, found in metrics.get("measures", {}).items():
-        yield f"{label}: {', '.join(f'{key} {_spell(value)}' for key, value in found.items())}"
+        told = [f"{key} {_spell(value)}" for key, value in found.items()]
+        if label in brief and len(told) > _BRIEF:
+            told = [*told[:_BRIEF], "..."]
+        yield f"{label}: {', '.join(told)}"
     reasons: dict[str, list[str]] = {}
     for label, reason in metrics.get(LEFT_OUT, {}).items():
         reasons.setdefault(reason, []).append(label)

@@ -24,6 +24,7 @@ from orchestrator.drawing import (
     PURPLE,
     SKY,
     VERMILLION,
+    styled,
 )
 from orchestrator.signal import Array, Signal, Signals
 

@@ -156,9 +156,10 @@ def _scenes(points: Array, bodies: Bodies) -> Iterator[tuple[Array, slice]]:
     order = np.argsort(points, kind="stable")
     known, starts = np.unique(points[order], return_index=True)
     first = bodies.vehicles.first
-    for point, rows in zip(known.tolist(), np.split(order, starts[1:]), strict=True):
+    ends = np.append(starts[1:], len(order))
+    for point, start, end in zip(known.tolist(), starts, ends[: len(starts)], strict=True):
         if point >= 0 and first[point + 1] > first[point]:
-            yield rows, slice(int(first[point]), int(first[point + 1]))
+            yield order[start:end], slice(int(first[point]), int(first[point + 1]))
 
 
 def _link(observer: Array, road_user: Array) -> Array:

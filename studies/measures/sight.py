@@ -27,7 +27,7 @@ class Walls:
     Attributes:
         start: one end of each in the plane [m], shape (wall, 2).
         end: the other [m], shape (wall, 2).
-        height: above the ground [m], shape (wall,).
+        height: of the roof above z = 0 [m], shape (wall,).
         cells: where they are.
     """
 
@@ -56,7 +56,7 @@ class Walls:
         Args:
             vertex: corners, ring by ring, open rings [m], shape (corner, 2).
             index: the building of each, shape (corner,).
-            height: above the ground [m], shape (building,).
+            height: of the roofs above z = 0 [m], shape (building,).
         """
         ends = np.arange(1, len(index) + 1)
         is_last = np.append(index[1:] != index[:-1], [True])[: len(index)]

@@ -166,3 +166,14 @@ def test_nothing_is_drawn_where_no_figure_is_wanted(scenario_file: Path, tmp_pat
     run_scenario(scenario, tmp_path / "out", figure=False)
     assert (tmp_path / "out" / "measures" / "way-values.csv").is_file()
     assert not (tmp_path / "out" / "measures.png").exists()
+
+
+def test_the_page_is_there_in_lines_and_in_pixels(scenario_file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert main(["run", str(scenario_file), "--set", COURSE, "--out", str(out)]) == 0
+    drawn = {path.name: path.read_bytes() for path in out.glob("measures.*")}
+    assert set(drawn) == {"measures.svg", "measures.png"}
+    assert b"<svg" in drawn["measures.svg"]
+    assert drawn["measures.png"][:4] == b"\x89PNG"
+    assert main(["report", str(out)]) == 0
+    assert {path.name: path.read_bytes() for path in out.glob("measures.*")} == drawn
