@@ -24,6 +24,7 @@ from studies.measures.vehicles import ABSENT, Vehicles, beneath, plane_distance,
 
 _SENT: Final = FATES.index("sent")
 _ALL: Final = "all"
+_LEFT_OUT: Final = "weak_receptions: false; classes count noticed frames only"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,11 +82,12 @@ class PacketReceptionRatio(Measure):
             own = table["link"] == name
             numbers |= _total(name, table["receivers"][own].sum(), table["received"][own].sum())
         numbers["unplaced"] = unplaced
+        numbers["left_out"] = left_out = None if weak is not False else _LEFT_OUT
         numbers |= intended_ratio(recording, self.packets, self.receptions, self.kind)
         return Answer(
             numbers=numbers,
             tables={"distance": table},
-            panel=lambda axes: _draw(axes, table),
+            panel=lambda axes: _draw(axes, table, left_out),
         )
 
     def _told(self, recording: Recording, vehicles: Vehicles) -> tuple[Array, Array, int]:
@@ -161,7 +163,7 @@ def _total(name: str, tried: Any, heard: Any) -> dict[str, float | int | None]:
     }
 
 
-def _draw(axes: Axes, table: Mapping[str, Array]) -> None:
+def _draw(axes: Axes, table: Mapping[str, Array], left_out: str | None) -> None:
     place = (table["from_m"] + table["to_m"]) / 2
     rows = {}
     for name in (_ALL, *LINKS):
@@ -169,3 +171,5 @@ def _draw(axes: Axes, table: Mapping[str, Array]) -> None:
         rows[name] = (place[own], table["prr"][own], table["low"][own], table["high"][own])
     draw_shares(axes, rows)
     axes.set_ylabel("packet reception ratio")
+    if left_out is not None:
+        axes.text(1.0, 1.0, left_out, transform=axes.transAxes, ha="right", fontsize="small")

@@ -1,10 +1,10 @@
 """An experiment over a scenario without encounter, roles or report, with metrics of measures."""
 
-import csv
 from pathlib import Path
 
 import pytest
 
+from orchestrator import tables_of
 from orchestrator.cli import main
 from orchestrator.experiment.load import load_experiment
 
@@ -15,12 +15,8 @@ SHIPPED = ROOT / "studies" / "measures" / "experiments" / "city_equipment.yaml"
 def test_the_metrics_say_which_measures_are_asked() -> None:
     (first, *others) = load_experiment(SHIPPED).combinations
     asked = [item for item in first.overrides if item.startswith("measures.")]
-    assert asked == [
-        "measures.prr={}",
-        "measures.awareness={}",
-        "measures.cbr={}",
-        "measures.hidden={}",
-    ]
+    names = ("prr", "awareness", "cbr", "hidden")
+    assert asked == [f"measures.{name}={{}}" for name in names]
     assert len(others) == 2
     assert sorted(first.resolved["measures"]) == ["awareness", "cbr", "hidden", "prr"]
     assert "report" not in first.resolved
@@ -38,12 +34,15 @@ def test_it_runs_and_more_radios_make_more_hidden_road_users_known(tmp_path: Pat
     out = tmp_path / "out"
     arguments = ["experiment", str(file), "--seeds", "1", "--workers", "2", "--quiet"]
     assert main([*arguments, "--out", str(out)]) == 0
-    rows = list(csv.DictReader((out / "summary.csv").open(encoding="utf-8")))
-    known = [float(row["hidden_known"]) for row in rows]
-    assert [row["radios"] for row in rows] == ["25 %", "50 %", "100 %"]
+    tables = tables_of(out)
+    assert set(tables) == {"runs", "summary"}
+    summary = tables["summary"]
+    assert summary["radios"].tolist() == ["25 %", "50 %", "100 %"]
+    known = summary["hidden_known"].tolist()
     assert known == sorted(known)
     assert 0 < known[0] < known[-1] <= 1
-    assert all(0 < float(row["prr"]) < 1 and float(row["cbr"]) > 0 for row in rows)
+    assert ((summary["prr"] > 0) & (summary["prr"] < 1) & (summary["cbr"] > 0)).all()
+    assert sorted(tables["runs"]["prr"]) == sorted(summary["prr"])
 
 
 def test_a_metric_of_a_measure_that_nobody_has_is_refused(tmp_path: Path) -> None:

@@ -284,3 +284,5 @@ def test_leaving_out_weak_receptions_raises_ratios_of_link_classes_by_what_was_l
     assert [found[weak]["prr"] for weak in (True, False)] == [0.2, 0.2]
     assert [found[weak]["prr_NLOSb"] for weak in (True, False)] == [0.2, 0.5]
     assert [found[weak]["weak_recorded"] for weak in (True, False)] == [True, False]
+    assert found[True]["left_out"] is None
+    assert "noticed frames only" in str(found[False]["left_out"])
