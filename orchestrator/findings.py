@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -131,7 +131,7 @@ def _finite(found: Mapping[str, Any]) -> Mapping[str, Any]:
     return dict(found)
 
 
-def _lines(metrics: Mapping[str, Any], brief: Container[str]) -> Iterator[str]:
+def _lines(metrics: Mapping[str, Any], brief: Collection[str]) -> Iterator[str]:
     """What the measures found, for the terminal: a line for each, and one for each reason.
 
     Of those in `brief`, which nobody has named, the first few numbers.
@@ -141,8 +141,12 @@ def _lines(metrics: Mapping[str, Any], brief: Container[str]) -> Iterator[str]:
         if label in brief and len(told) > _BRIEF:
             told = [*told[:_BRIEF], "..."]
         yield f"{label}: {', '.join(told)}"
+    left_out: Mapping[str, str] = metrics.get(LEFT_OUT, {})
+    if left_out and not brief:  # the scenario is about something else
+        yield f"left out: {', '.join(left_out)} (`{METRICS}` says which signals they need)"
+        return
     reasons: dict[str, list[str]] = {}
-    for label, reason in metrics.get(LEFT_OUT, {}).items():
+    for label, reason in left_out.items():
         reasons.setdefault(reason, []).append(label)
     for reason, labels in reasons.items():
         yield f"left out: {', '.join(labels)} ({reason})"

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 _SUFFIXES: Final = (".csv", ".parquet")
-"""Of two files with one table the first is read."""
+"""Suffixes of tables; of two files with one table the first is read."""
 
 
 def metrics(directory: Path | str) -> dict[str, Any]:

@@ -85,7 +85,7 @@ class FirstKnowledge:
         return moments * 1e-9, 1.0 - unknown
 
     def table(self) -> dict[str, Array]:
-        """A row for each meeting; the time is NaN where it is not known."""
+        """A row for each meeting, shape (meeting,); the time is NaN where it is not known."""
         known = self.end <= _KNOWN
         seconds = self.duration * 1e-9
         return {

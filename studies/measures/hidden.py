@@ -243,7 +243,7 @@ def _spaced(times: Array, interval: int) -> Array:
 def _shares(
     looks: _Looks, is_known: Array, known: Mapping[str, Array]
 ) -> dict[str, float | int | None]:
-    """Over all distances: how many were hidden, and what share of them was known."""
+    """How many were hidden, and what share of them was known, over all distances."""
     hidden = looks.group(_HIDDEN)
     count, hits = int(hidden.sum()), int((hidden & is_known).sum())
     low = high = None

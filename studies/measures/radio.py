@@ -132,7 +132,7 @@ def _received(recording: Recording, signal: str) -> Batch:
 
 
 def plain(records: Array) -> Array:
-    """Records without their fields, which NumPy would compare before it joins several arrays."""
+    """Records without their fields, which NumPy would compare to join arrays, shape (record,)."""
     return np.asarray(records.view(np.dtype(f"V{records.dtype.itemsize}")))
 
 

@@ -15,7 +15,7 @@ from studies.measures.vehicles import Vehicles
 LOS, NLOSV, NLOSB = (LINKS.index(name) for name in ("LOS", "NLOSv", "NLOSb"))
 
 _SIDE: Final = 20.0
-"""Of the cells in which walls and bodies are looked for [m]."""
+"""Sides of the cells in which walls and bodies are looked for [m]."""
 _CLEAR: Final = 1e-3
 """What is not higher than this above the line hides nothing [m]: a car among its equals."""
 
