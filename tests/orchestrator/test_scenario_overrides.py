@@ -114,7 +114,9 @@ def test_keys_absent_in_the_file_can_be_set(scenario_file: Path) -> None:
     scenario = load_scenario(
         scenario_file, ["report=trace", "recording.exclude=[car.power]", "seed=9"]
     )
-    assert (scenario.report, scenario.exclude, scenario.seed) == ("trace", ("car.power",), 9)
+    assert scenario.report is not None
+    assert scenario.report.type_name == "trace"
+    assert (scenario.exclude, scenario.seed) == (("car.power",), 9)
 
 
 def test_parameters_of_a_replaced_type_are_ignored_with_a_remark(scenario_file: Path) -> None:
