@@ -1,4 +1,4 @@
-"""Build hook: the FMUs and the engine that steps FMUs are compiled when a wheel or an editable install is made.
+"""Build hook: FMUs and their engine are compiled when a wheel or an editable install is made.
 
 It needs what `build-system.requires` names, nothing installed before. A source distribution
 carries the C sources instead. FMUs that are up to date are kept.

@@ -38,6 +38,12 @@ if TYPE_CHECKING:
     from orchestrator.parameters import ComponentType as ComponentType, parameter as parameter
     from orchestrator.recording.reader import Recording as Recording, Series as Series
     from orchestrator.recording.recorder import Recorder as Recorder
+    from orchestrator.results import (
+        frame as frame,
+        frames as frames,
+        metrics as metrics,
+        tables_of as tables_of,
+    )
     from orchestrator.signal import (
         Causality as Causality,
         Connector as Connector,
@@ -79,6 +85,7 @@ _HOMES: Final = {
     "orchestrator.parameters": ("ComponentType", "parameter"),
     "orchestrator.recording.reader": ("Recording", "Series"),
     "orchestrator.recording.recorder": ("Recorder",),
+    "orchestrator.results": ("frame", "frames", "metrics", "tables_of"),
     "orchestrator.signal": ("Causality", "Connector", "Signal", "Signals", "Variability"),
     "orchestrator.simulation": ("simulate",),
     "orchestrator.system": ("Connection", "Endpoint", "System", "expand"),

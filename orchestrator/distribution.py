@@ -7,13 +7,14 @@ hashable, equal to one of the same kind and numbers. It has no random numbers of
 
 import abc
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
-from typing import Final
+from typing import Final, Generic, TypeVar
 
 import numpy as np
 from typing_extensions import override
+
+Value = TypeVar("Value")
 
 LEAST_MASS: Final = 0.01
 """Share of a normal distribution that must lie within its bounds; the less, the more is redrawn."""
@@ -70,8 +71,27 @@ class Constant(Distribution):
         return self.value
 
 
+class _Bounded(Distribution):
+    """A distribution between `low` and `high`, which its kinds declare, in its unit."""
+
+    __slots__ = ()
+
+    low: float
+    high: float
+
+    @property
+    @override
+    def lowest(self) -> float:
+        return self.low
+
+    @property
+    @override
+    def highest(self) -> float:
+        return self.high
+
+
 @dataclass(frozen=True, slots=True)
-class Uniform(Distribution):
+class Uniform(_Bounded):
     """Every value between two bounds is equally likely.
 
     A draw is `middle + half_width * rng.uniform(-1.0, 1.0)` with `middle = (low + high) / 2` and
@@ -96,16 +116,6 @@ class Uniform(Distribution):
                 "write the smaller one first"
             )
 
-    @property
-    @override
-    def lowest(self) -> float:
-        return self.low
-
-    @property
-    @override
-    def highest(self) -> float:
-        return self.high
-
     @override
     def draw(self, rng: np.random.Generator) -> float:
         middle, half_width = (self.low + self.high) / 2, (self.high - self.low) / 2
@@ -114,7 +124,7 @@ class Uniform(Distribution):
 
 
 @dataclass(frozen=True, slots=True)
-class Normal(Distribution):
+class Normal(_Bounded):
     """Normally distributed; with bounds, a draw beyond them is repeated until one is between.
 
     So the density between the bounds keeps its form, and a draw takes one number of the stream or
@@ -148,16 +158,6 @@ class Normal(Distribution):
                 f"{self.low:g} and {self.high:g}, too little to draw from (at least {LEAST_MASS})"
             )
 
-    @property
-    @override
-    def lowest(self) -> float:
-        return self.low
-
-    @property
-    @override
-    def highest(self) -> float:
-        return self.high
-
     @override
     def draw(self, rng: np.random.Generator) -> float:
         while True:
@@ -167,11 +167,11 @@ class Normal(Distribution):
 
 
 @dataclass(frozen=True, slots=True)
-class Choice(Distribution):
-    """One of the given values; a draw takes one number of the stream.
+class _Weighted(Generic[Value]):
+    """Values of which one is drawn.
 
     Attributes:
-        values: in the unit of the distribution; at least one.
+        values: at least one; numbers are in the unit of the distribution.
         weights: positive, one for each value; how likely they are in proportion. None: all are
             equally likely.
 
@@ -179,11 +179,31 @@ class Choice(Distribution):
         ValueError: there is no value, or the weights do not fit.
     """
 
-    values: tuple[float, ...]
+    values: tuple[Value, ...]
     weights: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        _check_weights(self.values, self.weights)
+        if not self.values:
+            raise ValueError("there is nothing to choose from; write at least one value")
+        if self.weights and len(self.weights) != len(self.values):
+            raise ValueError(
+                f"{len(self.weights)} weights do not fit {len(self.values)} values; "
+                "write one for each"
+            )
+        if not all(weight > 0 for weight in self.weights):
+            raise ValueError("weights must be positive; leave out what shall never be chosen")
+
+    def _drawn(self, rng: np.random.Generator) -> Value:
+        """One of the values, by inversion of the cumulative weights."""
+        count = len(self.values)
+        limits = np.cumsum(self.weights if self.weights else np.ones(count))
+        found = int(np.searchsorted(limits, rng.random() * limits[-1], side="right"))
+        return self.values[min(found, count - 1)]  # the product may round up to the last limit
+
+
+@dataclass(frozen=True, slots=True)
+class Choice(_Weighted[float], Distribution):
+    """One of the given values; a draw takes one number of the stream."""
 
     @property
     @override
@@ -197,27 +217,12 @@ class Choice(Distribution):
 
     @override
     def draw(self, rng: np.random.Generator) -> float:
-        return self.values[_index(len(self.values), self.weights, rng)]
+        return self._drawn(rng)
 
 
 @dataclass(frozen=True, slots=True)
-class DistributedText:
-    """One of the given texts; of a single one nothing is drawn.
-
-    Attributes:
-        values: at least one.
-        weights: positive, one for each value; how likely they are in proportion. None: all are
-            equally likely.
-
-    Raises:
-        ValueError: there is no value, or the weights do not fit.
-    """
-
-    values: tuple[str, ...]
-    weights: tuple[float, ...] = ()
-
-    def __post_init__(self) -> None:
-        _check_weights(self.values, self.weights)
+class DistributedText(_Weighted[str]):
+    """One of the given texts; of a single one nothing is drawn."""
 
     @property
     def is_constant(self) -> bool:
@@ -226,24 +231,4 @@ class DistributedText:
 
     def draw(self, rng: np.random.Generator) -> str:
         """One of the texts."""
-        if len(self.values) == 1:
-            return self.values[0]
-        return self.values[_index(len(self.values), self.weights, rng)]
-
-
-def _check_weights(values: Sequence[object], weights: Sequence[float]) -> None:
-    if not values:
-        raise ValueError("there is nothing to choose from; write at least one value")
-    if weights and len(weights) != len(values):
-        raise ValueError(
-            f"{len(weights)} weights do not fit {len(values)} values; write one for each"
-        )
-    if not all(weight > 0 for weight in weights):
-        raise ValueError("weights must be positive; leave out what shall never be chosen")
-
-
-def _index(count: int, weights: Sequence[float], rng: np.random.Generator) -> int:
-    """An index below `count`, by inversion of the cumulative weights."""
-    limits = np.cumsum(weights if weights else np.ones(count))
-    found = int(np.searchsorted(limits, rng.random() * limits[-1], side="right"))
-    return min(found, count - 1)  # the product may round up to the last limit
+        return self.values[0] if len(self.values) == 1 else self._drawn(rng)

@@ -1,6 +1,9 @@
-"""How figures look, and the page of panels that measures draw."""
+"""How all figures look and are written, and the page of panels that measures draw.
 
-from collections.abc import Mapping
+Whoever draws enters `styled`, takes colours from here, and writes with `write`.
+"""
+
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -24,6 +27,24 @@ _SETTINGS: Final[Any] = {  # matplotlib's types list every name as a literal
 DPI: Final = 200
 """Pixels per inch of pictures in pixels."""
 
+BLUE: Final = "#0072B2"
+VERMILLION: Final = "#D55E00"
+GREEN: Final = "#009E73"
+PURPLE: Final = "#CC79A7"
+ORANGE: Final = "#E69F00"
+SKY: Final = "#56B4E9"
+BLACK: Final = "#000000"
+COLOURS: Final = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+"""Okabe and Ito's palette, which readers with colour blindness can tell apart."""
+
+GREY: Final = "#7F7F7F"
+LIGHT: Final = "#D9D9D9"
+GROUND: Final = "#A89F91"
+"""What is around: those of whom nothing is said, roads, buildings."""
+
+LINK_COLOURS: Final = {"all": BLACK, "LOS": GREEN, "NLOSv": ORANGE, "NLOSb": VERMILLION}
+"""The colour of each link class."""
+
 _COLUMNS: Final = 2
 _WIDTH: Final = 4.8
 _HEIGHT: Final = 3.2
@@ -35,8 +56,38 @@ def styled() -> Any:
     return mpl.rc_context(_SETTINGS)
 
 
-def draw_panels(panels: Mapping[str, Panel], path: Path) -> None:
-    """Draw panels, two side by side, each under its name, into a PNG file at `path`."""
+def write(
+    figure: Figure, path: Path, suffixes: Sequence[str] = (".svg", ".png"), dpi: int = DPI
+) -> list[Path]:
+    """Write a figure once for each suffix; equal figures make equal bytes.
+
+    Args:
+        figure: drawn within `styled`, which must still be entered.
+        path: without suffix.
+        suffixes: `.svg`, `.png` or both.
+        dpi: of a picture in pixels.
+
+    Returns:
+        The files, in the order of `suffixes`.
+    """
+    FigureCanvasAgg(figure)
+    no_time: dict[str, Any] = {".svg": {"Date": None, "Creator": None}, ".png": {"Software": None}}
+    written = [path.with_name(path.name + suffix) for suffix in suffixes]
+    for suffix, file in zip(suffixes, written, strict=True):
+        figure.savefig(file, dpi=dpi, metadata=no_time[suffix])
+    return written
+
+
+def draw_panels(panels: Mapping[str, Panel], path: Path) -> list[Path]:
+    """Draw panels, two side by side, each under its name, as a page in SVG and PNG.
+
+    Args:
+        panels: by name, at least one.
+        path: without suffix.
+
+    Returns:
+        The files.
+    """
     columns = min(_COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
     with styled():
@@ -45,5 +96,4 @@ def draw_panels(panels: Mapping[str, Panel], path: Path) -> None:
             axes = figure.add_subplot(rows, columns, k + 1)
             axes.set_title(name, loc="left")
             panel(axes)
-        FigureCanvasAgg(figure)
-        figure.savefig(path, dpi=DPI, metadata={"Software": None})
+        return write(figure, path)

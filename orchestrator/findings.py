@@ -1,24 +1,28 @@
 """The files that a report leaves in a run directory."""
 
-import csv
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
-
-from orchestrator.measure import Answer, Measure, Table
-from orchestrator.recording.layout import write_json
+from orchestrator.measure import Answer, Measure, Panel
+from orchestrator.questions import Questions
+from orchestrator.recording.layout import RecordingError, write_json
 from orchestrator.recording.reader import Recording
-from orchestrator.report import report_type
+from orchestrator.table_files import chosen, write_tables
 
 METRICS: Final = "metrics.json"
 FIGURE: Final = "figure.png"
 TABLES: Final = "measures"
-PANELS: Final = "measures.png"
+PANELS: Final = "measures"
+"""The name of the page, without suffix."""
+LEFT_OUT: Final = "measures_left_out"
+"""The key of `metrics.json` under which it is said why a measure was not asked."""
+
+_BRIEF: Final = 4
+"""Numbers of a measure that nobody has named, on the terminal; all are in `metrics.json`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,47 +40,77 @@ class Findings:
     files: tuple[Path, ...]
 
 
-def make_report(
-    name: str | None, measures: Mapping[str, Measure], directory: Path, *, figure: bool
-) -> Findings:
+def make_report(asked: Questions, directory: Path, *, figure: bool) -> Findings:
     """Ask a report and measures about the recording in `directory`; write what they found.
 
     Metrics go to `metrics.json`, tables of measures to `measures/`, the figure of the report to
-    `figure.png` and the panels of measures to `measures.png`.
+    `figure.png` and the panels of measures to the page `measures.svg` and `measures.png`.
 
     Args:
-        name: of an installed report, or `None`.
-        measures: by the name that the metrics are to have.
+        asked: what is to be answered.
         directory: of a run.
         figure: whether report and measures are to draw.
 
     Raises:
-        ComponentTypeError: the report cannot be loaded.
         RecordingError: there is no recording.
+        MissingParquetError: Parquet was asked for, and pyarrow is not installed.
         Exception: whatever the report or a measure raises; a note on it names the measure.
     """
-    recording = Recording(directory)
-    report = None if name is None else report_type(name)()
+    formats = chosen(asked.tables)
+    recording, report = Recording(directory), asked.report
     found = {} if report is None else dict(report.metrics(recording))
-    answers = {label: _asked(label, each, recording) for label, each in measures.items()}
-    if measures:
+    answers = {label: _asked(label, each, recording) for label, each in asked.measures.items()}
+    more, left_out = _optional(asked.optional, recording)
+    answers |= more
+    if answers:
         found["measures"] = {label: answer.numbers for label, answer in answers.items()}
+    if left_out:
+        found[LEFT_OUT] = left_out
     # through JSON and back, so that everybody sees what a reader of the file will see
     metrics = json.loads(json.dumps(found, allow_nan=False))
     write_json(directory / METRICS, metrics)
-    files = [directory / METRICS, *_write_tables(answers, directory / TABLES)]
-    panels = {label: each.panel for label, each in answers.items() if each.panel is not None}
+    tables = {
+        f"{label}-{name}": table
+        for label, answer in answers.items()
+        for name, table in answer.tables.items()
+    }
+    files = [directory / METRICS, *write_tables(tables, directory / TABLES, formats)]
+    panels = dict(_panels(answers))
     if figure and report is not None:
         report.figure(recording, metrics, directory / FIGURE)
         files.append(directory / FIGURE)
     if figure and panels:
         from orchestrator.drawing import draw_panels  # noqa: PLC0415 - matplotlib is slow to load
 
-        draw_panels(panels, directory / PANELS)
-        files.append(directory / PANELS)
+        files += draw_panels(panels, directory / PANELS)
     summary = "" if report is None else report.summary(metrics, recording.manifest)
-    lines = "\n".join(filter(None, [summary, _lines(metrics)]))
+    lines = "\n".join(filter(None, [summary, *_lines(metrics, more)]))
     return Findings(metrics, lines, tuple(files))
+
+
+def _panels(answers: Mapping[str, Answer]) -> Iterator[tuple[str, Panel]]:
+    for label, answer in answers.items():
+        if answer.panel is not None:
+            yield label, answer.panel
+        for name, panel in answer.panels.items():
+            yield f"{label}: {name}", panel
+
+
+def _optional(
+    measures: Mapping[str, Measure], recording: Recording
+) -> tuple[dict[str, Answer], dict[str, str]]:
+    """The answers that there are, and why there are no others."""
+    answers, left_out = {}, {}
+    for label, measure in measures.items():
+        missing = [f"`{name}`" for name in measure.signals() if name not in recording]
+        if missing:
+            left_out[label] = f"not recorded: {', '.join(missing)}"
+            continue
+        try:
+            answers[label] = _asked(label, measure, recording)
+        except (RecordingError, ValueError) as error:
+            left_out[label] = str(error)
+    return answers, left_out
 
 
 def _asked(label: str, measure: Measure, recording: Recording) -> Answer:
@@ -89,28 +123,6 @@ def _asked(label: str, measure: Measure, recording: Recording) -> Answer:
         raise
 
 
-def _write_tables(answers: Mapping[str, Answer], folder: Path) -> Iterator[Path]:
-    """Write the tables of all measures; yields the files."""
-    for label, answer in answers.items():
-        for name, table in answer.tables.items():
-            folder.mkdir(exist_ok=True)
-            path = folder / f"{label}-{name}.csv"
-            _write_table(table, path)
-            yield path
-
-
-def _write_table(table: Table, path: Path) -> None:
-    columns = [np.asarray(column).tolist() for column in table.values()]
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(table)
-        writer.writerows(map(_fields, zip(*columns, strict=True)))
-
-
-def _fields(row: tuple[Any, ...]) -> list[Any]:
-    return ["" if isinstance(each, float) and math.isnan(each) else each for each in row]
-
-
 def _finite(found: Mapping[str, Any]) -> Mapping[str, Any]:
     """`found`, unless there is no number where one is said to be."""
     for key, value in found.items():
@@ -119,12 +131,25 @@ def _finite(found: Mapping[str, Any]) -> Mapping[str, Any]:
     return dict(found)
 
 
-def _lines(metrics: Mapping[str, Any]) -> str:
-    """What the measures found, for the terminal: a line for each."""
-    return "\n".join(
-        f"{label}: {', '.join(f'{key} {_spell(value)}' for key, value in found.items())}"
-        for label, found in metrics.get("measures", {}).items()
-    )
+def _lines(metrics: Mapping[str, Any], brief: Collection[str]) -> Iterator[str]:
+    """What the measures found, for the terminal: a line for each, and one for each reason.
+
+    Of those in `brief`, which nobody has named, the first few numbers.
+    """
+    for label, found in metrics.get("measures", {}).items():
+        told = [f"{key} {_spell(value)}" for key, value in found.items()]
+        if label in brief and len(told) > _BRIEF:
+            told = [*told[:_BRIEF], "..."]
+        yield f"{label}: {', '.join(told)}"
+    left_out: Mapping[str, str] = metrics.get(LEFT_OUT, {})
+    if left_out and not brief:  # the scenario is about something else
+        yield f"left out: {', '.join(left_out)} (`{METRICS}` says which signals they need)"
+        return
+    reasons: dict[str, list[str]] = {}
+    for label, reason in left_out.items():
+        reasons.setdefault(reason, []).append(label)
+    for reason, labels in reasons.items():
+        yield f"left out: {', '.join(labels)} ({reason})"
 
 
 def _spell(value: object) -> str:

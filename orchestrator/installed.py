@@ -1,14 +1,16 @@
-"""What installed packages offer in their entry points.
+"""What installed packages offer in their entry points, and modules that may not be installed.
 
 Reading them takes longer than all else when a scenario is loaded; they are the same as long as
 Python looks for packages in the same places.
 """
 
+import importlib
 import importlib.metadata
 import sys
 from collections.abc import Collection, Mapping
 from functools import lru_cache
 from importlib.metadata import EntryPoint, EntryPoints
+from types import ModuleType
 from typing import Any, TypeVar
 
 from orchestrator.errors import ComponentTypeError
@@ -48,6 +50,25 @@ def loaded(entry: EntryPoint, what: str) -> Any:
         return entry.load()
     except Exception as error:  # whatever a plug-in does when it is imported
         raise ComponentTypeError(f"{what}: {type(error).__name__}: {error}") from error
+
+
+def module_of_extra(module: str, what: str, *, extra: str, otherwise: str) -> ModuleType:
+    """A module that is installed with an extra of this package.
+
+    Args:
+        module: to import.
+        what: needs it, in the plural.
+        extra: with which it comes.
+        otherwise: what to do without it.
+
+    Raises:
+        ComponentTypeError: it is not installed.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        how = f"pip install 'nlosim[{extra}]'; {otherwise}"
+        raise ComponentTypeError(f"{what} need the extra `{extra}`: {how}") from None
 
 
 def installed_class(

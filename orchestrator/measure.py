@@ -6,14 +6,15 @@ one kind of scenario and draws it; a measure is one question that can be asked o
 """
 
 import abc
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, Final, TypeAlias
 
+from orchestrator.errors import ComponentTypeError
 from orchestrator.installed import installed_class, offers
-from orchestrator.parameters import Parametrised
+from orchestrator.parameters import REQUIRED, Parametrised, declared
 from orchestrator.recording.reader import Recording
-from orchestrator.signal import Array
+from orchestrator.table_files import Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,9 +24,6 @@ GROUP: Final = "orchestrator.measures"
 Findings: TypeAlias = Mapping[str, "float | int | bool | str | None"]
 """What a measure found, by name; `None` for what cannot be said. NaN and infinities are not among
 them."""
-
-Table: TypeAlias = Mapping[str, Array]
-"""Columns by name, each of shape (row,)."""
 
 Panel: TypeAlias = "Callable[[Axes], None]"
 """Draws what was found into the axes that it is given."""
@@ -37,14 +35,19 @@ class Answer:
 
     Attributes:
         numbers: by name.
-        tables: by name; each is written to `measures/MEASURE-NAME.csv` in the run directory, with
-            empty fields for NaN.
-        panel: draws it into its place in `measures.png`; `None` if there is nothing to draw.
+        tables: by name. The ending of a column's name says the unit, `_m`, `_s`, `_ms`, `_ns` or
+            `_kbit_s`; what has none is a pure number or text. Each table is written to
+            `measures/MEASURE-NAME.csv`, and `.parquet`, in the run directory; NaN is an empty field
+            there, and null here.
+        panel: draws it into its place on the page `measures.svg`; `None` if there is nothing to
+            draw.
+        panels: further ones, by what they show.
     """
 
     numbers: Findings
     tables: Mapping[str, Table] = field(default_factory=dict)
     panel: "Panel | None" = None
+    panels: "Mapping[str, Panel]" = field(default_factory=dict)
 
 
 class Measure(Parametrised):
@@ -54,7 +57,20 @@ class Measure(Parametrised):
     say under its name in `measures`. It keeps no state. The recording may have been cut short by a
     fault or an interruption; a measure says what it can, and raises `ValueError` or
     `RecordingError` with a sentence if that is nothing.
+
+    Attributes:
+        by_default: whether it is asked of runs whose scenario names no measures. Such a measure
+            needs no parameters, and `signals` says what it reads.
     """
+
+    by_default: ClassVar[bool] = False
+
+    def signals(self) -> Sequence[str]:
+        """The recorded signals that it cannot do without, `component.connector`.
+
+        A measure that is asked by default is left out, and the run says so, where one is missing.
+        """
+        return ()
 
     @abc.abstractmethod
     def compute(self, recording: Recording) -> Findings | Answer:
@@ -77,3 +93,23 @@ def measure_type(name: str) -> type[Measure]:
         ComponentTypeError: it is not installed, or cannot be loaded.
     """
     return installed_class(GROUP, name, Measure, "measure")  # type: ignore[type-abstract]
+
+
+def defaults() -> dict[str, Measure]:
+    """The installed measures that are asked by default, with their defaults, by name.
+
+    What cannot be loaded is not among them; whoever names it is told why.
+    """
+    return dict(_defaults())
+
+
+def _defaults() -> Iterator[tuple[str, Measure]]:
+    for name in sorted(installed()):
+        try:
+            kind = measure_type(name)
+        except ComponentTypeError:
+            continue
+        if kind.by_default:
+            needed = [n for n, p in declared(kind).items() if p.default is REQUIRED]
+            if not needed:
+                yield name, kind()

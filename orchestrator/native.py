@@ -6,6 +6,7 @@ times between two communication points that Python has to see. See `orchestrator
 
 import abc
 import enum
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -40,11 +41,18 @@ class NativeVariable:
         type: the FMI type, which names the functions that set and get it.
         kind: how its elements lie in memory.
         reference: its value reference.
+        shape: over the whole run.
     """
 
     type: str
     kind: NativeKind
     reference: int
+    shape: tuple[int, ...]
+
+    @property
+    def count(self) -> int:
+        """Of its elements."""
+        return math.prod(self.shape)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,7 +85,7 @@ class NativeUnit:
 
 
 class NativeOwner(abc.ABC):
-    """The component behind a native unit: it explains failures, and goes on where the engine was."""
+    """The component behind a native unit: it explains failures and goes on after a stretch."""
 
     @abc.abstractmethod
     def count_calls(self, address: int | None) -> None:

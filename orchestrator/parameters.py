@@ -145,7 +145,12 @@ def parameter(
 
 
 def declared(record: type) -> Mapping[str, Parameter]:
-    """The parameters that a dataclass declares by its fields, each made with `parameter`."""
+    """The parameters that a dataclass declares by its fields, each made with `parameter`.
+
+    A class that is none, such as a report without parameters, declares nothing.
+    """
+    if not dataclasses.is_dataclass(record):
+        return MappingProxyType({})
     hints = typing.get_type_hints(record)
     return MappingProxyType(
         {

@@ -3,7 +3,9 @@
 manifest.json   the resolved scenario, versions, digests of the files that components read, host,
                 how the run ended and where the time went
 signals/        the recording; see `orchestrator.recording.layout`
-metrics.json    what the scenario's report found in it
+metrics.json    what the scenario's report and measures found in it
+measures/       tables of measures
+measures.svg    their page of panels, also as measures.png
 figure.png      the report's figure
 log.txt         what components and the orchestrator logged
 """
@@ -21,6 +23,7 @@ from orchestrator.log import run_log
 from orchestrator.observer import Observer, WallTime
 from orchestrator.placement import IN_PROCESS, placing
 from orchestrator.provenance import provenance
+from orchestrator.questions import Questions
 from orchestrator.recording.layout import RecordingError
 from orchestrator.recording.recorder import Recorder
 from orchestrator.scenario.inputs import check_inputs, digests
@@ -121,6 +124,7 @@ def run_scenario(
     observers: Sequence[Observer] = (),
     echo_warnings: bool = False,
     figure: bool = True,
+    default_measures: bool = False,
 ) -> RunOutcome:
     """Run `scenario` and write everything about it to a directory.
 
@@ -130,7 +134,9 @@ def run_scenario(
         transport: how components marked `process` are reached; see `orchestrator.placement`.
         observers: watch the run, after the recorder.
         echo_warnings: whether what is logged as a warning appears on standard error, too.
-        figure: whether the report draws its figure.
+        figure: whether report and measures draw.
+        default_measures: whether a scenario that does not speak of measures asks all whose signals
+            are recorded, as `nlosim run` does.
 
     Raises:
         ScenarioError: the components do not fit together, or files that they read are wrong. No
@@ -144,6 +150,7 @@ def run_scenario(
     scenario = replace(scenario, remarks=(*scenario.remarks, *remarks))
     with placing(transport, scenario) as place:
         assembly = assemble(scenario, place)
+        scenario = replace(scenario, remarks=(*scenario.remarks, *assembly.remarks))
         try:
             if directory is None:
                 directory = new_directory(Path("runs"), f"{scenario.name}-{scenario.seed}")
@@ -153,7 +160,10 @@ def run_scenario(
             assembly.close()
             raise
         with run_log(directory, echo=echo_warnings):
-            return _run(scenario, assembly, directory, transport, observers, figure=figure)
+            asked = scenario.asked(every_run=default_measures)
+            return _run(
+                scenario, assembly, directory, transport, observers, asked=asked, figure=figure
+            )
 
 
 def _run(
@@ -163,6 +173,7 @@ def _run(
     transport: str,
     observers: Sequence[Observer],
     *,
+    asked: Questions,
     figure: bool,
 ) -> RunOutcome:
     """Simulate, record and report; the log is open."""
@@ -187,7 +198,7 @@ def _run(
         )
     except BaseException as error:
         logger.info("the run ended early: %r", error, exc_info=error)
-        _report_anyway(scenario, directory)
+        _report_anyway(asked, directory)
         if isinstance(error, KeyboardInterrupt):
             raise RunInterrupted(directory) from error
         raise RunFailedError(str(error), directory) from error
@@ -195,11 +206,11 @@ def _run(
         logger.info("`%s` is true at t = %.9g s", scenario.until, seconds(result.time))
     logger.info("done; fingerprint %s", recorder.fingerprint)
     try:
-        findings = make_report(scenario.report, scenario.asked(), directory, figure=figure)
+        findings = make_report(asked, directory, figure=figure)
     except Exception as error:  # a report is a plug-in and may raise anything
         logger.info("the report failed: %r", error, exc_info=error)
         reason = f"{type(error).__name__}: {error}"
-        what = (getattr(error, "__notes__", None) or [f"report `{scenario.report}`"])[0]
+        what = (getattr(error, "__notes__", None) or [f"report `{_name(scenario)}`"])[0]
         message = f"the run is complete; its {what} failed: {reason}"
         raise ReportFailedError(message, directory) from error
     return RunOutcome(
@@ -226,12 +237,16 @@ def _manifest(scenario: Scenario, transport: str) -> Mapping[str, Any]:
     }
 
 
-def _report_anyway(scenario: Scenario, directory: Path) -> None:
+def _name(scenario: Scenario) -> str | None:
+    return None if scenario.report is None else scenario.report.type_name
+
+
+def _report_anyway(asked: Questions, directory: Path) -> None:
     """Metrics of what there is; what ended the run matters more than a report that fails.
 
     The figure can wait for `nlosim report`: whoever watches wants to know why it ended.
     """
     try:
-        make_report(scenario.report, scenario.asked(), directory, figure=False)
+        make_report(asked, directory, figure=False)
     except Exception as error:
         logger.info("no report of the truncated recording: %r", error)

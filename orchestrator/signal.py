@@ -61,6 +61,10 @@ class Connector:
         feedthrough: for an output, the inputs that affect its value at the same
             communication point (FMI: its dependencies in ModelStructure).
         description: one sentence for `nlosim components`.
+        needed: for an input, what comes of it when nothing drives it: a sentence that is said as a
+            remark then. Empty where the start value is as good as any other.
+        parameter: address, within the component's parameters, of what brought the connector
+            about; that is where the remark is. Empty for all of them.
     """
 
     causality: Causality
@@ -72,6 +76,8 @@ class Connector:
     mime_type: str = "application/octet-stream"
     feedthrough: frozenset[str] = frozenset()
     description: str = ""
+    needed: str = ""
+    parameter: tuple[str | int, ...] = ()
 
     @property
     def is_binary(self) -> bool:

@@ -14,10 +14,12 @@ class Rows:
     Attributes:
         data: of all samples, one after the other.
         sizes: of each sample of a Binary [byte], int64, shape (sample,); `None` for arrays.
+        shape: of each sample of an array.
     """
 
     data: bytes
     sizes: Array | None = None
+    shape: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

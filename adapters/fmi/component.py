@@ -167,6 +167,8 @@ class FmuComponent(Component, NativeOwner):
 
     @override
     def native(self) -> NativeUnit | None:
+        if self._sizes.may_change:
+            return None
         return self._running().native(self._connectors, self)
 
     @override

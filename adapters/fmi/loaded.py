@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy.typing as npt
 from typing_extensions import override
 
-from adapters.fmi.block import Block, address_of, blocks
+from adapters.fmi.block import Block, address_of, blocks, shape_of
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.handle import FunctionNames, Handle
 from adapters.fmi.instance import FmuInstance
@@ -100,6 +100,8 @@ class LoadedInstance(FmuInstance):
     @override
     def native(self, connectors: Mapping[str, Connector], owner: NativeOwner) -> NativeUnit | None:
         variables = {name: self._description.variables[name] for name in connectors}
+        if any(v.type == "Binary" and v.axes for v in variables.values()):
+            return None
         types = {v.type for v in variables.values()}
         version = self._description.version
         return NativeUnit(
@@ -113,7 +115,10 @@ class LoadedInstance(FmuInstance):
             getters={type_: self._address_of(f"fmi{version}Get{type_}") for type_ in types},
             variables={
                 name: NativeVariable(
-                    type=v.type, kind=_kind(v.type, version), reference=v.reference
+                    type=v.type,
+                    kind=_kind(v.type, version),
+                    reference=v.reference,
+                    shape=shape_of(v, self._lengths),
                 )
                 for name, v in variables.items()
             },

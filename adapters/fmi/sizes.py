@@ -38,6 +38,11 @@ class Sizes:
             for name, v in structural.items()
         }
 
+    @property
+    def may_change(self) -> bool:
+        """Whether any size follows an input."""
+        return bool(self._bounds)
+
     def may_have_changed(self, inputs: Signals, known: Signals) -> bool:
         """Whether an input with named axes has another shape than in `known`."""
         for name in self._arrays:

@@ -2,7 +2,6 @@
 
 import csv
 import difflib
-import importlib
 import io
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
@@ -13,7 +12,7 @@ from typing import Any, Final, TypeAlias
 from adapters.replay.files import noting_faults, opened
 from adapters.replay.findings import Findings, Place
 from adapters.replay.snapshot import MOTION, SIZE, Cell, Snapshot, file_time, read_snapshot
-from orchestrator.errors import ComponentTypeError
+from orchestrator.installed import module_of_extra
 from orchestrator.timebase import Time
 
 PARQUET: Final = ".parquet"
@@ -74,13 +73,9 @@ def read_parquet(path: Path, findings: Findings) -> Iterator[Snapshot]:
 
 
 def _parquet() -> Any:
-    try:
-        return importlib.import_module("pyarrow.parquet")
-    except ImportError:
-        raise ComponentTypeError(
-            "Parquet files need the extra `parquet`: pip install 'nlosim[parquet]'; "
-            "or use a CSV file"
-        ) from None
+    return module_of_extra(
+        "pyarrow.parquet", "Parquet files", extra="parquet", otherwise="or use a CSV file"
+    )
 
 
 def _have_columns(names: Sequence[str], findings: Findings) -> bool:

@@ -14,10 +14,11 @@ from typing import Final
 import numpy as np
 
 from adapters.sumo.errors import SumoError
+from adapters.sumo.net import Link
 from adapters.sumo.parameters import Background as Demand
 from adapters.sumo.placement import OnRoad, Placed, behind
 from adapters.sumo.scene import VehicleType, path_over
-from adapters.sumo.simulation import Departure, Link, Sumo
+from adapters.sumo.simulation import Departure, Sumo
 from adapters.traffic.polyline import Polyline
 
 _SMALLEST_GAP: Final = 4.0
@@ -57,7 +58,7 @@ def kept_clear(sumo: Sumo, placed: Sequence[Placed]) -> KeptClear:
             case "lane":
                 reserved.add(lane)
             case "edge":
-                reserved.update(sumo.lanes_of(sumo.edge_of(lane)))
+                reserved.update(sumo.net.lanes_of(sumo.net.edge_of(lane)))
                 closed.update(link.to_lane for link in each.place.links[:1])
     return KeptClear(reserved=frozenset(reserved), closed=frozenset(closed), limits=limits)
 
@@ -125,7 +126,7 @@ class Background:
         clear: KeptClear,
         rng: np.random.Generator,
     ) -> None:
-        self._sumo = sumo
+        self._sumo, self._net = sumo, sumo.net
         self._demand = demand
         self._types = [kind for kind in types if kind.share > 0.0]
         if not self._types:
@@ -173,7 +174,7 @@ class Background:
         name = f"background.{self._count}"
         self._count += 1
         links = self._draw_way(stream)
-        edges = (stream.edge, *(self._sumo.edge_of(link.to_lane) for link in links))
+        edges = (stream.edge, *(self._net.edge_of(link.to_lane) for link in links))
         return Spawned(
             name=name,
             type=kind,
@@ -207,9 +208,9 @@ class Background:
         """The ways on from `lane`, their probabilities, and its length [m]."""
         found = self._ways.get(lane)
         if found is None:
-            links = tuple(self._sumo.links(lane))
+            links = tuple(self._net.links(lane))
             weights = _weights(links, self._demand.turning_share)
-            found = self._ways[lane] = (links, weights, self._sumo.lane_length(lane))
+            found = self._ways[lane] = (links, weights, self._net.lane_length(lane))
         return found
 
     def _route(self, edges: tuple[str, ...]) -> str:
@@ -225,7 +226,7 @@ class Background:
         key = (stream.lane, links[0].to_lane if links else "")
         found = self._paths.get(key)
         if found is None:
-            found = self._paths[key] = path_over(self._sumo, stream.lane, links)
+            found = self._paths[key] = path_over(self._net, stream.lane, links)
         return found
 
     def _draw_type(self) -> VehicleType:
@@ -241,21 +242,21 @@ class Background:
 
 def _streams(sumo: Sumo, clear: KeptClear, turning_share: float) -> Iterator[Stream]:
     """Where background vehicles start: on all lanes of passenger cars that are not kept clear."""
-    lanes = [lane for lane in sumo.lanes() if sumo.allows(lane, "passenger")]
-    exits = {lane: sumo.links(lane) for lane in lanes}
+    lanes = [lane for lane in sumo.net.lanes() if sumo.net.allows(lane, "passenger")]
+    exits = {lane: sumo.net.links(lane) for lane in lanes}
     entered = {link.to_lane for links in exits.values() for link in links}
     for lane in lanes:
         links = [link for link in exits[lane] if link.to_lane not in clear.closed]
         if lane in clear.reserved or (exits[lane] and not links):
             continue
-        length = sumo.lane_length(lane)
+        length = sumo.net.lane_length(lane)
         yield Stream(
             lane=lane,
-            edge=sumo.edge_of(lane),
-            index=sumo.index_of(lane),
+            edge=sumo.net.edge_of(lane),
+            index=sumo.net.index_of(lane),
             free=min(clear.limits.get(lane, length), length),
             length=length,
-            speed_limit=sumo.speed_limit(lane),
+            speed_limit=sumo.net.speed_limit(lane),
             links=tuple(links),
             weights=_weights(links, turning_share),
             enters=bool(exits[lane]) and lane not in entered,

@@ -149,7 +149,7 @@ class Cast:
             departure = placed.place.departure
             self._sumo.add(departure)
             if placed.entity.parked:
-                edge = self._sumo.edge_of(placed.place.lane)
+                edge = self._sumo.net.edge_of(placed.place.lane)
                 self._sumo.park(departure.name, edge, departure.lane, departure.position)
             return
         body = self._bodies[vehicle.key]

@@ -77,11 +77,6 @@ def check_scene(config: Path, *, thorough: bool) -> SceneCheck:
     )
 
 
-def inputs_of(config: Path) -> tuple[Path, ...]:
-    """The configuration and every existing file that SUMO reads because of it."""
-    return read_scene(config)[0].paths()
-
-
 def _read_contents(files: SceneFiles, scene: Scene) -> list[Problem]:
     """Read every file; returns why some cannot be read to their ends."""
     unreadable: list[Problem] = []

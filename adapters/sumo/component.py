@@ -113,8 +113,8 @@ class SumoTraffic(FileReadingComponent):
         at = self._parameters.origin
         origin = None if at is None else (at.x, at.y)
         self._sumo = Sumo(self._connect(int(rng.integers(2**31))), origin)
-        if any(self._sumo.origin):
-            logger.info("positions are relative to (%g, %g) m of the net", *self._sumo.origin)
+        if any(self._sumo.net.origin):
+            logger.info("positions are relative to (%g, %g) m of the net", *self._sumo.net.origin)
         with self._sumo.reached():
             begin = round(self._sumo.time * NANOSECONDS_PER_SECOND)
             if begin != start:

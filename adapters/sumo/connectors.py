@@ -1,6 +1,7 @@
 """The connectors of `SumoTraffic`: those of all traffic, lights, and one group for each ego."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Final
 
@@ -62,17 +63,22 @@ def connectors(egos: Iterable[str]) -> Mapping[str, Connector]:
     found = {**VEHICLES, **SURROUNDINGS, **LIGHTS}
     for name in names:
         routes = "route_vertex" if len(names) == 1 else f"{name}.route_vertex"
-        found |= {f"{name}.{key}": connector for key, connector in _of_one(routes).items()}
+        found |= {f"{name}.{key}": connector for key, connector in _of_one(name, routes).items()}
     found[OVER] = output(
         "every ego vehicle has collided, or is through; never without one", dtype=np.bool_
     )
     return MappingProxyType(found)
 
 
-def _of_one(routes: str) -> Mapping[str, Connector]:
-    """The group of one driven entity; `routes` is the axis of its route."""
+def _of_one(name: str, routes: str) -> Mapping[str, Connector]:
+    """The group of the driven entity `name`; `routes` is the axis of its route."""
     return {
-        "command": COMMAND,
+        "command": replace(
+            COMMAND,
+            needed=f"`{name}` keeps its speed and heading, whatever is ahead; connect the "
+            "`command` of a policy, or leave `controller: policy` out",
+            parameter=("entities", name),
+        ),
         "id": output("number of the vehicle, -1 while it is not there", dtype=np.int64),
         "position": output("centre of the body", 2, unit="m", variability=_CONTINUOUS),
         "heading": output("counter-clockwise from east", unit="rad"),

@@ -123,7 +123,6 @@ class Ego:
         self._number = GONE
         self._track = self.driver.pose[None]
         self._closest = NOBODY
-        self._looked_back = NOBODY
         self.outcome = Outcome()
         self.is_present = self.has_entered = False
 
@@ -276,7 +275,7 @@ def finish_line(sumo: Sumo, placed: Placed, others: Mapping[str, Placed]) -> Fin
             )
         point = meets.point
     elif placed.road.links:
-        point = sumo.lane_shape(placed.road.links[0].to_lane)[0]
+        point = sumo.net.lane_shape(placed.road.links[0].to_lane)[0]
     else:
         return FinishLine(path, math.inf, length)
     return FinishLine(path, path.station(*point.tolist()) + wanted.distance, length)

@@ -33,8 +33,8 @@ class Lights:
             for k, lane in enumerate(sumo.controlled_lanes(light)):
                 if not lane or lane.startswith(":"):
                     continue
-                shape = sumo.lane_shape(lane)
-                way = shape[-1] - shape[-2] if len(shape) > 1 else np.array([1.0, 0.0])
+                shape = sumo.net.lane_shape(lane)
+                way = shape[-1] - shape[-2]  # SUMO refuses a lane of one point
                 used.append(k)
                 controller.append(number)
                 place.append(shape[-1])

@@ -7,9 +7,10 @@ import numpy as np
 
 from adapters.sumo.entities import Entity
 from adapters.sumo.errors import SumoError
+from adapters.sumo.net import Link
 from adapters.sumo.population import Kind, Vehicle
 from adapters.sumo.scene import VehicleType, VehicleTypes, links_along, path_over, straight_on
-from adapters.sumo.simulation import Departure, Link, Sumo, route_name
+from adapters.sumo.simulation import Departure, Sumo, route_name
 from adapters.traffic.bodies import Body
 from adapters.traffic.geometry import Float
 from adapters.traffic.polyline import Polyline
@@ -139,7 +140,7 @@ class Placement:
     """
 
     def __init__(self, sumo: Sumo, types: VehicleTypes, rng: np.random.Generator) -> None:
-        self._sumo = sumo
+        self._sumo, self._net = sumo, sumo.net
         self._types = types
         self._rng = rng
         self._placed: dict[str, list[Placed]] = {}
@@ -211,9 +212,9 @@ class Placement:
             raise SumoError("who walks is placed by coordinates: `position: {x: .., y: ..}`")
         lane = self._lane(at.lane, kind)
         links = self._way(lane, entity)
-        path = path_over(self._sumo, lane, links)
+        path = path_over(self._net, lane, links)
         front = self._front(entity, kind, speed, lane, path)
-        edges = [self._sumo.edge_of(lane), *(self._sumo.edge_of(link.to_lane) for link in links)]
+        edges = [self._net.edge_of(lane), *(self._net.edge_of(link.to_lane) for link in links)]
         route = route_name(name)
         self._sumo.add_route(route, edges)
         return OnRoad(
@@ -224,9 +225,9 @@ class Placement:
                 name=name,
                 type=kind.name,
                 route=route,
-                lane=self._sumo.index_of(lane),
+                lane=self._net.index_of(lane),
                 position=front,
-                speed=min(speed, self._sumo.speed_limit(lane)),  # SUMO refuses faster ones
+                speed=min(speed, self._net.speed_limit(lane)),  # SUMO refuses faster ones
                 changes_lanes=entity.changes_lanes,
             ),
         )
@@ -258,7 +259,7 @@ class Placement:
         self, entity: Entity, kind: VehicleType, speed: float, lane: str, path: Polyline
     ) -> float:
         """From the start of the lane to the front bumper [m]."""
-        length, at = self._sumo.lane_length(lane), entity.position
+        length, at = self._net.lane_length(lane), entity.position
         if at.s is not None:
             if not kind.length <= at.s <= length:
                 raise SumoError(
@@ -307,45 +308,45 @@ class Placement:
         edges: Sequence[str] = entity.route
         if entity.to:
             self._edge(entity.to, "to")
-            start = self._sumo.edge_of(lane)
-            edges = self._sumo.way_between(start, entity.to, entity.type)[1:]
+            start = self._net.edge_of(lane)
+            edges = self._net.way_between(start, entity.to, entity.type)[1:]
             if not edges and entity.to != start:
                 raise SumoError(f"`to`: no way leads from `{start}` to `{entity.to}`")
         if edges or entity.to:
             for edge in edges:
                 self._edge(edge, "route")
-            return links_along(self._sumo, lane, edges)
-        if not self._sumo.links(lane):
+            return links_along(self._net, lane, edges)
+        if not self._net.links(lane):
             return []
         return list(self._straight(lane))
 
     def _straight(self, lane: str) -> Iterator[Link]:
         """Straight on, beyond the first junction while there is one way on."""
-        link, length = straight_on(self._sumo, lane), 0.0
-        seen = {self._sumo.edge_of(lane)}
+        link, length = straight_on(self._net, lane), 0.0
+        seen = {self._net.edge_of(lane)}
         while True:
             yield link
-            edge = self._sumo.edge_of(link.to_lane)
-            length += self._sumo.lane_length(link.to_lane)
+            edge = self._net.edge_of(link.to_lane)
+            length += self._net.lane_length(link.to_lane)
             if edge in seen or length > _LONGEST_WAY:
                 return
             seen.add(edge)
             try:
-                link = straight_on(self._sumo, link.to_lane)
+                link = straight_on(self._net, link.to_lane)
             except SumoError:
                 return
 
     def _lane(self, lane: str, kind: VehicleType) -> str:
-        if not self._sumo.has_lane(lane):
-            raise SumoError(f"`position.lane`: {_missing('lane', lane, self._sumo.lanes())}")
+        if not self._net.has_lane(lane):
+            raise SumoError(f"`position.lane`: {_missing('lane', lane, self._net.lanes())}")
         used_by = kind.vehicle_class
-        if used_by != _EVERYWHERE and not self._sumo.allows(lane, used_by):
+        if used_by != _EVERYWHERE and not self._net.allows(lane, used_by):
             raise SumoError(
                 f"`position.lane`: `{lane}` is not for the class `{used_by}`, to which the type "
                 f"`{kind.name}` belongs; it is open to "
-                f"{', '.join(sorted(self._sumo.allowed(lane))) or 'nobody'}"
+                f"{', '.join(sorted(self._net.allowed(lane))) or 'nobody'}"
             )
-        length = self._sumo.lane_length(lane)
+        length = self._net.lane_length(lane)
         if length < kind.length:
             raise SumoError(
                 f"`position.lane`: `{lane}` is {length:.1f} m long, too short for `{kind.name}`, "
@@ -354,8 +355,8 @@ class Placement:
         return lane
 
     def _edge(self, edge: str, parameter: str) -> None:
-        if not self._sumo.has_edge(edge):
-            raise SumoError(f"`{parameter}`: {_missing('edge', edge, self._sumo.edges())}")
+        if not self._net.has_edge(edge):
+            raise SumoError(f"`{parameter}`: {_missing('edge', edge, self._net.edges())}")
 
     def _type(self, name: str) -> VehicleType:
         if name not in self._types:

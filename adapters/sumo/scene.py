@@ -3,24 +3,22 @@
 import logging
 from collections.abc import Iterable, Sequence, Set
 from dataclasses import dataclass
-from typing import Final, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from adapters.sumo.checks.polygons import height_in, is_building
 from adapters.sumo.errors import SumoError
-from adapters.sumo.simulation import Link, Sumo
+from adapters.sumo.net import Link, Net
+from adapters.sumo.simulation import Sumo
 from adapters.traffic.bodies import BODIES, Body, body_of
 from adapters.traffic.polyline import Polyline
-from adapters.traffic.surroundings import SAME_POINT, Buildings, area, open_ring
+from adapters.traffic.surroundings import SAME_POINT, THIN, Buildings, area, open_ring
 
 logger = logging.getLogger(__name__)
 
 Scalar = TypeVar("Scalar", bound=np.generic)
-
-_THIN: Final = 1e-3
-"""An area [m^2] below this is none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,7 +138,7 @@ def read_buildings(sumo: Sumo, default_height: float) -> Buildings:
         ring = open_ring(sumo.polygon_shape(name))
         if not is_building(kind):
             left_out[kind] = left_out.get(kind, 0) + 1
-        elif area(ring) < _THIN:
+        elif area(ring) < THIN:
             logger.info("building `%s` encloses no area, it is left out", name)
         else:
             text = sumo.polygon_parameter(name, "height")
@@ -160,13 +158,13 @@ def frozen(array: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
     return array
 
 
-def straight_on(sumo: Sumo, lane: str) -> Link:
+def straight_on(net: Net, lane: str) -> Link:
     """Where a vehicle that does not want to turn leaves `lane`: straight on, or the only way.
 
     Raises:
         SumoError: the lane leads nowhere, or to several places and none is straight on.
     """
-    links = sumo.links(lane)
+    links = net.links(lane)
     straight = [link for link in links if link.direction == "s"]
     if len(straight or links) != 1:
         raise SumoError(
@@ -176,21 +174,21 @@ def straight_on(sumo: Sumo, lane: str) -> Link:
     return (straight or links)[0]
 
 
-def path_over(sumo: Sumo, lane: str, links: Iterable[Link]) -> Polyline:
+def path_over(net: Net, lane: str, links: Iterable[Link]) -> Polyline:
     """Centre line along `lane`, then over a junction and along the next lane for each link."""
-    shapes = [sumo.lane_shape(lane)]
+    shapes = [net.lane_shape(lane)]
     for link in links:
         inner = link.via
         while inner.startswith(":"):  # a left turn may wait half-way: two inner lanes
-            shapes.append(sumo.lane_shape(inner))
-            inner = next((step.via or step.to_lane for step in sumo.links(inner)), "")
-        shapes.append(sumo.lane_shape(link.to_lane))
+            shapes.append(net.lane_shape(inner))
+            inner = next((step.via or step.to_lane for step in net.links(inner)), "")
+        shapes.append(net.lane_shape(link.to_lane))
     vertices = np.concatenate(shapes)
     step = np.hypot(*np.diff(vertices, axis=0).T)
     return Polyline(vertices[np.concatenate([[True], step > SAME_POINT])])
 
 
-def links_along(sumo: Sumo, lane: str, edges: Sequence[str]) -> list[Link]:
+def links_along(net: Net, lane: str, edges: Sequence[str]) -> list[Link]:
     """The links that lead from `lane` along `edges` without a change of lanes.
 
     Where two lanes of an edge can be reached, the one from which the way goes on is taken, of
@@ -201,16 +199,16 @@ def links_along(sumo: Sumo, lane: str, edges: Sequence[str]) -> list[Link]:
     """
     if not edges:
         return []
-    for link in sumo.links(lane):
-        if sumo.edge_of(link.to_lane) == edges[0]:
+    for link in net.links(lane):
+        if net.edge_of(link.to_lane) == edges[0]:
             try:
-                return [link, *links_along(sumo, link.to_lane, edges[1:])]
+                return [link, *links_along(net, link.to_lane, edges[1:])]
             except SumoError:
                 continue
     leading = [
         beside
-        for beside in sumo.lanes_of(sumo.edge_of(lane))
-        if any(sumo.edge_of(link.to_lane) == edges[0] for link in sumo.links(beside))
+        for beside in net.lanes_of(net.edge_of(lane))
+        if any(net.edge_of(link.to_lane) == edges[0] for link in net.links(beside))
     ]
     hint = f"from {' and '.join(leading)} it does" if leading else "no lane beside it does either"
     raise SumoError(f"lane `{lane}` does not lead to edge `{edges[0]}` and on; {hint}")

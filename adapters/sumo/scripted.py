@@ -8,7 +8,6 @@ from typing import Final
 
 import numpy as np
 
-from adapters.sumo.errors import SumoError
 from adapters.sumo.placement import Anywhere, Placed
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.stage import Stage, Start
@@ -30,16 +29,10 @@ class SpeedProfile:
 
     def __init__(self, sumo: Sumo, placed: Placed) -> None:
         points = placed.entity.speed_profile
-        times = [point.time for point in points]
-        if sorted(times) != times:
-            raise SumoError(
-                f"`entities.{placed.called}.speed_profile`: the times must not decrease, "
-                f"got {times}"
-            )
         self._sumo = sumo
         self._name = placed.road.departure.name
         self._initial = placed.road.departure.speed or 0.0
-        self._times = np.array([0.0, *times])
+        self._times = np.array([0.0, *(point.time for point in points)])
         self._speeds = np.array([self._initial, *(point.speed for point in points)])
         self._start = Start(placed.entity.trigger, self._name)
 
@@ -62,9 +55,6 @@ class Trajectory:
 
     Args:
         placed: somebody placed by coordinates.
-
-    Raises:
-        SumoError: times do not increase.
     """
 
     def __init__(self, placed: Placed) -> None:
@@ -75,11 +65,6 @@ class Trajectory:
         places = np.array([(x, y), *((point.x, point.y) for point in points)])
         if len(points) and points[0].time == 0.0:
             times, places = times[1:], places[1:]
-        if np.any(np.diff(times) <= 0.0):
-            raise SumoError(
-                f"`entities.{placed.called}.trajectory`: the times must increase, got "
-                f"{[point.time for point in points]}"
-            )
         self.name = placed.vehicle.name
         self._times, self._places = times, places
         self._half = 0.5 * placed.vehicle.type.length

@@ -1,4 +1,4 @@
-"""SUMO in this process: roads, vehicles and persons, as arrays and paths.
+"""SUMO in this process: vehicles, persons, lights and polygons, as arrays.
 
 `connection` says how SUMO is reached; its modules are called here and nowhere else. Positions of
 vehicles are those of the middle of their front bumpers, angles clockwise from north in degrees.
@@ -8,12 +8,13 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from adapters.sumo.connection import Connection
 from adapters.sumo.errors import SumoError
+from adapters.sumo.net import Net
 from adapters.traffic.geometry import Float
 
 _ALL_CHECKS_OFF: Final = 0
@@ -45,16 +46,6 @@ _FOR_EVER: Final = 1e9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Link:
-    """A way over a junction: from the end of one lane to the start of another."""
-
-    to_lane: str
-    via: str
-    direction: str
-    """`s` straight, `l` left, `r` right, `t` turn-around (SUMO's letters)."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Departure:
     """A vehicle to be inserted at the end of the next step.
 
@@ -73,42 +64,28 @@ class Departure:
     changes_lanes: bool = False
 
 
-_FAR: Final = 1e5
-"""A net beyond this [m] is counted from its own corner: sensors keep positions in single precision,
-which is exact to a centimetre up to here."""
-
-_GRID: Final = 1000.0
-"""That corner is rounded down to a multiple of this [m]."""
-
-
 class Sumo:
     """The SUMO simulation of a run.
 
-    All positions here, in and out, are relative to `origin` in the coordinates of the net.
+    All positions here, in and out, are relative to the origin of `net`.
 
     Args:
         connection: to SUMO, just opened.
-        origin: x and y [m]; `None` for that of the net, or, if the net is far from it (UTM
-            coordinates without an offset), the corner of the net rounded down to whole kilometres.
+        origin: as of `Net`.
 
     Attributes:
-        origin: x and y in the coordinates of the net [m].
+        net: the roads.
     """
 
     def __init__(self, connection: Connection, origin: tuple[float, float] | None = None) -> None:
         self._connection = connection
         modules = connection.modules
-        self._edge, self._junction, self._lane = modules.edge, modules.junction, modules.lane
-        self._person, self._polygon = modules.person, modules.polygon
+        self._lane, self._person, self._polygon = modules.lane, modules.person, modules.polygon
         self._route, self._simulation = modules.route, modules.simulation
         self._lights, self._vehicle = modules.trafficlight, modules.vehicle
         self._type = modules.vehicletype
-        self._edges: dict[str, None] | None = None
-        self._lanes: dict[str, None] | None = None
-        if origin is None:
-            origin = _origin_of(*self._simulation.getNetBoundary())
-        self.origin = origin
-        self._shift = np.array(origin)
+        self.net = Net(modules, origin)
+        self._shift = np.array(self.net.origin)
         self._watched_vehicles = connection.watch(modules.vehicle)
         self._watched_persons = connection.watch(modules.person, text="getVehicle")
         self._watched_lights = connection.watch(
@@ -133,90 +110,6 @@ class Sumo:
         return float(self._simulation.getTime())
 
     # ---- the scene
-
-    def lanes(self) -> list[str]:
-        """Lanes outside junctions, sorted by name."""
-        if self._lanes is None:
-            names = (lane for lane in self._lane.getIDList() if not lane.startswith(":"))
-            self._lanes = dict.fromkeys(sorted(names))
-        return list(self._lanes)
-
-    def has_lane(self, lane: str) -> bool:
-        """Whether the net has `lane`, outside junctions."""
-        self.lanes()
-        return lane in (self._lanes or {})
-
-    def edges(self) -> list[str]:
-        """Edges outside junctions, sorted by name."""
-        if self._edges is None:
-            names = (edge for edge in self._edge.getIDList() if not edge.startswith(":"))
-            self._edges = dict.fromkeys(sorted(names))
-        return list(self._edges)
-
-    def has_edge(self, edge: str) -> bool:
-        """Whether the net has `edge`, outside junctions."""
-        self.edges()
-        return edge in (self._edges or {})
-
-    def edge_of(self, lane: str) -> str:
-        """The edge that `lane` belongs to."""
-        return str(self._lane.getEdgeID(lane))
-
-    def lanes_of(self, edge: str) -> list[str]:
-        """The lanes of `edge`, from right to left."""
-        return [f"{edge}_{k}" for k in range(self._edge.getLaneNumber(edge))]
-
-    def index_of(self, lane: str) -> int:
-        """The index of `lane` on its edge; 0 is the rightmost."""
-        return int(lane.rsplit("_", 1)[1])
-
-    def lane_length(self, lane: str) -> float:
-        """The length of `lane` [m]."""
-        return float(self._lane.getLength(lane))
-
-    def lane_width(self, lane: str) -> float:
-        """The width of `lane` [m]."""
-        return float(self._lane.getWidth(lane))
-
-    def allowed(self, lane: str) -> list[str]:
-        """The classes of SUMO that may use `lane`."""
-        return list(self._lane.getAllowed(lane))
-
-    def allows(self, lane: str, vehicle_class: str) -> bool:
-        """Whether vehicles of SUMO's `vehicle_class` may use `lane`."""
-        return vehicle_class == "ignoring" or vehicle_class in self._lane.getAllowed(lane)
-
-    def ends_of(self, edge: str) -> tuple[str, str]:
-        """The junctions that `edge` comes from and leads to."""
-        return self._edge.getFromJunction(edge), self._edge.getToJunction(edge)
-
-    def junction_shape(self, junction: str) -> Float:
-        """Vertices [m], shape (vertex, 2), as written: open or closed ring; there may be none."""
-        return self._in_the_plane(self._junction.getShape(junction))
-
-    def lane_shape(self, lane: str) -> Float:
-        """Centre line [m], shape (vertex, 2)."""
-        return self._in_the_plane(self._lane.getShape(lane))
-
-    def links(self, lane: str) -> list[Link]:
-        """Where `lane` leads, from right to left."""
-        return [
-            Link(to_lane=to, via=via, direction=letter)
-            for to, _, _, _, via, _, letter, _ in self._lane.getLinks(lane)
-        ]
-
-    def occupancy(self, lane: str) -> int:
-        """Number of vehicles on `lane`."""
-        return int(self._lane.getLastStepVehicleNumber(lane))
-
-    def speed_limit(self, lane: str) -> float:
-        """The speed limit on `lane` [m/s]."""
-        return float(self._lane.getMaxSpeed(lane))
-
-    def way_between(self, start: str, end: str, kind: str) -> list[str]:
-        """The edges of the fastest way from edge `start` to edge `end`; none if there is none."""
-        found = self._simulation.findRoute(start, end, kind)
-        return list(found.edges)
 
     def types(self) -> list[str]:
         """Vehicle types of the scene, sorted by name, without SUMO's built-in ones."""
@@ -257,7 +150,7 @@ class Sumo:
 
     def polygon_shape(self, polygon: str) -> Float:
         """Vertices [m], shape (vertex, 2), as written: open or closed ring."""
-        return self._in_the_plane(self._polygon.getShape(polygon))
+        return self.net.relative(self._polygon.getShape(polygon))
 
     def polygon_parameter(self, polygon: str, key: str) -> str:
         """The value of `<param key="...">` in a polygon, empty if there is none."""
@@ -278,6 +171,10 @@ class Sumo:
         return self._watched_lights.texts(lights)
 
     # ---- vehicles
+
+    def occupancy(self, lane: str) -> int:
+        """Number of vehicles on `lane`."""
+        return int(self._lane.getLastStepVehicleNumber(lane))
 
     def add_route(self, name: str, edges: Sequence[str]) -> None:
         """Declare a route, once per name."""
@@ -448,12 +345,6 @@ class Sumo:
                 f"and no lane of the route is near ({error})"
             ) from error
 
-    def _in_the_plane(self, shape: Any) -> Float:
-        """The first two coordinates of points that may have three [m], shape (vertex, 2)."""
-        points = np.array(shape, dtype=np.float64).reshape(len(shape), -1)[:, :2]
-        shifted: Float = points.reshape(-1, 2) - self._shift
-        return shifted
-
     @contextmanager
     def _adding(self, name: str) -> Iterator[None]:
         """Say whom SUMO refuses."""
@@ -466,16 +357,3 @@ class Sumo:
 def route_name(entity: str) -> str:
     """The name of the route of an entity, which the scene's own routes do not have."""
     return f"entities.{entity}"
-
-
-def _origin_of(low: Sequence[float], high: Sequence[float]) -> tuple[float, float]:
-    """What the positions of a net are counted from.
-
-    Args:
-        low: its lower left corner [m].
-        high: its upper right corner [m].
-    """
-    if max(map(abs, (*low[:2], *high[:2]))) <= _FAR:
-        return 0.0, 0.0
-    x, y = (math.floor(each / _GRID) * _GRID for each in low[:2])
-    return x, y

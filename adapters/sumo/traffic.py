@@ -57,7 +57,7 @@ class Traffic:
         distributions = distributions_of(parameters.scene)
         types = VehicleTypes(sumo, parameters.antenna_above_roof, distributions)
         self._buildings = read_buildings(sumo, parameters.building_height)
-        self._road = read_road(sumo)
+        self._road = read_road(sumo.net)
         self._lights = Lights(sumo)
         units = units_of(parameters.entities)
         tallest = max((kind.size[2] for kind in types.declared()), default=0.0)

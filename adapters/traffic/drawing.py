@@ -13,6 +13,19 @@ from matplotlib.patches import Patch
 
 from adapters.traffic.bodies import Body
 from adapters.traffic.geometry import Boxes, Float
+from orchestrator.drawing import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    GROUND,
+    LIGHT,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    styled,
+)
 from orchestrator.signal import Array, Signal, Signals
 
 _WIDTH: Final = 10.0
@@ -24,20 +37,18 @@ _MARGIN: Final = 0.03
 _SMALLEST: Final = 4e-3
 """Bodies shorter than this share of the larger side of the scene are drawn as marks, too."""
 
-_ROAD, _BUILDING, _ENTITY = "#d9d9d9", "#a89f91", "#d62728"
-
 _COLOURS: Final[Mapping[Body, str]] = {
-    Body.CAR: "#1f77b4",
-    Body.SUV: "#7fb2d9",
-    Body.VAN: "#17becf",
-    Body.BUS: "#9467bd",
-    Body.TRUCK: "#8c564b",
-    Body.RAIL: "#e377c2",
-    Body.MOTORCYCLE: "#ff7f0e",
-    Body.BICYCLE: "#2ca02c",
-    Body.PEDESTRIAN: "#bcbd22",
+    Body.CAR: BLUE,
+    Body.SUV: SKY,
+    Body.VAN: PURPLE,
+    Body.BUS: ORANGE,
+    Body.TRUCK: BLACK,
+    Body.RAIL: GREY,
+    Body.MOTORCYCLE: "#8A6D3B",
+    Body.BICYCLE: GREEN,
+    Body.PEDESTRIAN: VERMILLION,
 }
-_LIGHTS: Final = ("#7f7f7f", "#d62728", "#d62728", "#ffbf00", "#8fd18f", "#2ca02c", "#d62728")
+_LIGHTS: Final = (GREY, VERMILLION, VERMILLION, ORANGE, "#7FCEB9", GREEN, VERMILLION)
 """Colours by the codes of `light.state`."""
 
 
@@ -65,6 +76,11 @@ def draw(
         title: above the picture.
         around: what to draw of it; everything by default.
     """
+    with styled():
+        return _drawn(signals, names, title, around)
+
+
+def _drawn(signals: Signals, names: Mapping[int, str], title: str, around: View | None) -> Figure:
     arrays = {name: np.asarray(signal) for name, signal in signals.items() if _is_array(signal)}
     low, high = _bounds(arrays)
     if around is not None:
@@ -78,11 +94,12 @@ def draw(
     axes.set_xlim(low[0] - margin, low[0] + span[0] + margin)
     axes.set_ylim(low[1] - margin, low[1] + span[1] + margin)
     axes.set_aspect("equal")
+    axes.grid(visible=False)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
     axes.set_title(title, loc="left")
-    _polygons(axes, arrays, "road", _ROAD)
-    _polygons(axes, arrays, "building", _BUILDING)
+    _polygons(axes, arrays, "road", LIGHT)
+    _polygons(axes, arrays, "building", GROUND)
     _lights(axes, arrays)
     _bodies(axes, arrays, names, float(span.max()))
     figure.tight_layout()
@@ -138,7 +155,7 @@ def _bodies(axes: Axes, arrays: Mapping[str, Array], names: Mapping[int, str], s
         if number in names:
             axes.annotate(
                 names[number], center[row], xytext=(4, 4), textcoords="offset points",
-                fontsize=8, color=_ENTITY, zorder=6, annotation_clip=True,
+                fontsize=8, color=VERMILLION, zorder=6, annotation_clip=True,
             )  # fmt: skip
     if present:
         axes.legend(

@@ -12,6 +12,9 @@ from adapters.traffic.geometry import Float
 SAME_POINT: Final = 0.01
 """Vertices closer than this [m] are one: SUMO writes coordinates with two decimals."""
 
+THIN: Final = 1e-3
+"""An area [m^2] below this is none: corners on a line, or an outline that crosses itself."""
+
 _SHARPEST_MITRE: Final = 0.25
 """Smallest 1 + cos of a bend's angle that is mitred in full: up to 139 degrees."""
 

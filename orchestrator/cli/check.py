@@ -25,7 +25,7 @@ def execute(arguments: Namespace) -> Outcome:
         )
     assembly.close()
     components, connections = len(scenario.components), len(assembly.system.connections)
-    found = (*scenario.remarks, *file_remarks)
+    found = (*scenario.remarks, *file_remarks, *assembly.remarks)
     remarks = [problem_data(remark) for remark in found]
     lines = [
         *(f"{remark} (a remark)" for remark in found),

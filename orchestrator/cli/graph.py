@@ -32,7 +32,7 @@ def execute(arguments: Namespace) -> Outcome:
     return Outcome(
         text=text,
         data={
-            "algorithm": scenario.coupling.name,
+            "algorithm": scenario.coupling.type_name,
             "components": [_component(node) for node in graph.nodes],
             "connections": [_connection(edge) for edge in graph.edges],
             "loops": list(graph.loops),
@@ -62,7 +62,7 @@ def _text(scenario: Scenario, graph: Graph) -> str:
     if scenario.until is not None:
         span += f" or until `{scenario.until}`"
     lines = [
-        f"{scenario.title}: {span}, {scenario.coupling.name}",
+        f"{scenario.title}: {span}, {scenario.coupling.type_name}",
         "",
         "components, in the order in which they step:",
         *tables.lines([_node_row(number, node) for number, node in enumerate(graph.nodes, 1)]),

@@ -21,7 +21,8 @@ PATH=VALUE; replaces or adds a value of the scenario, e.g.
 VALUE is YAML. May be given several times."""
 
 _RUN: Final = """\
-The run directory holds the recording, manifest.json, metrics.json, figure.png and log.txt.
+The run directory holds the recording, manifest.json, metrics.json, log.txt, and what report and
+measures make: tables in measures/, figures in measures.svg, measures.png and figure.png.
 Ctrl-C stops the run at the next communication point; what was recorded can be read.
 
 examples:
@@ -55,8 +56,10 @@ Components in the order in which they step, connections and how old the values t
 along them are, direct feedthrough and algebraic loops."""
 
 _REPORT: Final = """\
-Of a run: writes metrics.json and figure.png into its directory. Of an experiment, which may have
-been interrupted: runs.parquet, summary.csv, and the folder `report` of the experiment's report."""
+Of a run: writes metrics.json, measures/, measures.svg, measures.png and the report's figure.png
+into its directory. If the scenario does not speak of measures, all are asked whose signals are
+recorded. Of an experiment, which may have been interrupted: runs.parquet, summary.csv, and the
+folder `report` of the experiment's report."""
 
 _EXPERIMENT: Final = """\
 The directory holds runs.parquet (one row per run), summary.csv (mean and 95 % interval per
@@ -213,6 +216,15 @@ def _add_report(commands: _Commands) -> None:
         commands, "report", "make tables and figures of a finished run or experiment again", _REPORT
     )
     report.add_argument("directory", metavar="DIR", help="of a run or an experiment")
+    report.add_argument(
+        "--measures",
+        metavar="NAMES",
+        help="of a run: measures to ask beside those of the scenario, e.g. `prr,ttc`;\n"
+        "`all`: all whose signals are recorded",
+    )
+    report.add_argument(
+        "--parquet", action="store_true", help="of a run: tables in Parquet files, too"
+    )
 
 
 def _add_experiment(commands: _Commands) -> None:

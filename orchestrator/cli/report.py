@@ -1,6 +1,7 @@
 """`nlosim report`."""
 
 from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
 
 from orchestrator.cli.outcome import Exit, Outcome, failure
@@ -9,21 +10,28 @@ from orchestrator.experiment import findings as experiment_findings
 from orchestrator.experiment.stored import is_experiment
 from orchestrator.findings import make_report
 from orchestrator.recording.reader import Recording
-from orchestrator.scenario.measures import measures_of
+from orchestrator.scenario.measures import questions_of
+from orchestrator.table_files import Format
 
 
 def execute(arguments: Namespace) -> Outcome:
     """Make tables and figures of a finished run or experiment again."""
     directory = Path(arguments.directory)
-    return _of_experiment(directory) if is_experiment(directory) else _of_run(directory)
+    if is_experiment(directory):
+        return _of_experiment(directory)
+    more = [name.strip() for name in (arguments.measures or "").split(",") if name.strip()]
+    return _of_run(directory, more, ["csv", "parquet"] if arguments.parquet else None)
 
 
-def _of_run(directory: Path) -> Outcome:
+def _of_run(directory: Path, more: Sequence[str], tables: Sequence[Format] | None) -> Outcome:
     scenario = Recording(directory).manifest.get("scenario", {})
-    name, measures = scenario.get("report"), measures_of(scenario.get("measures", {}))
-    if name is None and not measures:
-        raise CosimError(f"the scenario of `{directory}` names neither a report nor measures")
-    findings = make_report(name, measures, directory, figure=True)
+    asked = questions_of(scenario, more=more, tables=tables)
+    if asked.report is None and not asked.measures and not asked.optional:
+        raise CosimError(
+            f"the scenario of `{directory}` names no report, and wants no measures; "
+            "`--measures all` asks them anyway"
+        )
+    findings = make_report(asked, directory, figure=True)
     lines = [findings.summary.rstrip(), "", f"wrote {', '.join(map(str, findings.files))}"]
     return Outcome(
         text="\n".join(lines).lstrip("\n"),

@@ -36,6 +36,7 @@ def execute(arguments: Namespace) -> Outcome:
                 observers=(meter, stop),
                 echo_warnings=not arguments.quiet,
                 figure=not arguments.no_figure,
+                default_measures=True,
             )
         except RunInterrupted as error:
             return outcome_of(error, error.directory)

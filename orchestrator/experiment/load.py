@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -11,6 +12,7 @@ from orchestrator.experiment import skip
 from orchestrator.experiment.plan import Combination, Experiment, ReportPlan
 from orchestrator.experiment.report import ExperimentReport, experiment_report_type
 from orchestrator.experiment.schema import MAXIMUM_RUNS, ExperimentFile
+from orchestrator.measure import defaults
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.document import Address
 from orchestrator.scenario.model import Scenario
@@ -117,9 +119,19 @@ class _Load(loading.Load[ExperimentFile]):
         for levels in skip.combinations(self._levels, self.file.skip):
             overrides = (*fixed, *self.factors.overrides(levels))
             with self.factors.loading(levels):
-                resolved = self._resolved(load_scenario(scenario, overrides))
-                found.append(Combination(levels, overrides, resolved))
+                loaded = load_scenario(scenario, overrides)
+                if loaded.measures is None and self._named_measures:
+                    overrides = (*overrides, *self._named_measures)
+                    loaded = load_scenario(scenario, overrides)
+                found.append(Combination(levels, overrides, self._resolved(loaded)))
         return found
+
+    @cached_property
+    def _named_measures(self) -> tuple[str, ...]:
+        """What asks those installed measures that metrics name, for scenarios that ask none."""
+        paths = [path.split(".") for path in self.file.metrics.values()]
+        names = [p[1] for p in paths if len(p) == 3 and p[0] == "measures" and p[1] in defaults()]
+        return tuple(f"measures.{name}={{}}" for name in dict.fromkeys(names))
 
     def _resolved(self, scenario: Scenario) -> Mapping[str, Any]:
         """The scenario without its seed, if its components fit together."""

@@ -2,7 +2,7 @@
 
 import ctypes
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,8 +32,8 @@ class Outputs:
     """The outputs of one unit.
 
     Args:
-        names: in the order in which they lie in memory.
-        connectors: of the unit.
+        connectors: the outputs, in the order in which they lie in memory.
+        shapes: of those that are arrays, over the whole run.
 
     Attributes:
         places: of the outputs that are arrays.
@@ -42,16 +42,17 @@ class Outputs:
         bytes: the Binary values.
     """
 
-    def __init__(self, names: Sequence[str], connectors: Mapping[str, Connector]) -> None:
+    def __init__(
+        self, connectors: Mapping[str, Connector], shapes: Mapping[str, tuple[int, ...]]
+    ) -> None:
         self.places: dict[str, Place] = {}
-        self.binaries = [name for name in names if connectors[name].is_binary]
+        self.binaries = [name for name, c in connectors.items() if c.is_binary]
         end = 0
-        for name in names:
-            if connectors[name].is_binary:
+        for name, connector in connectors.items():
+            if connector.is_binary:
                 continue
-            connector = connectors[name]
             dtype = np.dtype(connector.dtype)
-            shape = tuple(length for length in connector.shape if isinstance(length, int))
+            shape = shapes[name]
             offset = -(-end // dtype.itemsize) * dtype.itemsize
             size = dtype.itemsize * math.prod(shape)
             self.places[name] = Place(offset, size, dtype, shape)

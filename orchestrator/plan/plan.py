@@ -17,9 +17,9 @@ from orchestrator.algorithm.exchange import Exchange
 from orchestrator.errors import ComponentError
 from orchestrator.native import NativeUnit
 from orchestrator.plan import layouts
-from orchestrator.stretch import Stretch
 from orchestrator.plan.unit import Sources, UnitPlan
-from orchestrator.signal import Array, Causality, Connector, Variability
+from orchestrator.signal import Array, Causality, Variability
+from orchestrator.stretch import Stretch
 from orchestrator.system import Endpoint, System
 from orchestrator.timebase import Time
 
@@ -57,31 +57,27 @@ def plan_of(
     library = layouts.engine()
     if library is None or pattern is None:
         return None
+    natives = {name: exchange.participants[name].native() for name in order}
     units = {
         name: unit
-        for name in order
-        if (unit := exchange.participants[name].native()) is not None
-        and _is_fixed_in_size(system, name)
+        for name, unit in natives.items()
+        if unit is not None and _suits(system, name, natives)
     }
     if not units:
         return None
     return RunPlan(system, exchange, units, pattern, frozenset(recorded), start, until, library)
 
 
-def _is_fixed_in_size(system: System, name: str) -> bool:
-    """Whether no signal changes its size, and every output may change its value."""
-    connectors = system.connectors[name]
-    driving = (system.connectors[feed.component][feed.output] for feed in system.feeds[name])
-    outputs = (c for c in connectors.values() if c.causality is Causality.OUTPUT)
-    return all(map(_has_fixed_size, (*connectors.values(), *driving))) and not any(
-        c.variability is Variability.FIXED for c in outputs
+def _suits(system: System, name: str, natives: Mapping[str, NativeUnit | None]) -> bool:
+    """Whether the sources keep their sizes, and every output may change its value."""
+    connectors = system.connectors[name].values()
+    return all(
+        natives[feed.component] is not None
+        or all(isinstance(n, int) for n in system.connectors[feed.component][feed.output].shape)
+        for feed in system.feeds[name]
+    ) and not any(
+        c.causality is Causality.OUTPUT and c.variability is Variability.FIXED for c in connectors
     )
-
-
-def _has_fixed_size(connector: Connector) -> bool:
-    if connector.is_binary:
-        return not connector.shape
-    return all(isinstance(length, int) for length in connector.shape)
 
 
 class RunPlan:

@@ -1,9 +1,8 @@
 """One unit of a plan: its calls, and where their values come from."""
 
 import ctypes
-import math
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -13,12 +12,15 @@ from orchestrator.errors import ComponentError
 from orchestrator.native import NativeKind, NativeUnit, NativeVariable
 from orchestrator.plan import layouts
 from orchestrator.plan.memory import Outputs
-from orchestrator.stretch import Rows, Samples
 from orchestrator.signal import Array, Causality, Connector, Signal, Signals
+from orchestrator.stretch import Rows, Samples
 from orchestrator.system import Feed, System
 from orchestrator.timebase import Time
 
-_IN_MEMORY: Final = {NativeKind.BOOLEAN8: np.dtype(np.uint8), NativeKind.BOOLEAN32: np.dtype("i4")}
+_IN_MEMORY: Final[Mapping[NativeKind, np.dtype[Any]]] = {
+    NativeKind.BOOLEAN8: np.dtype(np.uint8),
+    NativeKind.BOOLEAN32: np.dtype("i4"),
+}
 """Element types in the memory of an FMU where they are not those of the signal."""
 
 
@@ -33,9 +35,14 @@ class OutsideSources:
     """
 
     def __init__(
-        self, component: str, names: Sequence[str], connectors: Mapping[str, Connector], library: Any
+        self,
+        component: str,
+        names: Sequence[str],
+        connectors: Mapping[str, Connector],
+        library: Any,
     ) -> None:
-        self.outputs = Outputs(names, connectors)
+        own = {name: connectors[name] for name in names}
+        self.outputs = Outputs(own, {name: fixed_shape(c) for name, c in own.items()})
         self._component = component
         self._library = library
         self._versions = np.zeros(len(names), np.uint64)
@@ -92,10 +99,14 @@ class UnitPlan:
         self._feeds = feeds
         self._table = table
         self._library = library
-        self._groups = _by_type(unit, [n for n, c in connectors.items() if c.causality is Causality.OUTPUT])
+        self._groups = _by_type(
+            unit, [n for n, c in connectors.items() if c.causality is Causality.OUTPUT]
+        )
         names = [name for group in self._groups.values() for name in group]
-        self.published = Outputs(names, connectors)
-        self._pending = Outputs(names, connectors) if is_parallel else self.published
+        own = {name: connectors[name] for name in names}
+        shapes = {name: unit.variables[name].shape for name in names}
+        self.published = Outputs(own, shapes)
+        self._pending = Outputs(own, shapes) if is_parallel else self.published
         self._recorded = [name for name in names if name in recorded]
         self._shown: dict[str, Signal] = {}
         self._keep: list[Any] = []  # what the table points to
@@ -120,10 +131,8 @@ class UnitPlan:
     @property
     def recorded_bytes(self) -> int:
         """At one point, Binary left out."""
-        return 8 + sum(place.size for place in self._tracked_places())
-
-    def _tracked_places(self) -> Iterator[Any]:
-        return (self.published.places[n] for n in self._recorded if n in self.published.places)
+        places = self.published.places
+        return 8 + sum(places[name].size for name in self._recorded if name in places)
 
     # ---- the table ----
 
@@ -177,7 +186,7 @@ class UnitPlan:
             call.sizes = self._kept(np.zeros(len(names), np.uintp)).ctypes.data
             call.pointers = self._kept(np.zeros(len(names), np.uintp)).ctypes.data
             return call
-        call.count = sum(math.prod(self.published.places[name].shape) for name in names)
+        call.count = sum(self._unit.variables[name].count for name in names)
         call.elements = call.signal
         if kind in _IN_MEMORY:
             call.elements = self._kept(np.zeros(call.count, _IN_MEMORY[kind])).ctypes.data
@@ -197,7 +206,8 @@ class UnitPlan:
     def _setting(self, type_: str, feeds: Sequence[Feed], source: "Sources") -> layouts.Setting:
         names = [feed.input for feed in feeds]
         kind = self._variable(names).kind
-        counts = [math.prod(n for n in self._connectors[name].shape) for name in names]
+        dtype = _IN_MEMORY.get(kind, np.dtype(self._connectors[names[0]].dtype))
+        counts = [self._unit.variables[name].count for name in names]
         copies = self._kept((layouts.Copy * len(feeds))())
         call = layouts.Setting(
             function=self._unit.setters[type_],
@@ -211,16 +221,15 @@ class UnitPlan:
             call.is_binary = True
             call.elements = self._kept(np.zeros(2 * len(names), np.uintp)).ctypes.data
         else:
-            dtype = _IN_MEMORY.get(kind, np.dtype(self._connectors[names[0]].dtype))
             elements = self._kept(np.zeros(max(sum(counts), 1), dtype))
             call.elements, call.count = elements.ctypes.data, sum(counts)
-        offset = 0
+        item, offset = dtype.itemsize, 0
         for copy, feed, count in zip(copies, feeds, counts, strict=True):
             copy.source, copy.version = source.of(feed.component, feed.output)
             if kind is not NativeKind.BINARY:
                 copy.to = call.elements + offset
-                offset += count * dtype.itemsize
-                copy.size = count if kind is NativeKind.BOOLEAN32 else count * dtype.itemsize
+                offset += count * item
+                copy.size = count if kind is NativeKind.BOOLEAN32 else count * item
             self._copies.append((feed, copy))
         return call
 
@@ -285,7 +294,7 @@ class UnitPlan:
                 binary = ctypes.string_at(content.data, content.size) if content.size else b""
                 rows[name] = Rows(binary, data.view(np.int64))
             else:
-                rows[name] = Rows(data.tobytes())
+                rows[name] = Rows(data.tobytes(), shape=self._unit.variables[name].shape)
         return Samples(self._times[:count], rows)
 
     def fail(self, outcome: int, call: int, status: int, t: Time) -> ComponentError:
@@ -302,7 +311,7 @@ class UnitPlan:
                 self.participant.check(self._pending.values(), t)
             else:
                 raise MemoryError("there is no room for its outputs")
-        except Exception as error:  # noqa: BLE001  (a component's own, whatever it is)
+        except Exception as error:
             return self.participant.failure(t, error)
         return ComponentError(self.participant.name, t, f"stopped with status {status}")
 
@@ -342,6 +351,11 @@ class Sources:
             source = self.outside[component]
             return source.outputs.address(output), source.version(output)
         return self._units[component].source(output)
+
+
+def fixed_shape(connector: Connector) -> tuple[int, ...]:
+    """The shape of a signal without named axes."""
+    return tuple(length for length in connector.shape if isinstance(length, int))
 
 
 def _by_type(unit: NativeUnit, names: Sequence[str]) -> dict[str, list[str]]:

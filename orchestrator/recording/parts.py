@@ -84,15 +84,17 @@ class Part:
         if self._held >= BLOCK_BYTES:
             self._store()
 
-    def append_rows(self, rows: bytes, count: int) -> None:
-        """Append `count` rows of the same size; blocks end where they do one by one."""
-        size = len(rows) // count if count else 0
-        at = 0
-        while at < count:
-            room = max(1, -(-(BLOCK_BYTES - self._held) // size)) if size else count
-            end = min(count, at + room)
-            self.append(rows[at * size : end * size], end - at)
-            at = end
+    def append_rows(self, rows: bytes, count: int, at_once: int = 1) -> None:
+        """Append `count` rows; blocks end where they do if `at_once` are appended at a time."""
+        size = len(rows) // count * at_once if count else 0
+        if not size:
+            return
+        at, end = 0, len(rows)
+        while at < end:
+            room = max(1, -(-(BLOCK_BYTES - self._held) // size)) * size
+            part = rows[at : at + room]
+            self.append(part, len(part) // size * at_once)
+            at += len(part)
 
     def append_samples(self, data: bytes, lengths: Array) -> None:
         """Append samples of bytes; blocks end where they do one by one."""

@@ -1,6 +1,7 @@
 """The samples of one signal on disk: how each `Layout` is written and read."""
 
 import abc
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,11 +39,7 @@ class SampleWriter(abc.ABC):
         """Append one sample, which fits the connector."""
 
     def write_rows(self, rows: Rows, count: int) -> None:
-        """Append `count` samples of one size, or of type Binary.
-
-        Raises:
-            NotImplementedError: the samples of this signal have a size of their own each.
-        """
+        """Append `count` samples of one size, or of type Binary."""
         raise NotImplementedError
 
 
@@ -93,6 +90,13 @@ class _RaggedWriter(_RowsWriter):
     def write(self, value: Array) -> None:
         self._write(value.tobytes(), len(value))
 
+    @override
+    def write_rows(self, rows: Rows, count: int) -> None:
+        values, lengths = self.parts
+        length = rows.shape[0]
+        values.append_rows(rows.data, count * length, at_once=length)
+        lengths.append_rows(np.full(count, length, INT64).tobytes(), count)
+
 
 class _FlatWriter(SampleWriter):
     __slots__ = ("_append", "_append_shape")
@@ -108,6 +112,13 @@ class _FlatWriter(SampleWriter):
     def write(self, value: Array) -> None:
         self._append(value.tobytes(), value.size)
         self._append_shape(np.array(value.shape, INT64).tobytes())
+
+    @override
+    def write_rows(self, rows: Rows, count: int) -> None:
+        values, shapes = self.parts
+        size = math.prod(rows.shape)
+        values.append_rows(rows.data, count * size, at_once=size)
+        shapes.append_rows(np.tile(np.array(rows.shape, INT64), count).tobytes(), count)
 
 
 class _BinaryWriter(_RowsWriter):

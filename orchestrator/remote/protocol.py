@@ -31,7 +31,7 @@ from orchestrator.signal import Causality, Connector, Variability
 
 _HEADER: Final = struct.Struct("<4sHHIIQqq8x")
 _MAGIC: Final = b"NLOS"
-_VERSION: Final = 1
+_VERSION: Final = 2
 
 
 class Kind(enum.IntEnum):
@@ -223,6 +223,8 @@ def _describe(connector: Connector) -> dict[str, Any]:
         "mime_type": connector.mime_type,
         "feedthrough": sorted(connector.feedthrough),
         "description": connector.description,
+        "needed": connector.needed,
+        "parameter": list(connector.parameter),
     }
 
 
@@ -237,6 +239,8 @@ def _connector(document: Mapping[str, Any], start: Any = None) -> Connector:
         mime_type=document["mime_type"],
         feedthrough=frozenset(document["feedthrough"]),
         description=document["description"],
+        needed=document["needed"],
+        parameter=tuple(document["parameter"]),
     )
 
 

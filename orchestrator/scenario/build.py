@@ -8,11 +8,12 @@ from typing import Any, Final, TypeVar, cast
 
 from pydantic import ValidationError
 
-from orchestrator import registry, report
-from orchestrator.algorithm.base import algorithm_type
+from orchestrator import registry
+from orchestrator.algorithm.base import CosimulationAlgorithm, algorithm_type
 from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
-from orchestrator.measure import measure_type
+from orchestrator.measure import Measure, measure_type
 from orchestrator.parameters import ComponentType, Parameter, Parametrised, declared
+from orchestrator.report import Report, report_type
 from orchestrator.scenario import diagnosis, extension, schema
 from orchestrator.scenario.conversion import Conversion
 from orchestrator.scenario.document import Address, Document
@@ -20,14 +21,14 @@ from orchestrator.scenario.expansion import Expansion, overridden
 from orchestrator.scenario.model import (
     ComponentUse,
     ConnectionUse,
-    CouplingUse,
-    MeasureUse,
+    PlugInUse,
     Scenario,
 )
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.wiring import problems_of_sound_parts
 from orchestrator.suggestion import suggestion
 from orchestrator.system import Endpoint
+from orchestrator.table_files import NO_PARQUET, Format, has_parquet
 from orchestrator.timebase import CommunicationGrid
 
 
@@ -76,11 +77,8 @@ class _Build:
         self._check_names(file)
         coupling = self._coupling(file.coupling, tuple(file.components))
         measures = self._measures(file)
-        if file.report is not None:
-            try:
-                report.report_type(file.report)
-            except ComponentTypeError as error:
-                self._add(("report",), str(error))
+        tables = self._tables(file)
+        report = self._report(file, components)
         connections = tuple(ConnectionUse(c.source, c.target) for c in file.connections)
         if self.problems or self.expansion.problems or coupling is None:
             raise self._error(connections)
@@ -99,7 +97,8 @@ class _Build:
             include=tuple(file.recording.include),
             exclude=tuple(file.recording.exclude),
             measures=measures,
-            report=file.report,
+            tables=tables,
+            report=report,
             remarks=(*self.expansion.remarks, *diagnosis.once(self.document, self.remarks)),
             document=self.document,
         )
@@ -171,7 +170,9 @@ class _Build:
             values=self._values((*address, "parameters"), found.parameters, entry.parameters),
         )
 
-    def _coupling(self, entry: schema.Coupling, components: Sequence[str]) -> CouplingUse | None:
+    def _coupling(
+        self, entry: schema.Coupling, components: Sequence[str]
+    ) -> PlugInUse[CosimulationAlgorithm] | None:
         """The co-simulation algorithm; `None` if it cannot be made.
 
         `null` for what an algorithm does not have says nothing, so that a file can take back what
@@ -187,10 +188,41 @@ class _Build:
         return (
             None
             if made is None
-            else CouplingUse(name=entry.algorithm, algorithm=made[0], values=made[1])
+            else PlugInUse(type_name=entry.algorithm, made=made[0], values=made[1])
         )
 
-    def _measures(self, file: schema.ScenarioFile) -> Mapping[str, MeasureUse]:
+    def _tables(self, file: schema.ScenarioFile) -> tuple[Format, ...] | None:
+        if file.tables is None:
+            return None
+        for k, name in enumerate(file.tables):
+            if name == "parquet" and not has_parquet():
+                self._add(("tables", k), NO_PARQUET)
+        return tuple(file.tables)
+
+    def _report(
+        self, file: schema.ScenarioFile, components: Mapping[str, ComponentUse]
+    ) -> PlugInUse[Report] | None:
+        """The report with its parameters; `None` if there is none, or if they are wrong."""
+        if file.report is None:
+            return None
+        is_name = isinstance(self.document.data["report"], str)
+        where = ("report",) if is_name else ("report", "type")
+        found = self._plugin_type(report_type, file.report.type, where)
+        if found is None:
+            return None
+        address, given = ("report", "parameters"), file.report.parameters
+        names = tuple(file.components)
+        made = self._plugin(found, address, given, names)
+        if made is None:
+            return None
+        values = {name: use.all_values() for name, use in components.items()}
+        for each in made[0].problems_with(values):
+            self._add((*address, *each.address), each.what, at_key=each.at_key)
+        return PlugInUse(type_name=file.report.type, made=made[0], values=made[1])
+
+    def _measures(self, file: schema.ScenarioFile) -> Mapping[str, PlugInUse[Measure]] | None:
+        if file.measures is None:
+            return None
         found = {}
         for name, entry in file.measures.items():
             given = dict(entry or {})
@@ -203,7 +235,7 @@ class _Build:
             if measure is not None:
                 made = self._plugin(measure, address, given, tuple(file.components))
             if made is not None:
-                found[name] = MeasureUse(type_name=kind, measure=made[0], values=made[1])
+                found[name] = PlugInUse(type_name=kind, made=made[0], values=made[1])
         return MappingProxyType(found)
 
     def _plugin_type(
@@ -218,7 +250,7 @@ class _Build:
     def _plugin(
         self, found: type[_P], address: Address, given: Mapping[str, Any], components: Sequence[str]
     ) -> tuple[_P, Mapping[str, Any]] | None:
-        """An algorithm or a measure with its parameters; `None` if they are wrong."""
+        """An algorithm, a measure or a report with its parameters; `None` if they are wrong."""
         before = len(self.problems)
         values = self._values(address, declared(found), given)
         if len(self.problems) > before:

@@ -1,9 +1,9 @@
 """The JSON Schema of scenario files with the parameters of everything that is installed."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, cast
 
-from orchestrator import measure, registry
+from orchestrator import measure, registry, report
 from orchestrator.algorithm import base
 from orchestrator.errors import ComponentTypeError
 from orchestrator.kinds import record_in
@@ -23,7 +23,8 @@ def installed_schema() -> Schema:
     part, whole = ParameterSchemas(is_whole=False), ParameterSchemas(is_whole=True)
     _add_components(schema, part, whole)
     _add_algorithms(schema["$defs"]["Coupling"], part)
-    _add_measures(schema["properties"]["measures"], part)
+    _add_measures(_mapping(schema["properties"]["measures"]), part)
+    _add_reports(schema["$defs"]["ReportEntry"], part)
     schema["$defs"].update(part.definitions | whole.definitions)
     return schema
 
@@ -77,6 +78,21 @@ def _also(key: str, parameters: Schema) -> Schema:
     """Parameters beside another key; `null` takes back what a base says for another algorithm."""
     properties = {key: {}, **parameters["properties"]}
     return {**parameters, "properties": properties, "additionalProperties": {"type": "null"}}
+
+
+def _mapping(schema: Schema) -> Schema:
+    """The form that is a mapping, of a value that may be `null`."""
+    (found,) = (form for form in schema["anyOf"] if form.get("type") == "object")
+    return cast("Schema", found)
+
+
+def _add_reports(entry: Schema, part: ParameterSchemas) -> None:
+    found = _loaded(report.installed(), report.report_type)
+    conditions = [
+        _if_is("type", name, {"properties": {"parameters": part.parameters(declared(kind))}})
+        for name, kind in found.items()
+    ]
+    _add_all(entry, conditions)
 
 
 def _add_measures(measures: Schema, part: ParameterSchemas) -> None:

@@ -6,17 +6,22 @@ Nothing in here knows YAML; `document` serves only to say where an error found l
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.errors import Problem
-from orchestrator.measure import Measure
+from orchestrator.measure import Measure, defaults
 from orchestrator.parameters import DRAWN, REQUIRED, ComponentType, declared
+from orchestrator.questions import Questions
+from orchestrator.report import Report
 from orchestrator.scenario.document import Document
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.values import written
 from orchestrator.system import Endpoint
+from orchestrator.table_files import Format
 from orchestrator.timebase import Duration, Time
+
+PlugIn = TypeVar("PlugIn")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,41 +63,27 @@ class ComponentUse:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CouplingUse:
-    """The co-simulation algorithm of a scenario.
+class PlugInUse(Generic[PlugIn]):
+    """The co-simulation algorithm of a scenario, its report, or one of its measures.
 
     Attributes:
-        name: of the installed algorithm.
-        algorithm: with its parameters.
-        values: the parameters that the scenario sets, in their declared type and unit.
-    """
-
-    name: str
-    algorithm: CosimulationAlgorithm
-    values: Mapping[str, Any]
-
-    def resolved(self) -> dict[str, Any]:
-        """The entry of a scenario file that means the same."""
-        return {"algorithm": self.name, **_written(type(self.algorithm), self.values)}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MeasureUse:
-    """One measure of a scenario.
-
-    Attributes:
-        type_name: of the installed measure.
-        measure: with its parameters.
+        type_name: under which it is installed.
+        made: the algorithm, report or measure, with its parameters.
         values: the parameters that the scenario sets, in their declared type and unit.
     """
 
     type_name: str
-    measure: Measure
+    made: PlugIn
     values: Mapping[str, Any]
 
-    def resolved(self) -> dict[str, Any]:
-        """The entry of a scenario file that means the same."""
-        return {"type": self.type_name, **_written(type(self.measure), self.values)}
+    def resolved(self, key: str) -> dict[str, Any]:
+        """The entry of a scenario file that means the same; `key` is that of the name."""
+        return {key: self.type_name, **self.said()}
+
+    def said(self) -> dict[str, Any]:
+        """The parameters as a scenario file writes them."""
+        parameters = declared(type(self.made))
+        return {n: written(parameters[n], v) for n, v in self.values.items() if v is not None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,8 +104,9 @@ class Scenario:
         start, stop: the first and the last communication point [ns].
         until: the output that ends the run before `stop` once it is true, or `None`.
         include, exclude: patterns of the outputs that are recorded.
-        measures: by name.
-        report: the name of an installed report, or `None`.
+        measures: by name; `None` if it does not speak of them.
+        tables: the formats of the tables of measures, or `None`.
+        report: with its parameters, or `None`.
         remarks: what is not wrong, but may not be meant.
         document: where everything was written.
     """
@@ -127,13 +119,14 @@ class Scenario:
     stop: Time
     until: Endpoint | None
     seed: int
-    coupling: CouplingUse
+    coupling: PlugInUse[CosimulationAlgorithm]
     components: Mapping[str, ComponentUse]
     connections: tuple[ConnectionUse, ...]
     include: tuple[str, ...]
     exclude: tuple[str, ...]
-    measures: Mapping[str, MeasureUse]
-    report: str | None
+    measures: Mapping[str, PlugInUse[Measure]] | None
+    tables: tuple[Format, ...] | None
+    report: PlugInUse[Report] | None
     remarks: tuple[Problem, ...]
     document: Document = field(repr=False, compare=False)
 
@@ -142,16 +135,29 @@ class Scenario:
         """The name of the file without its suffix."""
         return self.path.stem
 
-    def asked(self) -> dict[str, Measure]:
-        """The measures by name."""
-        return {name: use.measure for name, use in self.measures.items()}
+    def asked(self, *, every_run: bool) -> Questions:
+        """What is asked of its runs.
+
+        Args:
+            every_run: whether a scenario that does not speak of measures asks the default ones.
+        """
+        said = self.measures or {}
+        return Questions(
+            report=None if self.report is None else self.report.made,
+            measures={name: use.made for name, use in said.items()},
+            optional=defaults() if every_run and self.measures is None else {},
+            tables=self.tables,
+        )
 
     def resolved(self) -> dict[str, Any]:
         """The scenario as a scenario file: overrides applied, defaults written out.
 
         Reading it again gives the same run, wherever relative paths start.
         """
-        measures = {name: use.resolved() for name, use in self.measures.items()}
+        said = self.measures
+        measures = (
+            None if said is None else {name: use.resolved("type") for name, use in said.items()}
+        )
         return {
             "schema": 1,
             "title": self.title,
@@ -162,19 +168,14 @@ class Scenario:
                 **({} if self.until is None else {"until": str(self.until)}),
             },
             "seed": self.seed,
-            "coupling": self.coupling.resolved(),
+            "coupling": self.coupling.resolved("algorithm"),
             "components": {name: _resolved(use) for name, use in self.components.items()},
             "connections": [{"from": c.source, "to": c.target} for c in self.connections],
             "recording": {"include": list(self.include), "exclude": list(self.exclude)},
-            **({"measures": measures} if measures else {}),
-            **({} if self.report is None else {"report": self.report}),
+            **({} if measures is None else {"measures": measures}),
+            **({} if self.tables is None else {"tables": list(self.tables)}),
+            **({} if self.report is None else {"report": _report(self.report)}),
         }
-
-
-def _written(record: type, values: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters of a plug-in as a scenario file says them."""
-    parameters = declared(record)
-    return {n: written(parameters[n], v) for n, v in values.items() if v is not None}
 
 
 def _resolved(use: ComponentUse) -> dict[str, Any]:
@@ -185,3 +186,9 @@ def _resolved(use: ComponentUse) -> dict[str, Any]:
         "process": use.process,
         "parameters": {n: written(declared[n], v) for n, v in use.all_values().items()},
     }
+
+
+def _report(use: PlugInUse[Report]) -> str | dict[str, Any]:
+    """The entry of a scenario file for a report."""
+    said = use.said()
+    return {"type": use.type_name, "parameters": said} if said else use.type_name

@@ -173,6 +173,27 @@ class Recording(_Mapping):
     """What matches one of these patterns is not recorded."""
 
 
+class ReportEntry(_Mapping):
+    """A report and its parameters."""
+
+    type: Text
+    """The name of an installed report."""
+
+    parameters: dict[str, Any] = {}
+    """Which there are depends on the report."""
+
+
+def _report(value: object) -> object:
+    return {"type": value} if isinstance(value, str) else value
+
+
+Report = Annotated[
+    ReportEntry | None,
+    BeforeValidator(_report, json_schema_input_type=Text | ReportEntry | None),
+    Field(examples=["red-light"]),
+]
+
+
 class ScenarioFile(_Mapping):
     """A co-simulation: components, their parameters and connections, and what is recorded."""
 
@@ -213,14 +234,23 @@ class ScenarioFile(_Mapping):
     recording: Recording = Recording()
 
     measures: Annotated[
-        dict[Name, dict[str, Any] | None], Field(examples=[{"longest-gap": {"signal": "a.y"}}])
-    ] = {}
+        dict[Name, dict[str, Any] | None] | None,
+        Field(examples=[{"longest-gap": {"signal": "a.y"}}]),
+    ] = None
     """Installed measures by name, each with its parameters: numbers about the run in
     `metrics.json`. `type` among the parameters names the measure if that is not the name, so that
-    one can be asked twice."""
+    one can be asked twice. Without this key `nlosim run` asks all whose signals are recorded; `{}`
+    asks none."""
 
-    report: Annotated[Text | None, Field(examples=["red-light"])] = None
-    """The installed report that makes metrics and a figure of the recording."""
+    tables: Annotated[
+        list[Literal["csv", "parquet"]] | None, Field(examples=[["csv", "parquet"]])
+    ] = None
+    """The formats of the tables of measures. Without this key: CSV, and Parquet if pyarrow is
+    installed."""
+
+    report: Report = None
+    """The installed report that makes metrics and a figure of the recording: its name, or `type`
+    and `parameters`."""
 
 
 def json_schema() -> dict[str, Any]:

@@ -38,11 +38,13 @@ class Assembly:
         system: the components, connected.
         algorithm: checked against `system`.
         turns: the components in the order in which `algorithm` lets them step.
+        remarks: what is not wrong, but may not be meant: inputs that need a source and have none.
     """
 
     system: System
     algorithm: CosimulationAlgorithm
     turns: tuple[str, ...]
+    remarks: tuple[Problem, ...] = ()
 
     def close(self) -> None:
         """Close every component; for assemblies that are looked at and never simulated."""
@@ -92,14 +94,26 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
         if problems:
             raise _error(scenario, problems)
         try:
-            turns = scenario.coupling.algorithm.turns(system)
+            turns = scenario.coupling.made.turns(system)
         except SystemStructureError as error:
             raise scenario_error(scenario, ("coupling",), error) from error
         try:
             select(system, scenario.include, scenario.exclude)
         except SystemStructureError as error:
             raise scenario_error(scenario, ("recording",), error) from error
-        return Assembly(system, scenario.coupling.algorithm, turns)
+        remarks = tuple(_undriven(scenario.document, system))
+        return Assembly(system, scenario.coupling.made, turns, remarks)
+
+
+def _undriven(document: Document, system: System) -> Iterator[Problem]:
+    """Remarks on inputs that need a source and have none, where the scenario asks for them."""
+    for name, connectors in system.connectors.items():
+        driven = {feed.input for feed in system.feeds[name]}
+        for key, connector in connectors.items():
+            if connector.needed and key not in driven:
+                address = ("components", name, "parameters", *connector.parameter)
+                what = f"nothing drives `{name}.{key}`: {connector.needed}"
+                yield Problem(document.key(address), f"{spell(address)}: {what}")
 
 
 def _error(scenario: Scenario, problems: Sequence[Problem]) -> ScenarioError:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.markers import CARETDOWN
 
-from orchestrator.drawing import styled
+from orchestrator.drawing import styled, write
 from orchestrator.intervals import Estimate
 from studies.collision.claims import (
     COMPRESSION_32_RATE,
@@ -26,7 +26,7 @@ from studies.collision.conditions import (
     policy_name,
 )
 from studies.collision.statistics import Result
-from studies.method.style import Look, bars, looks, write
+from studies.method.style import Look, bars, looks
 
 _COLOURS: Final = {16: "#0072B2", 32: "#D55E00"}
 """The colour of every compression."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from typing_extensions import override
@@ -15,7 +16,7 @@ from studies.measures.bins import bin_of, edges_parameter, edges_problems, sprea
 from studies.measures.freshness import NEVER, instants_between, neighbours_at
 from studies.measures.radio import Kind
 from studies.measures.style import draw_quantiles
-from studies.measures.vehicles import vehicles_in
+from studies.measures.vehicles import beneath, vehicles_in
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,12 +32,18 @@ class AgeOfInformation(Measure):
     `unknown` is the share of pairs and instants for which that is still to come.
     """
 
+    by_default: ClassVar[bool] = True
+
     packets: str = parameter("facilities.packets", doc="`component.connector`")
     receptions: str = parameter("channel.receptions", doc="`component.connector`")
     vehicle: str = parameter("traffic.vehicle", doc="what the signals of vehicles begin with")
     kind: Kind = parameter("bsm", doc="of the messages that count")
     interval: float = parameter(0.5, unit="s", minimum=0.001, doc="in which is looked once")
     edges: tuple[float, ...] = edges_parameter()
+
+    @override
+    def signals(self) -> Sequence[str]:
+        return (self.packets, self.receptions, *beneath(self.vehicle, "id", "position", "equipped"))
 
     @override
     def problems(self, components: Sequence[str]) -> Iterator[ParameterProblem]:

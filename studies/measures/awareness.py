@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,7 +19,7 @@ from studies.measures.bins import bin_columns, bin_of, edges_parameter, edges_pr
 from studies.measures.freshness import NEVER, instants_between, neighbours_at
 from studies.measures.radio import Kind
 from studies.measures.style import draw_shares
-from studies.measures.vehicles import vehicles_in
+from studies.measures.vehicles import beneath, vehicles_in
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +34,8 @@ class NeighbourAwareness(Measure):
     count.
     """
 
+    by_default: ClassVar[bool] = True
+
     packets: str = parameter("facilities.packets", doc="`component.connector`")
     receptions: str = parameter("channel.receptions", doc="`component.connector`")
     vehicle: str = parameter("traffic.vehicle", doc="what the signals of vehicles begin with")
@@ -40,6 +43,10 @@ class NeighbourAwareness(Measure):
     memory: float = parameter(1.0, unit="s", minimum=0.001, doc="how long a message is remembered")
     interval: float = parameter(0.5, unit="s", minimum=0.001, doc="in which is looked once")
     edges: tuple[float, ...] = edges_parameter()
+
+    @override
+    def signals(self) -> Sequence[str]:
+        return (self.packets, self.receptions, *beneath(self.vehicle, "id", "position", "equipped"))
 
     @override
     def problems(self, components: Sequence[str]) -> Iterator[ParameterProblem]:

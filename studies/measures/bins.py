@@ -14,9 +14,9 @@ EDGES: Final[Any] = tuple(20.0 * k for k in range(26))
 """20 m wide up to 500 m, as in 3GPP TR 36.885, annex A."""
 
 
-def edges_parameter() -> Any:
-    """The parameter of measures over distance."""
-    return parameter(EDGES, unit="m", minimum=0.0, doc="of the bins of distance, ascending")
+def edges_parameter(default: tuple[float, ...] = EDGES) -> Any:
+    """The parameter of measures over distance; `default` [m]."""
+    return parameter(default, unit="m", minimum=0.0, doc="of the bins of distance, ascending")
 
 
 def edges_problems(edges: Sequence[float]) -> Iterator[ParameterProblem]:

@@ -1,19 +1,21 @@
 """Channel busy ratio."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from matplotlib.axes import Axes
 from typing_extensions import override
 
 from orchestrator import Measure
+from orchestrator.drawing import COLOURS
 from orchestrator.measure import Answer
 from orchestrator.parameters import parameter
 from orchestrator.recording.reader import Recording, Series
 from orchestrator.signal import Array
 from studies.measures.bins import spread
-from studies.measures.style import COLOURS
-from studies.measures.vehicles import Vehicles, vehicles_in
+from studies.measures.vehicles import Vehicles, beneath, vehicles_in
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,9 +28,15 @@ class ChannelBusyRatio(Measure):
     a radio do not. One that enters within a window was idle before.
     """
 
+    by_default: ClassVar[bool] = True
+
     busy_ratio: str = parameter("channel.busy_ratio", doc="`component.connector`")
     vehicle: str = parameter("traffic.vehicle", doc="what the signals of vehicles begin with")
     window: float = parameter(0.1, unit="s", minimum=0.001, doc="of the channel (`busy_window`)")
+
+    @override
+    def signals(self) -> Sequence[str]:
+        return (self.busy_ratio, *beneath(self.vehicle, "id", "position", "equipped"))
 
     @override
     def compute(self, recording: Recording) -> Answer:

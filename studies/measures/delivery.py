@@ -1,6 +1,8 @@
 """Throughput and latency of every kind of message."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from typing_extensions import override
@@ -28,8 +30,14 @@ class Delivery(Measure):
     is not. Packets that are not delivered have no latency.
     """
 
+    by_default: ClassVar[bool] = True
+
     packets: str = parameter("facilities.packets", doc="`component.connector`")
     receptions: str = parameter("channel.receptions", doc="`component.connector`")
+
+    @override
+    def signals(self) -> Sequence[str]:
+        return (self.packets, self.receptions)
 
     @override
     def compute(self, recording: Recording) -> Answer:

@@ -1,6 +1,8 @@
 """Post-encroachment time."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from typing_extensions import override
@@ -12,7 +14,7 @@ from orchestrator.recording.reader import Recording
 from orchestrator.signal import Array
 from studies.measures.passes import Passes, passes_of
 from studies.measures.style import draw_distribution
-from studies.measures.vehicles import vehicles_in
+from studies.measures.vehicles import beneath, vehicles_in
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,6 +31,8 @@ class PostEncroachment(Measure):
     higher than the other, on a bridge, are left out.
     """
 
+    by_default: ClassVar[bool] = True
+
     vehicle: str = parameter("traffic.vehicle", doc="what the signals of vehicles begin with")
     spacing: float = parameter(0.5, unit="m", minimum=0.05, doc="of the grid")
     angle: float = parameter(
@@ -36,6 +40,10 @@ class PostEncroachment(Measure):
     )
     horizon: float = parameter(5.0, unit="s", minimum=0.0, doc="longer times are left out")
     threshold: float = parameter(1.5, unit="s", minimum=0.0, doc="below which a pair counts")
+
+    @override
+    def signals(self) -> Sequence[str]:
+        return beneath(self.vehicle, "id", "position", "heading", "velocity", "size")
 
     @override
     def compute(self, recording: Recording) -> Answer:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from typing_extensions import override
@@ -14,7 +15,7 @@ from orchestrator.recording.reader import Recording
 from studies.measures.bins import bin_of, edges_parameter, edges_problems, spread, spread_by_bin
 from studies.measures.radio import Kind, received
 from studies.measures.style import draw_quantiles
-from studies.measures.vehicles import ABSENT, plane_distance, vehicles_in
+from studies.measures.vehicles import ABSENT, beneath, plane_distance, vehicles_in
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,10 +30,16 @@ class PacketInterReception(Measure):
     links over which one packet or none was received; `links_once` counts the former.
     """
 
+    by_default: ClassVar[bool] = True
+
     receptions: str = parameter("channel.receptions", doc="`component.connector`")
     vehicle: str = parameter("traffic.vehicle", doc="what the signals of vehicles begin with")
     kind: Kind = parameter("bsm", doc="of the messages that count")
     edges: tuple[float, ...] = edges_parameter()
+
+    @override
+    def signals(self) -> Sequence[str]:
+        return (self.receptions, *beneath(self.vehicle, "id", "position"))
 
     @override
     def problems(self, components: Sequence[str]) -> Iterator[ParameterProblem]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,12 +17,14 @@ from orchestrator.parameters import parameter
 from orchestrator.recording.reader import Recording
 from orchestrator.signal import Array
 from studies.measures.bins import bin_columns, bin_of, edges_parameter, edges_problems
+from studies.measures.intended import intended_ratio
 from studies.measures.radio import RECEIVED, Kind, batches, table_of, weak_recorded
 from studies.measures.style import draw_shares
-from studies.measures.vehicles import ABSENT, Vehicles, plane_distance, vehicles_in
+from studies.measures.vehicles import ABSENT, Vehicles, beneath, plane_distance, vehicles_in
 
 _SENT: Final = FATES.index("sent")
 _ALL: Final = "all"
+_LEFT_OUT: Final = "weak_receptions: false; classes count noticed frames only"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,15 +42,26 @@ class PacketReceptionRatio(Measure):
     If the channel leaves out frames below the sensitivity, radios are counted from what was sent
     and where everybody was; the link of a frame that nobody noticed is not known, so that link
     classes then count noticed frames only, which raises their ratios. `weak_recorded` says it.
+
+    `prr2` is the ratio of type 2: of packets with a destination, the share that it received.
     """
+
+    by_default: ClassVar[bool] = True
 
     receptions: str = parameter("channel.receptions", doc="`component.connector`")
     transmissions: str = parameter(
         "channel.transmissions", doc="`component.connector`; read if `weak_recorded` is not true"
     )
+    packets: str = parameter(
+        "facilities.packets", doc="`component.connector`; for `prr2`, read if recorded"
+    )
     vehicle: str = parameter("traffic.vehicle", doc="what the signals of vehicles begin with")
     kind: Kind = parameter("any", doc="of the messages that count")
     edges: tuple[float, ...] = edges_parameter()
+
+    @override
+    def signals(self) -> Sequence[str]:
+        return (self.receptions, *beneath(self.vehicle, "id", "position"))
 
     @override
     def problems(self, components: Sequence[str]) -> Iterator[ParameterProblem]:
@@ -69,10 +82,12 @@ class PacketReceptionRatio(Measure):
             own = table["link"] == name
             numbers |= _total(name, table["receivers"][own].sum(), table["received"][own].sum())
         numbers["unplaced"] = unplaced
+        numbers["left_out"] = left_out = None if weak is not False else _LEFT_OUT
+        numbers |= intended_ratio(recording, self.packets, self.receptions, self.kind)
         return Answer(
             numbers=numbers,
             tables={"distance": table},
-            panel=lambda axes: _draw(axes, table),
+            panel=lambda axes: _draw(axes, table, left_out),
         )
 
     def _told(self, recording: Recording, vehicles: Vehicles) -> tuple[Array, Array, int]:
@@ -148,7 +163,7 @@ def _total(name: str, tried: Any, heard: Any) -> dict[str, float | int | None]:
     }
 
 
-def _draw(axes: Axes, table: Mapping[str, Array]) -> None:
+def _draw(axes: Axes, table: Mapping[str, Array], left_out: str | None) -> None:
     place = (table["from_m"] + table["to_m"]) / 2
     rows = {}
     for name in (_ALL, *LINKS):
@@ -156,3 +171,5 @@ def _draw(axes: Axes, table: Mapping[str, Array]) -> None:
         rows[name] = (place[own], table["prr"][own], table["low"][own], table["high"][own])
     draw_shares(axes, rows)
     axes.set_ylabel("packet reception ratio")
+    if left_out is not None:
+        axes.text(1.0, 1.0, left_out, transform=axes.transAxes, ha="right", fontsize="small")

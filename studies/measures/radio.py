@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Literal, TypeAlias
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -79,10 +80,7 @@ def batches(
 def _batch(
     tables: Sequence[Array], times: Sequence[int], dtype: "np.dtype[Any]", kind: Kind
 ) -> Batch:
-    # without fields, because NumPy compares those of all tables before it joins them
-    plain = np.dtype(f"V{dtype.itemsize}")
-    joined = np.concatenate([np.empty(0, plain), *(table.view(plain) for table in tables)])
-    joined = joined.view(dtype)
+    joined = np.concatenate([plain(table) for table in (np.empty(0, dtype), *tables)]).view(dtype)
     told = np.repeat(np.array(times, np.int64), [len(table) for table in tables])
     wanted = joined["kind"] != NOISE if kind == "any" else joined["kind"] == KINDS[kind]
     if wanted.all():
@@ -102,15 +100,40 @@ def table_of(
 
 
 def received(recording: Recording, signal: str, kind: Kind) -> Batch:
-    """All receptions with the outcome `R`."""
+    """All receptions with the outcome `R`.
+
+    Several measures ask for them, so they are read once and kept as long as `recording` is.
+    """
+    known = _RECEIVED.setdefault(recording, {})
+    if signal not in known:
+        known[signal] = _received(recording, signal)
+    every = known[signal]
+    if kind == "any":
+        return every
+    wanted = every.records["kind"] == KINDS[kind]
+    if wanted.all():
+        return every
+    return Batch(records=every.records[wanted], times=every.times[wanted])
+
+
+_RECEIVED: Final[WeakKeyDictionary[Recording, dict[str, Batch]]] = WeakKeyDictionary()
+
+
+def _received(recording: Recording, signal: str) -> Batch:
     found = []
-    for batch in batches(recording, signal, "RCPT", RECEPTION, kind):
-        is_received = batch.records["outcome"] == RECEIVED
-        found.append((batch.records[is_received], batch.times[is_received]))
-    return Batch(
-        records=np.concatenate([records for records, _ in found]),
-        times=np.concatenate([times for _, times in found]),
-    )
+    for batch in batches(recording, signal, "RCPT", RECEPTION):
+        rows = np.flatnonzero(batch.records["outcome"] == RECEIVED)
+        found.append((batch.records[rows], batch.times[rows]))
+    records = np.concatenate([plain(records) for records, _ in found]).view(RECEPTION)
+    times = np.concatenate([times for _, times in found])
+    for array in (records, times):
+        array.flags.writeable = False
+    return Batch(records=records, times=times)
+
+
+def plain(records: Array) -> Array:
+    """Records without their fields, which NumPy would compare to join arrays, shape (record,)."""
+    return np.asarray(records.view(np.dtype(f"V{records.dtype.itemsize}")))
 
 
 def weak_recorded(recording: Recording, receptions: str) -> bool | None:

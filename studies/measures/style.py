@@ -6,13 +6,8 @@ from typing import Final
 import numpy as np
 from matplotlib.axes import Axes
 
+from orchestrator.drawing import COLOURS, LINK_COLOURS
 from orchestrator.signal import Array
-
-COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Okabe and Ito's palette, which readers with colour blindness can tell apart."""
-
-LINK_COLOURS: Final = {"all": "#000000", "LOS": "#009E73", "NLOSv": "#E69F00", "NLOSb": "#D55E00"}
-"""The colour of each link class."""
 
 _DISTANCE: Final = "distance [m]"
 
@@ -34,6 +29,21 @@ def draw_shares(axes: Axes, rows: Mapping[str, tuple[Array, Array, Array, Array]
     axes.set_ylim(-0.02, 1.02)
     if axes.lines:
         axes.legend(fontsize="small")
+
+
+def draw_survival(axes: Axes, curve: tuple[Array, Array]) -> None:
+    """Draw what share of something has happened by a time.
+
+    Args:
+        axes: to draw into.
+        curve: times [s], ascending, and shares, shape (n,) each.
+    """
+    place, share = curve
+    axes.step(np.append(0.0, place), np.append(0.0, share), where="post", color=COLOURS[0], lw=1.0)
+    axes.set_xlabel("time since first hidden [s]")
+    axes.set_ylabel("share of road users known")
+    axes.set_xlim(left=0.0)
+    axes.set_ylim(-0.02, 1.02)
 
 
 def draw_quantiles(axes: Axes, table: Mapping[str, Array], label: str) -> None:

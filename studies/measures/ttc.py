@@ -1,6 +1,8 @@
 """Time to collision of all pairs of vehicles."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from typing_extensions import override
@@ -12,7 +14,7 @@ from orchestrator.recording.reader import Recording
 from orchestrator.signal import Array
 from studies.measures.boxes import time_to_contact
 from studies.measures.style import draw_distribution
-from studies.measures.vehicles import Vehicles, near_pairs, vehicles_in
+from studies.measures.vehicles import Vehicles, beneath, near_pairs, vehicles_in
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,11 +30,17 @@ class TimeToCollision(Measure):
     Bodies one of which is above the other do not meet.
     """
 
+    by_default: ClassVar[bool] = True
+
     vehicle: str = parameter("traffic.vehicle", doc="what the signals of vehicles begin with")
     radius: float = parameter(
         100.0, unit="m", minimum=1.0, doc="distance of the middles up to which pairs are looked at"
     )
     threshold: float = parameter(1.5, unit="s", minimum=0.0, doc="below which a pair counts")
+
+    @override
+    def signals(self) -> Sequence[str]:
+        return beneath(self.vehicle, "id", "position", "heading", "velocity", "size")
 
     @override
     def compute(self, recording: Recording) -> Answer:

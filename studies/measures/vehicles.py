@@ -82,6 +82,11 @@ class Vehicles:
             yield point, slice(int(start), int(end))
 
 
+def beneath(vehicle: str, *names: str) -> tuple[str, ...]:
+    """The signals of these names beneath `vehicle`, `component.connector`."""
+    return tuple(f"{vehicle}.{name}" for name in names)
+
+
 def vehicles_in(recording: Recording, vehicle: str) -> Vehicles:
     """Read the vehicles.
 

@@ -1,14 +1,10 @@
-"""How the figures of studies look, and how they are written."""
+"""How methods look in the figures of studies; all else is in `orchestrator.drawing`."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-
-from orchestrator.drawing import DPI
+from orchestrator.drawing import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
 from orchestrator.intervals import Estimate
 
 
@@ -28,13 +24,13 @@ class Look:
 
 
 LOOKS: Final[Mapping[str, Look]] = {
-    "mohed": Look("MoHeD", "#0072B2", "o"),
-    "signal-strength": Look("signal strength, sum", "#D55E00", "s"),
-    "signal-strength-min": Look("signal strength, weaker hop", "#E69F00", "D"),
-    "random": Look("random", "#009E73", "^"),
-    "direct": Look("direct link", "#CC79A7", "v"),
-    "expected-prr": Look("expected PRR", "#56B4E9", "P"),
-    "oracle": Look("oracle", "#000000", "*"),
+    "mohed": Look("MoHeD", BLUE, "o"),
+    "signal-strength": Look("signal strength, sum", VERMILLION, "s"),
+    "signal-strength-min": Look("signal strength, weaker hop", ORANGE, "D"),
+    "random": Look("random", GREEN, "^"),
+    "direct": Look("direct link", PURPLE, "v"),
+    "expected-prr": Look("expected PRR", SKY, "P"),
+    "oracle": Look("oracle", BLACK, "*"),
 }
 _OTHERS: Final = (("#666666", "X"), ("#8A6D3B", "<"), ("#9A9A00", ">"), ("#5E3C99", "h"))
 
@@ -55,17 +51,3 @@ def bars(found: Sequence[Estimate]) -> list[list[float]]:
     below = [0.0 if one.low is None else 100 * max(0.0, one.value - one.low) for one in found]
     above = [0.0 if one.high is None else 100 * max(0.0, one.high - one.value) for one in found]
     return [below, above]
-
-
-def write(figure: Figure, path: Path) -> list[Path]:
-    """Write `path` as SVG and PNG; equal figures make equal bytes.
-
-    Args:
-        figure: drawn within `orchestrator.drawing.styled`, which must still be entered.
-        path: without suffix.
-    """
-    FigureCanvasAgg(figure)
-    vector, raster = path.with_suffix(".svg"), path.with_suffix(".png")
-    figure.savefig(vector, metadata={"Date": None, "Creator": None})
-    figure.savefig(raster, dpi=DPI, metadata={"Software": None})
-    return [vector, raster]

@@ -6,7 +6,6 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -15,15 +14,29 @@ from matplotlib.transforms import Bbox
 
 from fmus.messages.apm import Apm, decode, split
 from fmus.messages.records import LINKS, NO_VEHICLE, OUTCOMES
+from orchestrator.drawing import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    GROUND,
+    LIGHT,
+    LINK_COLOURS,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    styled,
+    write,
+)
 from studies.red_light.metrics import Metrics
 from studies.red_light.roles import BLOCKING, COLLISION, EGO, ROADSIDE, SHARING
 from studies.red_light.traces import Scene, Traces
 
 ROLE_COLOURS: Final = {
-    EGO: "#1f77b4",
-    COLLISION: "#d62728",
-    SHARING: "#2ca02c",
-    BLOCKING: "#7f7f7f",
+    EGO: BLUE,
+    COLLISION: VERMILLION,
+    SHARING: GREEN,
+    BLOCKING: GREY,
 }
 ROLE_NAMES: Final = {
     EGO: "ego",
@@ -31,9 +44,10 @@ ROLE_NAMES: Final = {
     SHARING: "lidar sharing node",
     BLOCKING: "blocking vehicle",
 }
-ROADSIDE_MARKER: Final[Mapping[str, Any]] = {"marker": "^", "color": "#9467bd", "markersize": 9}
-LINK_COLOURS: Final = ("#2ca02c", "#ff7f0e", "#d62728")  # LOS, NLOSv, NLOSb
+ROADSIDE_MARKER: Final[Mapping[str, Any]] = {"marker": "^", "color": PURPLE, "markersize": 9}
+_LINK_COLOURS: Final = tuple(LINK_COLOURS[name] for name in LINKS)
 _RECEIVED: Final = OUTCOMES.index("R")
+_DPI: Final = 110
 _VIEW: Final = 60.0  # drawn at least around the ego [m]
 
 Links: TypeAlias = Mapping[tuple[int, int], np.void]
@@ -42,12 +56,16 @@ Links: TypeAlias = Mapping[tuple[int, int], np.void]
 
 def draw(traces: Traces, metrics: Metrics, path: Path) -> None:
     """Write the figure as a PNG to `path`."""
+    with styled():
+        write(_drawn(traces, metrics), path.with_suffix(""), (".png",), dpi=_DPI)
+
+
+def _drawn(traces: Traces, metrics: Metrics) -> Figure:
     moment = decisive_moment(metrics, traces)
     links = _links(traces, moment)
     view = _view(traces.scene(moment), links)
     height = 10.0 * view.height / view.width
     figure = Figure(figsize=(11.0, height + 6.0), layout="constrained")
-    FigureCanvasAgg(figure)
     grid = figure.add_gridspec(4, 1, height_ratios=(height, 1.6, 1.6, 1.6))
     axes = figure.add_subplot(grid[0])
     _draw_scene(axes, traces, moment, links)
@@ -59,11 +77,10 @@ def draw(traces: Traces, metrics: Metrics, path: Path) -> None:
     _draw_power(lines[1], traces, traces.vehicle_with(EGO))
     _draw_packets(lines[2], traces, traces.vehicle_with(EGO))
     for axes in lines:
-        axes.axvline(moment / 1e9, color="black", linewidth=0.8, linestyle=":")
+        axes.axvline(moment / 1e9, color=BLACK, linewidth=0.8, linestyle=":")
         axes.set_xlim(0.0, traces.end / 1e9)
-        axes.grid(alpha=0.3)
     lines[-1].set_xlabel("simulated time [s]")
-    figure.savefig(path, dpi=110)
+    return figure
 
 
 def decisive_moment(metrics: Metrics, traces: Traces) -> int:
@@ -109,9 +126,12 @@ def _draw_scene(axes: Axes, traces: Traces, moment: int, links: Links) -> None:
     _draw_vehicles(axes, now, {vehicle for ends in links for vehicle in ends})
     _draw_links(axes, now, links)
     axes.set_aspect("equal")
+    axes.grid(visible=False)
     axes.set_xlabel("x, east [m]")
     axes.set_ylabel("y, north [m]")
-    axes.legend(handles=_legend(now), loc="upper left", fontsize="small", framealpha=0.9)
+    axes.legend(
+        handles=_legend(now), loc="upper left", fontsize="small", frameon=True, framealpha=0.9
+    )
 
 
 def _legend(now: Scene) -> list[Patch | Line2D]:
@@ -122,11 +142,11 @@ def _legend(now: Scene) -> list[Patch | Line2D]:
         vehicles.append(Line2D([], [], linestyle="", label="roadside unit", **ROADSIDE_MARKER))
     links = [
         Line2D([], [], color=colour, label=f"link {name}")
-        for name, colour in zip(LINKS, LINK_COLOURS, strict=True)
+        for name, colour in zip(LINKS, _LINK_COLOURS, strict=True)
     ]
     zones = [
-        Patch(facecolor="#4292c6", alpha=0.5, label="APM of the matched sharer"),
-        Patch(fill=False, edgecolor="purple", hatch="///", label="blind zone of the ego"),
+        Patch(facecolor=SKY, alpha=0.5, label="APM of the matched sharer"),
+        Patch(fill=False, edgecolor=PURPLE, hatch="///", label="blind zone of the ego"),
     ]
     return [*vehicles, *links, *zones]
 
@@ -135,7 +155,7 @@ def _draw_buildings(axes: Axes, traces: Traces, moment: int) -> None:
     vertex = np.asarray(traces.at("traffic.building.vertex", moment))
     index = np.asarray(traces.at("traffic.building.index", moment))
     rings = [Polygon(vertex[index == building]) for building in np.unique(index)]
-    axes.add_collection(PatchCollection(rings, facecolor="#d9d2c5", edgecolor="#8c8577"))
+    axes.add_collection(PatchCollection(rings, facecolor=LIGHT, edgecolor=GROUND))
 
 
 def _draw_vehicles(axes: Axes, now: Scene, linked: set[int]) -> None:
@@ -143,8 +163,8 @@ def _draw_vehicles(axes: Axes, now: Scene, linked: set[int]) -> None:
         if int(role) == ROADSIDE:
             axes.plot(*corners.mean(axis=0), **ROADSIDE_MARKER)
             continue
-        colour = ROLE_COLOURS.get(int(role), "#c6dbef")
-        axes.add_patch(Polygon(corners, facecolor=colour, edgecolor="black", linewidth=0.5))
+        colour = ROLE_COLOURS.get(int(role), LIGHT)
+        axes.add_patch(Polygon(corners, facecolor=colour, edgecolor=BLACK, linewidth=0.5))
         if int(role) in {EGO, COLLISION, SHARING} or int(vehicle) in linked:
             axes.annotate(str(vehicle), corners.mean(axis=0), ha="center", va="center", fontsize=6)
 
@@ -182,7 +202,7 @@ def _draw_blind_zones(axes: Axes, traces: Traces, now: Scene, moment: int) -> No
                 angle=np.degrees(heading),
                 rotation_point="center",
                 fill=False,
-                edgecolor="purple",
+                edgecolor=PURPLE,
                 hatch="///",
                 linewidth=0.6,
                 alpha=0.5,
@@ -205,7 +225,7 @@ def _draw_links(axes: Axes, now: Scene, links: Links) -> None:
             ends = np.stack([place[transmitter], place[receiver]])
             axes.plot(
                 *ends.T,
-                color=LINK_COLOURS[int(event["link"])],
+                color=_LINK_COLOURS[int(event["link"])],
                 linewidth=2.0,
                 linestyle="-" if event["outcome"] == _RECEIVED else "--",
             )
@@ -238,7 +258,7 @@ def _draw_power(axes: Axes, traces: Traces, ego: int | None) -> None:
     direct = heard[(heard["hop"] == 0) & (heard["receiver"] == ego)]
     relayed = heard[(heard["hop"] == 1) & (heard["receiver"] == ego) & (heard["addressed"] == 1)]
     for rows, marker, name in ((direct, "o", "direct link"), (relayed, "^", "from the relay")):
-        colours = [LINK_COLOURS[link] for link in rows["link"]]
+        colours = [_LINK_COLOURS[link] for link in rows["link"]]
         axes.scatter(
             rows["time"] / 1e9, rows["power_dbm"], c=colours, marker=marker, s=10, label=name
         )
@@ -253,8 +273,8 @@ def _draw_packets(axes: Axes, traces: Traces, ego: int | None) -> None:
     heard = heard[heard["receiver"] == ego]
     for level, rows in enumerate((heard[heard["hop"] == 0], heard[heard["hop"] > 0])):
         good = rows["outcome"] == _RECEIVED
-        axes.plot(rows["time"][good] / 1e9, np.full(good.sum(), level), "|", color="green")
-        axes.plot(rows["time"][~good] / 1e9, np.full((~good).sum(), level), "x", color="red")
+        axes.plot(rows["time"][good] / 1e9, np.full(good.sum(), level), "|", color=GREEN)
+        axes.plot(rows["time"][~good] / 1e9, np.full((~good).sum(), level), "x", color=VERMILLION)
     times, relay = traces.scalars("relay.relay")
     changes = np.flatnonzero(np.diff(relay, prepend=NO_VEHICLE))
     for k in changes:

@@ -1,18 +1,25 @@
 """The report of a red-light run: what `nlosim run` prints and draws."""
 
-from collections.abc import Mapping
-from dataclasses import asdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE
+from orchestrator.errors import ParameterProblem
+from orchestrator.parameters import parameter
 from orchestrator.recording import Recording
 from orchestrator.report import Report
+from orchestrator.suggestion import suggestion
 from studies.method.records import from_json
 from studies.red_light.metrics import Braking, HiddenVehicle, Metrics, compute
+from studies.red_light.roles import USUAL, Names
 from studies.red_light.traces import Traces
+
+_COMPONENTS: Final = ("traffic", "perception", "channel", "facilities", "relay", "policy")
+_ENTITIES: Final = ("ego", "collider", "sharer", "blocking")
 
 _PARTNERS: Final = {
     "collision vehicle": "the collision vehicle",
@@ -23,18 +30,62 @@ _PARTNERS: Final = {
 """Roles of those whom the ego collides with, in a sentence."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RedLightReport(Report):
-    """Collision, packet reception, relays, and who saw the hidden vehicle when."""
+    """Collision, packet reception, relays, and who saw the hidden vehicle when.
+
+    It is for every scenario in which an ego vehicle meets a hidden one; the parameters are what the
+    scenario calls them, and its components.
+    """
+
+    ego: str = parameter(USUAL.ego, doc="the entity that the policy drives")
+    collider: str = parameter(USUAL.collider, doc="the entity that is hidden from it")
+    sharer: str = parameter(USUAL.sharer, doc="the entity that shares its sensor data")
+    blocking: str = parameter(USUAL.blocking, doc="the entities between the two")
+    traffic: str = parameter(USUAL.traffic, doc="the component")
+    perception: str = parameter(USUAL.perception, doc="the component")
+    channel: str = parameter(USUAL.channel, doc="the component")
+    facilities: str = parameter(USUAL.facilities, doc="the component")
+    relay: str = parameter(USUAL.relay, doc="the component")
+    policy: str = parameter(USUAL.policy, doc="the component")
+    received: str = parameter(
+        USUAL.received, doc="what the signals begin with that the ego vehicle received"
+    )
+
+    @override
+    def problems(self, components: Sequence[str]) -> Iterator[ParameterProblem]:
+        for key in _COMPONENTS:
+            name = getattr(self, key)
+            if name not in components:
+                what = f"there is no component `{name}`; {suggestion(name, components)}"
+                yield ParameterProblem((key,), what)
+        if self.received.partition(".")[0] not in components:
+            yield ParameterProblem(("received",), f"`{self.received}` is of no component")
+
+    @override
+    def problems_with(
+        self, components: Mapping[str, Mapping[str, Any]]
+    ) -> Iterator[ParameterProblem]:
+        entities = components.get(self.traffic, {}).get("entities") or {}
+        for key in _ENTITIES:
+            name = getattr(self, key)
+            is_needed = key == "ego" or name != getattr(USUAL, key)
+            if self.traffic in components and is_needed and name not in entities:
+                what = f"`{self.traffic}` has no entity `{name}`; {suggestion(name, entities)}"
+                yield ParameterProblem((key,), what)
 
     @override
     def metrics(self, recording: Recording) -> Mapping[str, Any]:
-        return asdict(compute(Traces(recording)))
+        return asdict(compute(self._traces(recording)))
 
     @override
     def figure(self, recording: Recording, metrics: Mapping[str, Any], path: Path) -> None:
         from studies.red_light import figure  # noqa: PLC0415 - matplotlib takes a while
 
-        figure.draw(Traces(recording), from_json(metrics, Metrics), path)
+        figure.draw(self._traces(recording), from_json(metrics, Metrics), path)
+
+    def _traces(self, recording: Recording) -> Traces:
+        return Traces(recording, Names(**asdict(self)))
 
     @override
     def summary(self, metrics: Mapping[str, Any], manifest: Mapping[str, Any]) -> str:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from fmus.messages.records import OBJECT, PACKET, RECEPTION, SENSOR_DATA, unframe
 from fmus.physics.boxes import corners
 from studies.red_light.polygons import polygon_distance
-from studies.red_light.roles import COLLISION, EGO, roles_of
+from studies.red_light.roles import COLLISION, EGO, USUAL, Names, roles_of
 
 Array = npt.NDArray[Any]
 
@@ -95,20 +95,23 @@ class Traces:
 
     Args:
         recording: the signals, and the manifest with the resolved scenario.
+        names: what the scenario calls entities and components; signals are asked for by the names
+            that they have in the shipped scenario.
 
     Raises:
         ValueError: when roles are read: vehicles are entities that the scenario does not declare.
     """
 
-    def __init__(self, recording: Recording) -> None:
+    def __init__(self, recording: Recording, names: Names = USUAL) -> None:
         self._recording = recording
         self._series: dict[str, Series] = {}
-        self._roles = roles_of(recording.manifest)
+        self._names = names
+        self._roles = roles_of(recording.manifest, names)
 
     def series(self, name: str) -> Series:
         """The recorded signal called `name`."""
         if name not in self._series:
-            self._series[name] = self._recording[name]
+            self._series[name] = self._recording[self._names.signal(name)]
         return self._series[name]
 
     def at(self, name: str, time: int) -> Any:

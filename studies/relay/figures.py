@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from orchestrator.drawing import styled
+from orchestrator.drawing import styled, write
 from orchestrator.signal import Array
-from studies.method.style import Look, bars, looks, write
+from studies.method.style import Look, bars, looks
 from studies.relay.published import TABLE_2
 from studies.relay.statistics import DensityPoint, Step, band
 

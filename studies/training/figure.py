@@ -8,18 +8,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
-from orchestrator.drawing import styled
-from studies.method import style
+from orchestrator.drawing import BLACK, BLUE, GREEN, VERMILLION, styled, write
 from studies.training.results import OUTCOMES, Findings, Row
 
 NAME: Final = "training"
 """The name of the files, without suffix."""
 
 _COLOURS: Final = {
-    "training": "#0072B2",
-    "validation": "#D55E00",
-    "collision": "#D55E00",
-    "success": "#009E73",
+    "training": BLUE,
+    "validation": VERMILLION,
+    "collision": VERMILLION,
+    "success": GREEN,
 }
 """Colours of Okabe and Ito's palette, which readers with colour blindness can tell apart."""
 
@@ -31,7 +30,7 @@ def draw(found: Findings, directory: Path) -> None:
         above, below = figure.subplots(2, 1)
         _losses(above, found.epochs)
         _drives(below, found.phases)
-        style.write(figure, directory / NAME)
+        write(figure, directory / NAME)
 
 
 def _losses(axes: Axes, epochs: Sequence[Row]) -> None:
@@ -47,7 +46,7 @@ def _losses(axes: Axes, epochs: Sequence[Row]) -> None:
         (k, row["validation_loss"]) for k, row in zip(counts, epochs, strict=True) if row["kept"]
     ]
     if kept:
-        axes.plot(*zip(*kept, strict=True), "o", color="#000000", markersize=4, label="kept")
+        axes.plot(*zip(*kept, strict=True), "o", color=BLACK, markersize=4, label="kept")
     for k, row in zip(counts, epochs, strict=True):
         if row["epoch"] == 1:
             axes.axvline(k - 0.5, color="#666666", linewidth=0.8, linestyle=":")

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+
+from orchestrator import drawing
 
 _DPI: Final = 80
 
@@ -34,9 +35,8 @@ def write(drawings: Iterable[Drawing], folder: Path) -> list[Drawing]:
     """Write figures into `folder`; equal results make equal bytes."""
     folder.mkdir(parents=True, exist_ok=True)
     written = []
-    for one in drawings:
-        FigureCanvasAgg(one.figure)
-        # no software version in the file
-        one.figure.savefig(folder / one.name, dpi=_DPI, metadata={"Software": None})
-        written.append(one)
+    with drawing.styled():  # also while the figures are made, one by one
+        for one in drawings:
+            drawing.write(one.figure, folder / Path(one.name).stem, (".png",), dpi=_DPI)
+            written.append(one)
     return written

@@ -191,3 +191,32 @@ def test_radios_are_given_as_the_rules_say(folder: Path) -> None:
     assert not radios.of("walkers.0", "equipped", 20.0)
     carried = [int(np.sum(each)) for each in radios.recording["traffic.vehicle.lidar"]]
     assert max(carried) == 2
+
+
+def test_an_entity_that_nobody_drives_is_remarked_upon(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """At its name in the file; SUMO's own vehicles and a connected one are not."""
+    path, text = tmp_path / "egos.yaml", examples()["egos.yaml"]
+    shutil.copytree(folder / "town", tmp_path / "town")
+    (tmp_path / "base.yaml").write_text(examples()["base.yaml"])
+    path.write_text(text.replace("ego: [first, second]", "ego: [first]"))
+    line = path.read_text().splitlines().index("        second:") + 1
+    remark = (
+        f"{path}:{line}:9: components.traffic.parameters.entities.second: "
+        "nothing drives `traffic.second.command`: `second` keeps its speed and heading, whatever "
+        "is ahead; connect the `command` of a policy, or leave `controller: policy` out"
+    )
+    capsys.readouterr()
+    assert main(["check", str(path)]) == 0
+    found = capsys.readouterr().out
+    assert [each for each in found.splitlines() if "nothing drives" in each] == [
+        f"{remark} (a remark)"
+    ]
+    out, short = tmp_path / "out", ["--set", "time.stop=200 ms"]
+    assert main(["run", str(path), *short, "--out", str(out)]) == 0
+    assert remark in capsys.readouterr().err
+    assert (out / "log.txt").read_text().count("nothing drives") == 1
+    path.write_text(text)
+    assert main(["check", str(path)]) == 0
+    assert "nothing drives" not in capsys.readouterr().out

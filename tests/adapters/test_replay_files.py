@@ -228,6 +228,16 @@ a.csv:1:1: column `lenght` is not known; is `length` meant?""",
     ),
     (
         "a.csv",
+        f"{HEADER},x\na,0,0,0,0,0,bus,0\n",
+        "a.csv:1:1: the column `x` is there twice",
+    ),
+    (
+        "a.csv",
+        f'{HEADER}\na,0,0,0,0,0,bus\nb,0,0,0,0,0,"{"x" * 140_000}"\n',
+        "a.csv:3:1: is no line of a CSV file: field larger than field limit (131072)",
+    ),
+    (
+        "a.csv",
         f"""{HEADER},width
 a,1,0,0,0,0,bus,-2
 z,1,0,0,0,0,bus,0

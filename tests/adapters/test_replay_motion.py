@@ -36,6 +36,20 @@ def test_straight_at_constant_speed_is_exact_at_any_step(tmp_path: Path, step: s
         assert array(signals, "heading")[0] == pytest.approx(math.radians(60.0), abs=1e-12)
 
 
+def test_a_time_at_which_nobody_is_seen_interrupts_nobody(tmp_path: Path) -> None:
+    """At 10 m/s to the east: seen at 0 s and 1 s, half-way at 0.5 s, where the file is empty."""
+    place = 'y="0" angle="90" speed="10" type="bus"'
+    file = tmp_path / "a.xml"
+    file.write_text(
+        f'<fcd-export><timestep time="0"><vehicle id="a" x="6" {place}/></timestep>'
+        '<timestep time="0.5"/>'
+        f'<timestep time="1"><vehicle id="a" x="16" {place}/></timestep></fcd-export>'
+    )
+    found = list(states(replay(file), "0.25", 4))
+    ahead = [array(signals, "position")[:, 0].tolist() for signals in found]
+    assert ahead == [[0.0], [2.5], [5.0], [7.5], [10.0]]
+
+
 def test_between_the_bumper_and_the_centre_lies_half_the_length(tmp_path: Path) -> None:
     headings = {"a": 0.0, "b": 90.0, "c": 180.0, "d": 270.0}
     samples = [

@@ -122,7 +122,7 @@ def test_surroundings_are_those_of_sumo(tmp_path: Path, sumo: Sumo) -> None:
         buildings=SCENE.parent / "red_light.poly.xml",
     )
     (found,) = states(component, "0.1", 0)
-    road, buildings = read_road(sumo), read_buildings(sumo, 10.0)
+    road, buildings = read_road(sumo.net), read_buildings(sumo, 10.0)
     vertex = np.asarray(found["road.vertex"], np.float64)
     np.testing.assert_allclose(vertex, road.vertex, atol=1e-9)
     np.testing.assert_array_equal(found["road.index"], road.index)

@@ -4,7 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.collections import PathCollection, PolyCollection
+from matplotlib.text import Annotation
 
+from adapters.traffic.bodies import Body
 from adapters.traffic.drawing import View, draw
 from orchestrator.cli import main
 
@@ -28,6 +31,50 @@ def test_a_view_is_a_square_around_its_center_as_far_as_there_is_something() -> 
     assert axes.get_xlim() == pytest.approx((10.0 - margin, 70.0 + margin))
     (whole,) = draw(signals, {7: "ego"}, "").axes
     assert whole.get_xlim() == pytest.approx((-106.0, 106.0))
+
+
+def test_a_picture_shows_everybody_once_in_the_colour_of_the_legend() -> None:
+    """Outlines to scale; circles for lidars, marks for the small, labels for those with names."""
+    signals = {
+        "road.vertex": np.array([[-500.0, -5.0], [500.0, -5.0], [500.0, 5.0], [-500.0, 5.0]]),
+        "road.index": np.zeros(4, np.int32),
+        "building.vertex": np.array([[0.0, 9.0], [9.0, 9.0], [9.0, 18.0], [0.0, 18.0]]),
+        "building.index": np.zeros(4, np.int32),
+        "vehicle.id": np.array([3, 7, 9]),
+        "vehicle.position": np.array([[40.0, 0.0, 0.7], [-60.0, 2.0, 0.9], [80.0, 1.0, 1.6]]),
+        "vehicle.heading": np.zeros(3),
+        "vehicle.size": np.array([[5.0, 2.0, 1.5], [0.5, 0.5, 1.8], [12.0, 2.5, 3.2]]),
+        "vehicle.body": np.array([Body.CAR, Body.PEDESTRIAN, Body.CAR], np.int32),
+        "vehicle.lidar": np.array([True, False, False]),
+        "light.position": np.array([[10.0, -5.0], [20.0, -5.0]]),
+        "light.state": np.array([1, 5], np.int32),
+    }
+    (axes,) = draw(signals, {7: "child"}, "a street").axes
+    legend = axes.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["car (2)", "pedestrian (1)"]
+    assert axes.get_title(loc="left") == "a street"
+    (name,) = axes.texts
+    assert isinstance(name, Annotation)
+    assert name.get_text() == "child"
+    np.testing.assert_allclose(name.xy, (-60.0, 2.0))
+    polygons = [each for each in axes.collections if isinstance(each, PolyCollection)]
+    road, building, cars, persons = (len(each.get_paths()) for each in polygons)
+    assert (road, building, cars, persons) == (1, 1, 2, 1)
+    np.testing.assert_allclose(
+        sorted(path.get_extents().width for path in polygons[2].get_paths()), [5.0, 12.0]
+    )
+    marks = [each for each in axes.collections if isinstance(each, PathCollection)]
+    places = [np.asarray(each.get_offsets()).tolist() for each in marks]
+    lights, *_, small, lidars = places
+    assert lights == [[10.0, -5.0], [20.0, -5.0]]
+    assert small == [[-60.0, 2.0]]
+    assert lidars == [[40.0, 0.0]]
+    red, green = np.asarray(marks[0].get_facecolor())
+    assert red[0] > 0.8
+    assert red[1] < 0.2
+    assert green[0] < 0.2
+    assert green[1] > 0.6
 
 
 def test_a_picture_around_somebody_who_is_not_there_is_refused(

@@ -14,10 +14,11 @@ import pytest
 from adapters.sumo.background import Background, KeptClear, Spawned, kept_clear
 from adapters.sumo.entities import Entity, Position
 from adapters.sumo.errors import SumoError
+from adapters.sumo.net import Link
 from adapters.sumo.parameters import Background as Demand
 from adapters.sumo.placement import Placement
 from adapters.sumo.scene import VehicleType, VehicleTypes
-from adapters.sumo.simulation import Link, Sumo
+from adapters.sumo.simulation import Sumo
 from adapters.traffic.bodies import Body
 from tests.adapters.sumo_runs import Float, car, scene
 
@@ -96,12 +97,12 @@ def edges_of(spawned: Spawned) -> tuple[str, ...]:
 def test_vehicles_stand_one_spacing_apart_on_average(street: Sumo, spacing: float) -> None:
     """A gap is at least 4 m, and as much more as the mean length leaves of the spacing."""
     rows = by_lane(background(street, spacing=spacing).place())
-    assert set(rows) == set(street.edges())
+    assert set(rows) == set(street.net.edges())
     mean_length = (3.0 * CAR.length + 1.0 * VAN.length) / 4.0
     headway = CAR.length + spacing - mean_length
     for edge, row in rows.items():
         fronts = [each.departure.position for each in row]
-        assert fronts[0] == street.lane_length(f"{edge}_0") - spacing / 2
+        assert fronts[0] == street.net.lane_length(f"{edge}_0") - spacing / 2
         np.testing.assert_allclose(np.diff(fronts), -headway)
         assert CAR.length <= fronts[-1] < CAR.length + headway
 
@@ -125,7 +126,7 @@ def test_no_two_of_a_lane_are_closer_than_four_metres_and_all_are_on_it(
         rear = front - [each.type.length for each in row]
         assert (rear[:-1] - front[1:] >= 4.0).all()
         assert rear[-1] >= 0.0
-        length = street.lane_length(f"{edge}_0")
+        length = street.net.lane_length(f"{edge}_0")
         assert length - 15.0 <= front[0] <= length
 
 
@@ -139,8 +140,8 @@ def test_what_is_kept_clear_is_clear(street: Sumo) -> None:
     rows = by_lane(background(street, np.random.default_rng(1), clear, spacing=15.0).place())
     assert max(each.departure.position for each in rows["east_1"]) <= 60.0
     branch = max(each.departure.position for each in rows["branch"])
-    assert branch <= street.lane_length("branch_0")
-    assert set(street.edges()) - set(rows) == {"north_1", "east_2"}
+    assert branch <= street.net.lane_length("branch_0")
+    assert set(street.net.edges()) - set(rows) == {"north_1", "east_2"}
     assert {edges_of(each)[:2] for each in rows["west_1"]} == {("west_1", "west_2")}
     later = [edges_of(each)[2:] for each in rows["east_1"]]
     assert ("east_3",) in later, "from the second lane on, closed lanes are as others"
@@ -173,13 +174,13 @@ def test_everybody_drives_to_the_border_of_the_net_by_a_way_that_there_is(street
         edges = edges_of(each)
         assert edges[-1] in ends
         for edge, following in pairwise(edges):
-            links = [link.to_lane for link in street.links(f"{edge}_0")]
+            links = [link.to_lane for link in street.net.links(f"{edge}_0")]
             assert f"{following}_0" in links
         lanes = [f"{edge}_0" for edge in edges[:2]]
-        np.testing.assert_array_equal(each.path.at(0.0), street.lane_shape(lanes[0])[0])
-        end = street.lane_shape(lanes[-1])[-1]
+        np.testing.assert_array_equal(each.path.at(0.0), street.net.lane_shape(lanes[0])[0])
+        end = street.net.lane_shape(lanes[-1])[-1]
         np.testing.assert_allclose(each.path.at(each.path.length), end, atol=1e-9)
-        assert each.path.length >= sum(map(street.lane_length, lanes)) - 1e-6
+        assert each.path.length >= sum(map(street.net.lane_length, lanes)) - 1e-6
 
 
 @pytest.mark.parametrize("changes_lanes", [True, False])
@@ -208,7 +209,7 @@ def test_nobody_enters_a_lane_that_is_full(
     """Full is one vehicle per spacing: seven on a lane of seven spacings; the others go on."""
     monkeypatch.setattr(street, "occupancy", {"east_1_0": count}.get)
     clear = KeptClear(reserved=frozenset({"west_1_0", "north_1_0"}), closed=frozenset(), limits={})
-    drawn = background(street, clear=clear, spacing=street.lane_length("east_1_0") / 7)
+    drawn = background(street, clear=clear, spacing=street.net.lane_length("east_1_0") / 7)
     assert bool(drawn.enter(100.0)) == (count < 7)
 
 
@@ -230,10 +231,14 @@ def test_without_a_share_there_is_no_background(street: Sumo) -> None:
 
 @dataclass
 class Circle:
-    """Stands in for SUMO: a single lane of 1500 m that leads to itself, in these directions."""
+    """Stands in for SUMO and its net: a lane of 1500 m that leads to itself, that way."""
 
     directions: str = "s"
     routes: list[Sequence[str]] = field(default_factory=list)
+
+    @property
+    def net(self) -> "Circle":
+        return self
 
     def lanes(self) -> list[str]:
         return ["o_0"]

@@ -1,6 +1,7 @@
 """What is found in the files of a SUMO scene, each thing at its line and column."""
 
 import gzip
+import re
 import shutil
 from pathlib import Path
 
@@ -15,6 +16,8 @@ SCENE = ASSETS / "red_light.sumocfg"
 CAR = '<vehicle id="{}" depart="0" type="{}"><route edges="south_in north_out"/></vehicle>'
 BUILDING = '<poly id="{}" type="{}" shape="{}"><param key="height" value="{}"/></poly>'
 SQUARE = "0,0 10,0 10,10 0,10"
+FAR_LINE = "3500000.1,5500000.3 3500005.3,5500003.7 3500020.9,5500013.9"
+"""Points of a line at Gauss-Kruger coordinates, whose products are rounded to some 0.004 m2."""
 
 
 @pytest.mark.parametrize("thorough", [False, True], ids=["static", "thorough"])
@@ -42,6 +45,15 @@ def test_a_net_far_from_the_origin_is_said(folder: Folder) -> None:
     (remark,) = said(check.remarks)
     assert remark.startswith(f"{NET}:{line}:5: the coordinate 3000000 m is far from the origin: ")
     assert remark.endswith("relative to the corner of the net, or to the parameter `origin`")
+
+
+def test_sumo_refuses_a_lane_of_one_point(folder: Folder) -> None:
+    """So a lane always has a direction."""
+    net = folder.path / NET
+    lane = re.compile(r'(<lane id="south_in_1" [^>]*shape="[^ "]*) [^"]*"')
+    net.write_text(lane.sub(r'\1"', net.read_text(), count=1))
+    problems = said(check_scene(folder.config(), thorough=True).problems)
+    assert any("Shape of lane 'south_in_1' is broken" in each for each in problems), problems
 
 
 def test_a_left_hand_net_passes(folder: Folder) -> None:
@@ -177,6 +189,7 @@ def test_the_shape_of_a_building_is_a_list_of_points(shape: str, folder: Folder)
         ("building", "0,0 1,0", "5", "is left out: at least 3 different corners are needed, there"),
         ("building", "0,0 1,0 0,0.001 1,0", "5", "is left out: at least 3 different corners are"),
         ("building.yes", "0,0 5,5 9,9", "5", "is left out: its corners lie on a line, or its"),
+        ("building", FAR_LINE, "5", "is left out: its corners lie on a line, or its outline"),
         ("building", "", "5", "is left out: at least 3 different corners are needed, there are 0"),
         ("building", SQUARE, "tall", "gets the default height: a height [m] is a positive number"),
         ("building", SQUARE, "0", "gets the default height: a height [m] is a positive"),
@@ -213,6 +226,18 @@ def test_polygons_that_are_no_buildings_are_counted(folder: Folder) -> None:
         f"{SHAPES}:2:1: 12 polygons of type `landuse.forest` are no buildings",
         f"{SHAPES}:14:1: 1 polygon of type `buildings` is no building",
     ]
+
+
+def test_unknown_edges_are_remarks_where_sumo_is_to_ignore_them(folder: Folder) -> None:
+    folder.write(ROUTES, '<routes><trip id="a" depart="0" from="x" to="north_out"/></routes>')
+    for more, is_ignored in (("", False), ('<ignore-route-errors value="true"/>', True)):
+        check = check_scene(folder.config(routes=ROUTES, more=more), thorough=False)
+        found, others = check.problems, check.remarks
+        if is_ignored:
+            found, others = others, found
+        (what,) = said(found)
+        assert "`x`" in what
+        assert others == ()
 
 
 def test_loads_are_left_out_and_said(folder: Folder) -> None:

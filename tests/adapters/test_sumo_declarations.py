@@ -31,6 +31,12 @@ def at(x: float | None, y: float | None, **more: object) -> Entity:
     return Entity(type="car", position=Position(x=x, y=y), **more)  # type: ignore[arg-type]
 
 
+def unit(**more: object) -> Entity:
+    """A roadside unit."""
+    at = Position(x=1.0, y=1.0)
+    return Entity(type="roadside_unit", position=at, **more)  # type: ignore[arg-type]
+
+
 def meets(entity: str, **more: float) -> Synchronise:
     return Synchronise(entity=entity, **more)
 
@@ -206,6 +212,31 @@ MISDECLARED: Mapping[str, tuple[Mapping[str, Entity], str]] = {
         },
         "`entities.a.speed_profile`: the times must not decrease, got [2.0, 1.0]",
     ),
+    "parked and moving": (
+        {"a": car("east_1_0", 50.0, parked=True, speed=TEN)},
+        "`entities.a.speed`: the entity is parked; leave `speed` or `parked` out",
+    ),
+    "a unit that moves": (
+        {"a": unit(trajectory=(VERTEX,))},
+        "`entities.a.trajectory`: a roadside unit does not move; leave `trajectory` out",
+    ),
+    **{
+        f"a unit with {key}": (
+            {"a": unit(**{key: value})},
+            f"`entities.a.{key}`: means nothing for a roadside unit; leave it out",
+        )
+        for key, value in {
+            "enters": 1.0,
+            "speed": TEN,
+            "route": ("east_1",),
+            "to": "east_1",
+            "lidar": True,
+        }.items()
+    },
+    "a unit that is there now and then": (
+        {"a": unit(presence=0.5)},
+        "`entities.a.presence`: of a roadside unit is 0 or 1",
+    ),
     "units without a way": (
         {
             "a": Entity(type="roadside_unit", position=Position(x=1.0, y=1.0)),
@@ -330,6 +361,23 @@ NOT_OF_THE_SCENE: Mapping[str, tuple[Mapping[str, Entity], str]] = {
         (
             "`entities.b`: the way from `west_1_0` does not cross that of `a`; place them on "
             "lanes whose ways cross, or give the place of the meeting as `x` and `y`"
+        ),
+    ),
+    "waits for one that the draw leaves out": (
+        {
+            "a": car("east_1_0", 50.0, speed=TEN, presence=1e-12),
+            "b": car("north_1_0", synchronise=meets("a")),
+        },
+        "`entities.b`: `synchronise.entity` is `a`, which does not take part",
+    ),
+    "waits for one that is wrong itself": (
+        {
+            "a": car("east_1_0", 500.0, speed=TEN),
+            "b": car("north_1_0", synchronise=meets("a")),
+        },
+        (
+            "`entities.a`: `position.s` is 500 m, but on `east_1_0` the front bumper can be "
+            "between 5 m and 196.0 m"
         ),
     ),
     "waits for one that stands": (

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from adapters.sumo.checking import inputs_of
 from adapters.sumo.checks.options import options, time
 from adapters.sumo.files import FileKind, read_scene
 from tests.adapters.scene import ASSETS, NET, Folder, said
@@ -113,7 +112,7 @@ def test_files_name_further_files_relative_to_themselves(folder: Folder) -> None
     }
     (detector,) = (each for each in scene.outputs if each.named_by == "e1Detector file")
     assert (detector.where.file, detector.where.line) == (str(inner / "more.add.xml"), 1)
-    assert set(inputs_of(scene.config)) == {
+    assert set(scene.paths()) == {
         scene.config,
         folder.path / NET,
         folder.path / "a.add.xml",

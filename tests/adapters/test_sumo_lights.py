@@ -47,11 +47,18 @@ def signals_in(net: Path) -> list[tuple[str, Float]]:
 
 
 class Stated:
-    """Stands in for SUMO: lanes and letters as a test says; all lanes but `b` end at (3, 4)."""
+    """Stands in for SUMO and its net: lanes and letters as a test says.
+
+    All lanes but `b` end at (3, 4).
+    """
 
     def __init__(self, lanes: dict[str, list[str]]) -> None:
         self._lanes = lanes
         self.letters = {name: "r" * len(those) for name, those in lanes.items()}
+
+    @property
+    def net(self) -> "Stated":
+        return self
 
     def lights(self) -> list[str]:
         return sorted(self._lanes)

@@ -43,11 +43,11 @@ def along(line: Float, spacing: float) -> Float:
 
 
 def test_the_centres_of_all_lanes_are_on_the_road_and_the_buildings_are_not(sumo: Sumo) -> None:
-    road = read_road(sumo)
-    for lane in sumo.lanes():
-        assert on_road(road, along(sumo.lane_shape(lane), 1.0)).all(), lane
-        for link in sumo.links(lane):
-            crossing = along(sumo.lane_shape(link.via), 0.5)
+    road = read_road(sumo.net)
+    for lane in sumo.net.lanes():
+        assert on_road(road, along(sumo.net.lane_shape(lane), 1.0)).all(), lane
+        for link in sumo.net.links(lane):
+            crossing = along(sumo.net.lane_shape(link.via), 0.5)
             assert on_road(road, crossing).all(), link.via
     buildings = read_buildings(sumo, 10.0)
     assert not on_road(road, buildings.vertex).any()
@@ -63,7 +63,7 @@ def test_its_area_is_that_of_the_lanes_and_the_crossing(sumo: Sumo) -> None:
 
     The median of the main road, 7 m wide with one left-turn lane in it, is no lane.
     """
-    road = read_road(sumo)
+    road = read_road(sumo.net)
     step = 0.5
     axis = np.arange(-230 + step / 2, 230, step)
     points = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
@@ -117,7 +117,7 @@ def test_pavements_and_railways_are_no_road(tmp_path: Path, loaded: Callable[...
     config.write_text(
         '<configuration><net-file value="street.net.xml"/></configuration>', encoding="utf-8"
     )
-    road = read_road(loaded(config))
+    road = read_road(loaded(config).net)
     lane, square = (road.vertex[road.index == k] for k in (0, 1))
     np.testing.assert_allclose(lane, [(0, -3.2), (100, -3.2), (100, 0), (0, 0)], atol=1e-9)
     np.testing.assert_allclose(square, [(100, -5.2), (100, 0), (110, 0), (110, -5.2)])

@@ -68,19 +68,20 @@ def buildings(signals: Signals) -> list[Float]:
 
 
 def test_the_main_road_has_five_lanes_and_the_side_road_four(sumo: Sumo) -> None:
-    lanes = sumo.lanes()
+    lanes = sumo.net.lanes()
     for arm, count in {"south": 5, "north": 5, "west": 4, "east": 4}.items():
         assert sum(lane.startswith(f"{arm}_") for lane in lanes) == count
-    assert {sumo.lane_width(lane) for lane in lanes} == {3.5}
-    assert {round(sumo.speed_limit(lane) * 3.6) for lane in lanes} == {50}
-    assert min(sumo.lane_length(lane) for lane in lanes) >= 200.0
+    assert {sumo.net.lane_width(lane) for lane in lanes} == {3.5}
+    assert {round(sumo.net.speed_limit(lane) * 3.6) for lane in lanes} == {50}
+    assert min(sumo.net.lane_length(lane) for lane in lanes) >= 200.0
 
 
 def test_traffic_keeps_to_the_right_and_lanes_of_the_main_road_run_straight_on(
     sumo: Sumo,
 ) -> None:
-    assert sumo.lane_shape("south_in_1")[0, 0] == sumo.lane_shape("north_out_1")[0, 0] == 7.0
-    assert sumo.lane_shape("north_in_1")[0, 0] == sumo.lane_shape("south_out_1")[0, 0] == -7.0
+    net = sumo.net
+    assert net.lane_shape("south_in_1")[0, 0] == net.lane_shape("north_out_1")[0, 0] == 7.0
+    assert net.lane_shape("north_in_1")[0, 0] == net.lane_shape("south_out_1")[0, 0] == -7.0
 
 
 def test_the_lights_show_what_the_encounter_needs_for_forty_seconds(sumo: Sumo) -> None:

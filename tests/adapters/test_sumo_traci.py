@@ -4,6 +4,7 @@ import os
 import signal
 import socket
 import subprocess
+import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
@@ -219,3 +220,38 @@ def test_a_program_may_lie_in_sumo_home(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setenv("SUMO_HOME", str(home))
     monkeypatch.setenv("PATH", str(tmp_path))
     assert len(simulate(scene(tmp_path), 1.0, program="sumo").points) == 11
+
+
+class Left:
+    """Stands in for a connection that is left."""
+
+    def close(self, *, wait: bool) -> None:
+        assert not wait
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals")
+@pytest.mark.parametrize(
+    ("program", "ends_by"),
+    [
+        ("print(flush=True)", 0),
+        ("print(flush=True); time.sleep(60)", -signal.SIGTERM),
+        (
+            "signal.signal(signal.SIGTERM, signal.SIG_IGN); print(flush=True); time.sleep(60)",
+            -signal.SIGKILL,
+        ),
+    ],
+    ids=["ends", "hangs", "hangs and hears nothing"],
+)
+def test_a_program_that_does_not_end_is_ended(
+    program: str, ends_by: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Asked first, and made to only then."""
+    monkeypatch.setattr(connection, "_TIME_TO_END", 0.3)
+    command = [sys.executable, "-c", f"import signal, time; {program}"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        over = connection.OverTraci(Left(), process, "here")
+        over.close()
+        over.close()
+        assert process.returncode == ends_by

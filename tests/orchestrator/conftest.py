@@ -13,6 +13,7 @@ SAMPLE_UNITS = {
         "sender": "sample_units:Sender",
         "receiver": "sample_units:Receiver",
         "alarm": "sample_units:Alarm",
+        "carts": "sample_units:Carts",
         "broken": "sample_units:Broken",
         "road": "family_units:Road",
         "driver": "family_units:Driver",

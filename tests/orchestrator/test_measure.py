@@ -11,6 +11,7 @@ from orchestrator.measure import measure_type
 from orchestrator.recording.reader import Recording
 from orchestrator.run import run_scenario
 from orchestrator.scenario.build import load_scenario
+from orchestrator.table_files import has_parquet
 from tests.orchestrator.test_scenario_build import problems_of
 
 SPAN = "measures={span: {signal: car.vehicle.x, scale: 50 cm}}"
@@ -154,7 +155,8 @@ def test_a_measure_leaves_tables_and_a_panel(
     drawn = (out / "measures.png").read_bytes()
     capsys.readouterr()
     assert main(["report", str(out)]) == 0
-    names = ("metrics.json", "measures/way-values.csv", "measures.png")
+    tables = ["measures/way-values.csv", "measures/way-values.parquet"][: 1 + has_parquet()]
+    names = ("metrics.json", *tables, "measures.svg", "measures.png")
     assert f"wrote {', '.join(str(out / name) for name in names)}" in capsys.readouterr().out
     assert (out / "measures.png").read_bytes() == drawn
 
@@ -164,3 +166,14 @@ def test_nothing_is_drawn_where_no_figure_is_wanted(scenario_file: Path, tmp_pat
     run_scenario(scenario, tmp_path / "out", figure=False)
     assert (tmp_path / "out" / "measures" / "way-values.csv").is_file()
     assert not (tmp_path / "out" / "measures.png").exists()
+
+
+def test_the_page_is_there_in_lines_and_in_pixels(scenario_file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert main(["run", str(scenario_file), "--set", COURSE, "--out", str(out)]) == 0
+    drawn = {path.name: path.read_bytes() for path in out.glob("measures.*")}
+    assert set(drawn) == {"measures.svg", "measures.png"}
+    assert b"<svg" in drawn["measures.svg"]
+    assert drawn["measures.png"][:4] == b"\x89PNG"
+    assert main(["report", str(out)]) == 0
+    assert {path.name: path.read_bytes() for path in out.glob("measures.*")} == drawn

@@ -10,27 +10,21 @@ import pytest
 from orchestrator.algorithm.fixed_point import FixedPoint
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
-from orchestrator.errors import ScenarioError
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.model import Scenario
+from tests.orchestrator.files import problems_after
 
 
 def problems_of(path: Path, *changes: tuple[str, str]) -> list[str]:
-    """The problems after replacing text in the file."""
-    text = path.read_text()
-    for old, new in changes:
-        assert text.count(old) == 1, old
-        text = text.replace(old, new)
-    path.write_text(text)
-    with pytest.raises(ScenarioError) as error:
-        load_scenario(path)
-    return [str(problem).removeprefix(f"{path.parent}/") for problem in error.value.problems]
+    """The problems after replacing text in the file, which is named without its folder."""
+    found = problems_after(path, *changes)
+    return [str(problem).removeprefix(f"{path.parent}/") for problem in found]
 
 
 def test_a_scenario_is_resolved(scenario_file: Path) -> None:
     scenario = load_scenario(scenario_file)
     assert (scenario.start, scenario.stop, scenario.seed) == (0, 10**9, 7)
-    assert scenario.coupling.algorithm == GaussSeidel(None)
+    assert scenario.coupling.made == GaussSeidel(None)
     assert scenario.components["car"].step == 50 * 10**6
     assert scenario.components["base"].process
     assert scenario.components["car"].values == {
@@ -108,10 +102,10 @@ def test_a_resolved_scenario_means_the_same_when_read_again(
 
 def test_an_algorithm_is_chosen_by_name_with_its_parameters(scenario_file: Path) -> None:
     jacobi = load_scenario(scenario_file, ["coupling.algorithm=jacobi"])
-    assert jacobi.coupling.algorithm == Jacobi()
+    assert jacobi.coupling.made == Jacobi()
     changes = ["coupling.algorithm=fixed-point", "coupling.relaxation=0.5"]
     iterated = load_scenario(scenario_file, changes)
-    assert iterated.coupling.algorithm == FixedPoint(relaxation=0.5)
+    assert iterated.coupling.made == FixedPoint(relaxation=0.5)
     assert iterated.resolved()["coupling"] == {"algorithm": "fixed-point", "relaxation": 0.5}
 
 
@@ -120,7 +114,7 @@ def test_the_order_of_another_algorithm_is_left_out_with_a_remark(scenario_file:
     assert "gauss-seidel" in text
     scenario_file.write_text(text.replace("gauss-seidel", "gauss-seidel\n  order: [car, base]"))
     scenario = load_scenario(scenario_file, ["coupling.algorithm=jacobi"])
-    assert scenario.coupling.algorithm == Jacobi()
+    assert scenario.coupling.made == Jacobi()
     (remark,) = scenario.remarks
     assert "coupling.order: ignored, the algorithm that was set has no `order`" in str(remark)
     taken_back = load_scenario(scenario_file, ["coupling.order=null", "coupling.algorithm=jacobi"])

@@ -8,6 +8,7 @@ from hypothesis import given, strategies as st
 
 from orchestrator.scenario.document import Document
 from orchestrator.scenario.expansion import expanded
+from tests.orchestrator.files import addresses
 
 JSON = st.recursive(
     st.none()
@@ -74,16 +75,9 @@ def test_every_value_has_the_place_of_what_it_was_written_out_from(
     source = Document.parse(json.dumps(data, indent=1), "f.yaml")
     found = expanded(source).document
 
-    def check(value: Any, address: tuple[str | int, ...]) -> None:
+    for address in addresses(found.data):
         assert found.places[address] == source.places[found.written(address)]
-        seen.add(address)
-        children = enumerate(value) if isinstance(value, list) else ()
-        for key, child in value.items() if isinstance(value, dict) else children:
-            check(child, (*address, key))
-
-    seen: set[tuple[str | int, ...]] = set()
-    check(found.data, ())
-    assert seen == set(found.places)
+    assert set(addresses(found.data)) == set(found.places)
     assert list(found.data["components"]) == [f"m-{each}" for each in ego]
     for each in ego:
         assert found.data["components"][f"m-{each}"]["parameters"]["x"] == [*wheel, 1, [each]]

@@ -15,6 +15,7 @@ from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.document import Document
 from orchestrator.scenario.extension import overlaid
 from orchestrator.scenario.schema import json_schema
+from tests.orchestrator.files import addresses
 
 HEAD = "schema: 1\nextends: two.yaml\n"
 Write = Callable[[str], Path]
@@ -120,17 +121,10 @@ def test_values_of_the_overlay_win_and_every_value_has_its_place(
     documents = [Document.parse(json.dumps(d), name) for d, name in ((base, "b"), (over, "o"))]
     found = overlaid(*documents)
 
-    def check(value: Any, address: tuple[str | int, ...]) -> None:
+    for address in addresses(found.data):
         is_over = address in documents[1].places
         assert found.places[address].value.file == ("o" if is_over else "b")
-        seen.add(address)
-        children = enumerate(value) if isinstance(value, list) else ()
-        for key, child in value.items() if isinstance(value, dict) else children:
-            check(child, (*address, key))
-
-    seen: set[tuple[str | int, ...]] = set()
-    check(found.data, ())
-    assert seen == set(found.places)
+    assert set(addresses(found.data)) == set(found.places)
     assert overlaid(documents[0], found).data == found.data
     assert overlaid(documents[0], documents[0]).data == base
     for key, value in over.items():

@@ -9,7 +9,7 @@ from hypothesis import given, strategies as st
 from orchestrator.errors import ScenarioError
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.document import Document
-from orchestrator.scenario.overrides import apply
+from orchestrator.scenario.overrides import apply, changed_component
 
 DOCUMENT = "a: {b: 1, c: [x, {y: 2}]}\ncomponents: {car: {type: t}}\n"
 
@@ -114,7 +114,9 @@ def test_keys_absent_in_the_file_can_be_set(scenario_file: Path) -> None:
     scenario = load_scenario(
         scenario_file, ["report=trace", "recording.exclude=[car.power]", "seed=9"]
     )
-    assert (scenario.report, scenario.exclude, scenario.seed) == ("trace", ("car.power",), 9)
+    assert scenario.report is not None
+    assert scenario.report.type_name == "trace"
+    assert (scenario.exclude, scenario.seed) == (("car.power",), 9)
 
 
 def test_parameters_of_a_replaced_type_are_ignored_with_a_remark(scenario_file: Path) -> None:
@@ -136,3 +138,21 @@ def test_parameters_that_an_override_sets_must_exist_in_the_new_type(scenario_fi
             scenario_file,
             ["components.car.type=receiver", "components.car.parameters.gian=1"],
         )
+
+
+@pytest.mark.parametrize(
+    ("override", "component"),
+    [
+        ("components.car.step=1 s", "car"),
+        ("components.car.parameters.a.b=1=2", "car"),
+        ("components.car={type: sender}", None),
+        ("components.car.each=ego", None),
+        ("components.car.each.x=ego", None),
+        ("time.stop.x=1 s", None),
+        ("measures.car.level=1", None),
+    ],
+)
+def test_an_override_is_within_a_component_below_its_name(
+    override: str, component: str | None
+) -> None:
+    assert changed_component(override) == component

@@ -1,5 +1,6 @@
 """Components that do not fit are problems of a line; those that fit are connected as drawn."""
 
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar
@@ -14,6 +15,7 @@ from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.fixed_point import FixedPoint
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
+from orchestrator.cli import main
 from orchestrator.component import RestorableComponent
 from orchestrator.errors import ComponentError, ScenarioError
 from orchestrator.placement import placing
@@ -115,6 +117,43 @@ def test_what_only_components_can_tell_is_reported_with_everything_else(
     ]
     for text in wanted:
         assert any(text in what for what in found), (text, found)
+
+
+CARTS = """\
+  carts:
+    type: carts
+    step: 100 ms
+    process: true
+    parameters:
+      names:
+        - red
+        - blue
+connections:
+  - {from: car.vehicle.x, to: carts.red.wheel}
+"""
+
+
+def test_an_input_that_needs_a_source_and_has_none_is_remarked_upon(
+    scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where it was asked for, and the run goes on; wherever the component runs."""
+    scenario_file.write_text(scenario_file.read_text().replace("connections:\n", CARTS))
+    address = "components.carts.parameters.names[1]"
+    remark = f"{scenario_file}:25:11: {address}: nothing drives `carts.blue.wheel`: `blue` rolls on"
+    assert main(["check", str(scenario_file), "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["remarks"]
+    assert (found["line"], found["column"]) == (25, 11)
+    assert main(["check", str(scenario_file)]) == 0
+    assert capsys.readouterr().out.splitlines()[0] == f"{remark} (a remark)"
+    for transport in ("in-process", "loopback"):
+        out = tmp_path / transport
+        run = ["run", str(scenario_file), "--out", str(out), "--transport", transport]
+        assert main(run) == 0
+        assert capsys.readouterr().err.count(remark) == 1
+        assert (out / "log.txt").read_text().count(remark) == 1
+    both = "connections=[{from: car.vehicle.x, to: carts.red.wheel}"
+    both += ", {from: car.vehicle.x, to: carts.blue.wheel}, {from: car.vehicle, to: base.vehicle}]"
+    assert assemble(load_scenario(scenario_file, [both])).remarks == ()
 
 
 def test_a_component_that_is_broken_hides_no_mistake_of_the_scenario(scenario_file: Path) -> None:

@@ -25,6 +25,7 @@ from orchestrator.parameters import REQUIRED, Parameter
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.values import convert, written
 from tests.installation import install
+from tests.orchestrator.files import problems_after
 from tests.orchestrator.packages.structured_units import Entity, Start, Stop
 
 SCENARIO = """\
@@ -69,15 +70,9 @@ def values(path: Path, *overrides: str) -> Mapping[str, Any]:
 
 def problems(path: Path, *changes: tuple[str, str]) -> list[str]:
     """The problems after replacing text in the file, without its name and the address before."""
-    text = path.read_text()
-    for old, new in changes:
-        assert text.count(old) == 1, old
-        text = text.replace(old, new)
-    path.write_text(text)
-    with pytest.raises(ScenarioError) as error:
-        load_scenario(path)
     short = "components.traffic.parameters."
-    return [str(p).removeprefix(f"{path}:").replace(short, "") for p in error.value.problems]
+    found = problems_after(path, *changes)
+    return [str(each).removeprefix(f"{path}:").replace(short, "") for each in found]
 
 
 def test_a_component_receives_records_in_the_order_of_the_file(path: Path) -> None:

@@ -51,6 +51,11 @@ class Run:
         """Of the ego vehicle [m/s]."""
         return float(self._at("traffic.ego.speed", row))
 
+    def aside(self, rows: Sequence[int]) -> Float:
+        """How far left of its own lane the ego vehicle is, which goes east [m], shape (row,)."""
+        lane = self._at("traffic.ego.position", 0)[1]
+        return np.array([self._at("traffic.ego.position", k)[1] - lane for k in rows])
+
     def sees(self, row: int, observer: int, *, is_hidden_by_bodies: bool) -> bool:
         """Whether `observer` sees some of the collider's body from above the middle of its own.
 
@@ -86,13 +91,21 @@ class Run:
         return np.asarray(series.at(round(self.times[row] * 1e9)))
 
 
-def run(name: str, policy: str, seed: int, out: Path, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run a scenario that ships, with a policy; it must succeed."""
+def run(
+    name: str,
+    policy: str,
+    seed: int,
+    out: Path,
+    capsys: pytest.CaptureFixture[str],
+    *changes: str,
+) -> Run:
+    """Run a scenario that ships, with a policy and further changes; it must succeed."""
     capsys.readouterr()
-    options: Sequence[str] = (
-        "--seed", str(seed), "--set", f"components.policy.type={policy}",
-        "--no-figure", "--quiet", "--json", "--out", str(out),
-    )  # fmt: skip
+    options: list[str] = [
+        "--seed", str(seed), "--no-figure", "--quiet", "--json", "--out", str(out),
+    ]  # fmt: skip
+    for change in (f"components.policy.type={policy}", *changes):
+        options += ["--set", change]
     scenario = Path(scenarios.__file__).with_name(f"{name}.yaml")
     code = main(["run", str(scenario), *options])
     captured = capsys.readouterr()

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import scenarios
@@ -23,7 +24,12 @@ SEEDS = range(1, 6)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "own", "shared"),
-    [("pedestrian", 9.6, 40.7), ("left_turn", 2.6, 24.1), ("platoon", 30.2, 96.8)],
+    [
+        ("pedestrian", 9.6, 40.7),
+        ("left_turn", 2.6, 24.1),
+        ("platoon", 30.2, 96.8),
+        ("overtaking", 7.3, 51.4),
+    ],
 )
 def test_the_ego_sees_it_too_late_and_the_sharer_in_time(
     name: str, own: float, shared: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -71,7 +77,61 @@ def test_only_the_blind_ego_collides(
         assert metrics["min_gap_m"] > gap
 
 
-@pytest.mark.parametrize("name", ["pedestrian", "left_turn", "platoon"])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
+def test_only_the_blind_ego_overtakes_into_the_hidden_car(
+    seed: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Told 0.5 s after the start, before it would pull out; it stays, and passes afterwards."""
+    blind = run("overtaking", "policy-blind", seed, tmp_path / "blind", capsys)
+    assert blind.metrics["collision_partner"] == "collision vehicle"
+    assert blind.metrics["braking"]["seen_by"] == EGO
+    until = blind.before(blind.metrics["collision_time"])
+    assert blind.aside(until).max() > 3.3
+    assert blind.speed(until[-1]) < blind.speed(until[0])
+
+    for policy in ("policy-rule-based", "policy-expert"):
+        other = run("overtaking", policy, seed, tmp_path / policy, capsys)
+        assert other.metrics["success"]
+        assert other.metrics["min_gap_m"] > 1.5
+        aside = other.aside(range(len(other.times)))
+        passing = int(np.argmax(aside > 0.2))
+        assert other.times[passing] > other.metrics["min_gap_time"] > 6.0
+        assert other.metrics["hidden_vehicle"]["received_by_ego"] < 0.5
+        assert aside.max() == pytest.approx(3.5, abs=0.2)
+        assert np.abs(aside[-20:]).max() < 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gap", [40, 60, 80])
+def test_who_comes_straight_on_is_seen_in_time_past_the_truck(
+    gap: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With a lidar of 120 m the ego sees it when it is a metre out, and drops back without V2X.
+
+    The car comes at 50 km/h, from `gap` [m] beyond the junction.
+    """
+    collider = "components.traffic.parameters.entities.collider."
+    blind = run(
+        "overtaking",
+        "policy-blind",
+        1,
+        tmp_path / "run",
+        capsys,
+        f"{collider}position.lane=east_in_0",
+        f"{collider}position.to_end={gap} m",
+        f"{collider}speed=50 km/h",
+        f"{collider}speed_profile=[{{time: 0 s, speed: 50 km/h}}]",
+        "components.lidar.parameters.range=120 m",
+    )
+    assert blind.metrics["success"]
+    assert blind.metrics["min_gap_m"] > 1.0
+    meeting = blind.before(blind.metrics["min_gap_time"])
+    assert 0.7 < blind.aside(meeting).max() < 2.5
+    assert abs(blind.aside(meeting)[-1]) < 0.5
+
+
+@pytest.mark.parametrize("name", ["pedestrian", "left_turn", "platoon", "overtaking"])
 def test_the_net_is_what_netconvert_makes_of_its_sources(name: str, tmp_path: Path) -> None:
     beside_python = Path(sys.executable).with_name("netconvert")
     netconvert = beside_python if beside_python.exists() else shutil.which("netconvert")

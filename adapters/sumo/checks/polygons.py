@@ -7,18 +7,14 @@ from typing import Final
 
 from adapters.sumo.checks.findings import Findings
 from adapters.sumo.checks.reading import Attributes
+from adapters.traffic.surroundings import SAME_POINT, THIN
 from orchestrator.errors import Location
 
 BUILDING: Final = "building"
-SAME_POINT: Final = 0.01
-"""Corners closer than this [m] are one: SUMO writes coordinates with two decimals."""
-
 _HEIGHT: Final = "height"
 SHAPES: Final = "buildings without a ground plan"
 HEIGHTS: Final = "heights"
 """Kinds of problems with buildings that end no run: scenes made from maps have some."""
-_THIN: Final = 1e-3
-"""An area [m2] below this is none."""
 
 
 def is_building(kind: str) -> bool:
@@ -112,7 +108,7 @@ def _missing(corners: list[tuple[float, float]], *, is_geodetic: bool) -> str | 
     count = _different(corners)
     if count < 3:
         return f"at least 3 different corners are needed, there are {count}"
-    if abs(_area(corners)) < _THIN:
+    if abs(_area(corners)) < THIN:
         return "its corners lie on a line, or its outline crosses itself: the area is 0 m2"
     return None
 

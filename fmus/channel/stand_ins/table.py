@@ -1,13 +1,13 @@
 """Tables in files, CSV or Parquet, that remember where every cell was written."""
 
 import csv
-import importlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
 from orchestrator.errors import ComponentTypeError, Location, Problem
+from orchestrator.installed import module_of_extra
 from orchestrator.suggestion import suggestion
 
 Cell: TypeAlias = str | int | float | None
@@ -110,13 +110,9 @@ def parquet() -> Any:
     Raises:
         ComponentTypeError: it is not installed.
     """
-    try:
-        return importlib.import_module("pyarrow.parquet")
-    except ImportError:
-        raise ComponentTypeError(
-            "Parquet files need the extra `parquet`: pip install 'nlosim[parquet]'; "
-            "or use a CSV file"
-        ) from None
+    return module_of_extra(
+        "pyarrow.parquet", "Parquet files", extra="parquet", otherwise="or use a CSV file"
+    )
 
 
 def _unreadable(path: Path, reason: str) -> TableError:

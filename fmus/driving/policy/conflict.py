@@ -1,6 +1,7 @@
 """When and where the ego would meet another body, if both go on as they do."""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -8,6 +9,9 @@ from fmus.driving.policy.ego import Ego
 from fmus.driving.policy.route import Box, Segments
 from fmus.messages.columns import rows_of
 from orchestrator.signal import Array
+
+_CHOICE: Final = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+"""Which corner of a box has which coordinate of the upper one, in a walk around it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +31,10 @@ class Bodies:
     def only(self, rows: Array) -> "Bodies":
         """The bodies in `rows`: their indices, shape (row,), or a mask, shape (body,)."""
         return rows_of(self, rows)
+
+    def corners(self) -> Array:
+        """The corners of the boxes at the start of the prediction [m], shape (body, 4, 2)."""
+        return np.stack([self.minimum, self.maximum], axis=1)[:, _CHOICE, np.arange(2)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -179,8 +187,6 @@ def _extents(route: Segments, bodies: Bodies, times: Array, near: Array) -> Arra
 
 def _corners(bodies: Bodies, rows: Array, times: Array) -> Array:
     """The corners of the bodies in `rows`, each at its own time, shape (row, 4, 2)."""
-    choice = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    box = np.stack([bodies.minimum[rows], bodies.maximum[rows]], axis=1)  # (row, 2, 2)
-    corners = box[:, choice, np.arange(2)]  # (row, 4, 2)
-    moved = times[:, None] * bodies.velocity[rows]
-    return np.asarray(corners + moved[:, None])
+    chosen = bodies.only(rows)
+    moved = times[:, None] * chosen.velocity
+    return np.asarray(chosen.corners() + moved[:, None])

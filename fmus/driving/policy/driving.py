@@ -2,6 +2,10 @@
 
 from dataclasses import dataclass
 
+from fmus.driving.policy.lateral import LaneKeeping, LateralPlanner
+from fmus.driving.policy.overtaking import Overtaker
+from fmus.driving.policy.overtaking_parameters import Overtaking
+from fmus.driving.policy.passing import Drive
 from fmus.driving.policy.steering import SteeringParameters
 from orchestrator.parameters import parameter
 
@@ -19,3 +23,18 @@ class DrivingParameters(SteeringParameters):
     longitudinal_margin: float = parameter(
         2.0, unit="m", minimum=0.0, doc="room to keep before and behind the ego's body"
     )
+    overtaking: Overtaking | None = parameter(
+        None, doc="when to pass on the lane of oncoming traffic; null: it never leaves its lane"
+    )
+
+
+def lateral_planner(parameters: DrivingParameters) -> LateralPlanner:
+    """What decides on the lane of a policy with these parameters, for one run."""
+    if parameters.overtaking is None:
+        return LaneKeeping()
+    drive = Drive(
+        cruise=parameters.cruise_speed,
+        acceleration=parameters.acceleration,
+        lateral_margin=parameters.lateral_margin,
+    )
+    return Overtaker(parameters.overtaking, drive)

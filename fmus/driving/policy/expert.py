@@ -1,7 +1,7 @@
 """Expert driving: full knowledge of all vehicles, no memory. The teacher of trained policies."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -11,7 +11,7 @@ from fmus.driving.policy.base import DrivingPolicy
 from fmus.driving.policy.command import Command, Hazard
 from fmus.driving.policy.conflict import taking_up_speed
 from fmus.driving.policy.connectors import EGO, VEHICLES
-from fmus.driving.policy.driving import DrivingParameters
+from fmus.driving.policy.driving import DrivingParameters, lateral_planner
 from fmus.driving.policy.ego import Ego
 from fmus.driving.policy.inputs import Inputs
 from fmus.driving.policy.occupancy import Vehicles, occupancy, others, reaching
@@ -112,15 +112,19 @@ class ExpertDriver:
         steps = max(round(parameters.horizon / parameters.prediction_step), 1)
         self._times = parameters.prediction_step * np.arange(steps + 1)
 
-    def drive(self, inputs: Inputs) -> Command:
-        """The command; it depends on the ego and the true vehicles.
+    def drive(self, inputs: Inputs, limit: float = math.inf) -> Command:
+        """The command; it depends on the ego, its route, and the true vehicles.
+
+        Args:
+            inputs: the ego and all vehicles.
+            limit: the highest acceleration [m/s^2].
 
         Raises:
             ValueError: the ego is not among the vehicles.
         """
-        ego, limit = inputs.ego, self._parameters.comfortable
+        ego, comfortable = inputs.ego, self._parameters.comfortable
         wanted = (self._parameters.cruise_speed - ego.speed) / _REACTION
-        wanted = min(max(wanted, -limit), self._parameters.acceleration)
+        wanted = min(max(wanted, -comfortable), self._parameters.acceleration, limit)
         hazard = None
         if ego.has_route:
             wanted, hazard = self._yielding(ego, others(inputs.vehicles, ego.vehicle), wanted)
@@ -195,14 +199,20 @@ class Expert(DrivingPolicy):
     """Drives with full knowledge of all vehicles: the teacher of trained policies, and a bound.
 
     Outputs depend on the present inputs only, so that the command can be learned from what a
-    vehicle sees at one time. It reads the truth, no sensor and no message.
+    vehicle sees at one time; while it overtakes, on how far it has got, too. It reads the truth, no
+    sensor and no message.
     """
 
     Parameters: TypeAlias = ExpertParameters
 
     def __init__(self, parameters: ExpertParameters) -> None:
         _check(parameters)
+        self._parameters = parameters
         self._driver = ExpertDriver(parameters)
+
+    @override
+    def begin(self, start: Time, rng: np.random.Generator) -> None:
+        self._lateral = lateral_planner(self._parameters)
 
     @property
     @override
@@ -211,7 +221,16 @@ class Expert(DrivingPolicy):
 
     @override
     def drive(self, inputs: Inputs, now: Time) -> Command:
-        return self._driver.drive(inputs)
+        ego = inputs.ego
+        if not ego.has_route:
+            return self._driver.drive(inputs)
+        around = others(inputs.vehicles, ego.vehicle)
+        plan = self._lateral.plan(ego, around.corners(), around.velocity, now)
+        command = self._driver.drive(replace(inputs, ego=replace(ego, route=plan.path)), plan.limit)
+        if plan.yields_to is None or command.hazard is not None:
+            return command
+        number = int(around.number[plan.yields_to])
+        return replace(command, hazard=Hazard(instance=number, sensor=NO_VEHICLE, age=0.0))
 
 
 def _check(parameters: ExpertParameters) -> None:

@@ -1,6 +1,7 @@
 """Rule-based driving: keep the speed, brake for predicted conflicts."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -10,7 +11,7 @@ from fmus.driving.policy.base import DrivingPolicy
 from fmus.driving.policy.command import Command, Hazard
 from fmus.driving.policy.conflict import Bodies, Prediction
 from fmus.driving.policy.connectors import EGO
-from fmus.driving.policy.driving import DrivingParameters
+from fmus.driving.policy.driving import DrivingParameters, lateral_planner
 from fmus.driving.policy.ego import Ego
 from fmus.driving.policy.inputs import Inputs
 from fmus.driving.policy.steering import follow
@@ -65,24 +66,33 @@ class _Driver:
             acceleration=parameters.acceleration,
             cruise=parameters.cruise_speed,
         )
+        self._lateral = lateral_planner(parameters)
         self._confirmed = 0
 
     def drive(self, inputs: Inputs, now: Time) -> Command:
         """The command at `now` [ns]."""
-        ego = inputs.ego
-        steer = follow(ego, self._parameters)
+        ego, limit, yields_to = inputs.ego, math.inf, None
         objects = np.concatenate([inputs.seen, inputs.received])
-        meeting = self._worst(ego, objects, now) if ego.has_route else None
+        bodies = self._moved(objects, now)
+        if ego.has_route:
+            plan = self._lateral.plan(ego, bodies.corners(), bodies.velocity, now)
+            ego, limit, yields_to = replace(ego, route=plan.path), plan.limit, plan.yields_to
+        steer = follow(ego, self._parameters)
+        meeting = self._worst(ego, objects, bodies, now) if ego.has_route else None
         self._confirmed = self._confirmed + 1 if meeting else 0
         if meeting and self._confirmed >= self._parameters.confirmations:
             demand = self._deceleration(ego, meeting.distance)
             if demand >= self._parameters.comfortable or ego.speed < self._parameters.moving:
-                brake = min(demand / self._parameters.braking, 1.0)
+                brake = min(max(demand, -limit) / self._parameters.braking, 1.0)
                 return Command(brake=brake, steer=steer, hazard=meeting.hazard)
         wanted = (self._parameters.cruise_speed - ego.speed) / 1.0  # within one second
+        hazard = None
+        if limit < wanted:
+            wanted = limit
+            hazard = None if yields_to is None else _hazard(objects[yields_to], now)
         accelerate = min(max(0.0, wanted) / self._parameters.acceleration, 1.0)
         brake = min(max(0.0, -wanted) / self._parameters.braking, 1.0)
-        return Command(accelerate=accelerate, brake=brake, steer=steer)
+        return Command(accelerate=accelerate, brake=brake, steer=steer, hazard=hazard)
 
     def _deceleration(self, ego: Ego, distance: float) -> float:
         """What it takes to stop `stop_margin` before a conflict [m/s^2]."""
@@ -101,20 +111,26 @@ class _Driver:
             velocity=velocity,
         )
 
-    def _worst(self, ego: Ego, objects: Array, now: Time) -> _Meeting | None:
-        """The object whose conflict comes first."""
+    def _worst(self, ego: Ego, objects: Array, bodies: Bodies, now: Time) -> _Meeting | None:
+        """The object whose conflict comes first; `bodies` are the objects at `now`."""
         if len(objects) == 0:
             return None
-        conflicts = self._prediction.first_conflicts(ego, self._moved(objects, now))
+        conflicts = self._prediction.first_conflicts(ego, bodies)
         first = int(np.argmin(conflicts.time))
         if np.isinf(conflicts.time[first]):
             return None
-        hazard = Hazard(
-            instance=int(objects["instance"][first]),
-            sensor=int(objects["sensor"][first]),
-            age=float((now - objects["time"][first]) / 1e9),
+        return _Meeting(
+            distance=float(conflicts.distance[first]), hazard=_hazard(objects[first], now)
         )
-        return _Meeting(distance=float(conflicts.distance[first]), hazard=hazard)
+
+
+def _hazard(record: Array, now: Time) -> Hazard:
+    """That object, an `OBJECT` record of shape (), as what is braked for at `now` [ns]."""
+    return Hazard(
+        instance=int(record["instance"]),
+        sensor=int(record["sensor"]),
+        age=float((now - record["time"]) / 1e9),
+    )
 
 
 class _RulePolicy(DrivingPolicy):

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from orchestrator.drawing import BLUE, COLOURS, GREY, LINK_COLOURS, VERMILLION
 from orchestrator.intervals import wilson
 from orchestrator.signal import Array
 from studies.verification.channel.comparison import Comparison, ReceptionRatio
@@ -27,8 +28,6 @@ _TITLES: Final = {
     ANTENNA: "antenna gain [dB]",
     MIN_SNIR: "lowest SNIR [dB]",
 }
-_COLOURS: Final = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2")
-_LINK_COLOURS: Final = {"LOS": "#2ca02c", "NLOSv": "#ff7f0e", "NLOSb": "#d62728"}
 
 
 def drawings(files: Mapping[str, Comparison]) -> Iterator[Drawing]:
@@ -74,7 +73,7 @@ def _grid(count: int, columns: int, height: float) -> tuple[Figure, list[Axes]]:
 def _values(files: Mapping[str, Comparison]) -> Figure:
     figure, panels = _grid(len(files), 3, 3.2)
     for axes, (name, comparison) in zip(panels, files.items(), strict=True):
-        for colour, one in zip(_COLOURS * 3, comparison.series, strict=False):
+        for colour, one in zip(COLOURS * 3, comparison.series, strict=False):
             axes.plot(one.golden, one.ours, ".", ms=2, color=colour, label=one.label)
         axes.axline((0, 0), slope=1, color="black", lw=0.5)
         axes.set_title(_TITLES[name], fontsize=10)
@@ -89,7 +88,7 @@ def _error_rates(comparison: Comparison) -> Figure:
     figure = Figure(figsize=(11, 3.6), layout="constrained")
     axes = figure.add_subplot()
     packets = [one for one in comparison.series if "packet" in one.label]
-    for colour, one in zip((*_COLOURS, "#7f7f7f"), packets, strict=False):
+    for colour, one in zip((*COLOURS, GREY), packets, strict=False):
         order = np.argsort(one.x, kind="stable")
         axes.plot(one.x[order], one.golden[order], ".", ms=2.5, color=colour)
         low, high = (_extremes(one.x, one.ours, pick) for pick in (np.minimum, np.maximum))
@@ -119,8 +118,8 @@ def _errors(files: Mapping[str, Comparison]) -> Figure:
         exponent = np.log10(np.maximum(np.concatenate(first), 1e-17))
         tolerance = math.log10(comparison.tolerance)
         top = max(tolerance + 1, float(exponent.max()) + 0.5)
-        axes.hist(exponent, bins=np.linspace(-17, top, 60).tolist(), color="#1f77b4")
-        axes.axvline(tolerance, color="#d62728", lw=1)
+        axes.hist(exponent, bins=np.linspace(-17, top, 60).tolist(), color=BLUE)
+        axes.axvline(tolerance, color=VERMILLION, lw=1)
         axes.set_yscale("log")
         axes.set_title(name.removeprefix("stack/"), fontsize=9)
         unit = "" if comparison.unit == "1" else f" [{comparison.unit}]"
@@ -135,7 +134,7 @@ def _fading(comparison: Comparison) -> Figure:
     axes = figure.add_subplot()
     sigma = comparison.series[0].x
     bins = np.linspace(0, max(5.0, float(sigma[np.isfinite(sigma)].max(initial=0))), 41)
-    axes.hist(sigma, bins=bins.tolist(), color="#1f77b4")
+    axes.hist(sigma, bins=bins.tolist(), color=BLUE)
     x = np.linspace(0, bins[-1], 200)
     density = np.sqrt(2 / np.pi) * np.exp(-(x**2) / 2)
     axes.plot(x, density * len(sigma) * (bins[1] - bins[0]), color="black", lw=1)
@@ -147,7 +146,7 @@ def _fading(comparison: Comparison) -> Figure:
 def _prr(ratios: Sequence[ReceptionRatio]) -> Figure:
     figure, panels = _grid(len(ratios), 3, 2.8)
     for axes, one in zip(panels, ratios, strict=True):
-        colour = _LINK_COLOURS[one.link]
+        colour = LINK_COLOURS[one.link]
         low, high = wilson(one.ours, one.events)
         axes.fill_between(one.distance, low, high, color=colour, alpha=0.3, lw=0)
         axes.plot(one.distance, one.ours / one.events, color=colour, label="ours")

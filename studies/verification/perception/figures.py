@@ -13,6 +13,7 @@ from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 from shapely.geometry.polygon import orient
 
+from orchestrator.drawing import BLUE, COLOURS, GREEN, GREY, LIGHT, ORANGE, VERMILLION
 from studies.verification.drawing import Drawing
 from studies.verification.perception.parameter_set import (
     RECOMMENDED,
@@ -31,9 +32,7 @@ from studies.verification.perception.summary import (
 )
 from studies.verification.perception.verification import DATA_SIZES, TARGET_BYTES, Verification
 
-_COLOURS: Final = ("#1f77b4", "#ff7f0e", "#2ca02c", "#9467bd")
-_EGO, _SHARER, _BEST = "#1f77b4", "#2ca02c", "#ff7f0e"
-_HIDDEN: Final = "#d62728"
+_EGO, _SHARER, _BEST, _HIDDEN = BLUE, GREEN, ORANGE, VERMILLION
 _HALF: Final = 58.0
 """Half the side of the part of a scene that is drawn [m], at least."""
 _SEAM: Final = 0.01
@@ -83,9 +82,9 @@ def _scene(axes: Axes, played: Played) -> None:
     scene, truth = played.scene, played.truth
     match = played.matches[RECOMMENDED.name]
     ego = scene.by_id[scene.ego]
-    _fill(axes, scene.road, color="#e4e4e4", lw=0)
+    _fill(axes, scene.road, color=LIGHT, lw=0)
     for house in scene.buildings:
-        _fill(axes, Polygon(house.ring), color="#777777", lw=0)
+        _fill(axes, Polygon(house.ring), color=GREY, lw=0)
     _fill(axes, truth.hidden, color=_HIDDEN, alpha=0.45, lw=0)
     zones = zone_area(match, ego.heading).buffer(_SEAM, join_style="mitre")
     _fill(axes, zones, facecolor="none", edgecolor="black", lw=0.8)
@@ -125,7 +124,7 @@ def _zones(verification: Verification) -> Figure:
     for k, panel in enumerate(panels):
         axes = figure.add_subplot(1, len(panels), k + 1)
         curves = [curve for curve in ZONE_CURVES if curve.panel == panel]
-        for colour, curve in zip(_COLOURS, curves, strict=False):
+        for colour, curve in zip(COLOURS, curves, strict=False):
             areas = [zone_areas(verification.results, one.name) for one in curve.sets.values()]
             x = list(curve.sets)
             axes.plot(x, [a.precision for a in areas], "o-", ms=3, color=colour, label=curve.label)
@@ -175,7 +174,7 @@ def _bytes(verification: Verification) -> Figure:
 
 def _share_panel(axes: Axes, verification: Verification) -> None:
     groups = verification.by_candidates()
-    for colour, (size, data) in zip(_COLOURS, DATA_SIZES.items(), strict=False):
+    for colour, (size, data) in zip(COLOURS, DATA_SIZES.items(), strict=False):
         for way, line in _LINES.items():
             shares = [byte_share(group, RECOMMENDED.name, data, way) for group in groups.values()]
             label = size if way == DEMANDED else None
@@ -191,7 +190,7 @@ def _share_panel(axes: Axes, verification: Verification) -> None:
 
 def _gain_panel(axes: Axes, verification: Verification) -> None:
     count = len(verification.results)
-    for colour, (size, data) in zip(_COLOURS, DATA_SIZES.items(), strict=False):
+    for colour, (size, data) in zip(COLOURS, DATA_SIZES.items(), strict=False):
         ways = traffic(verification.results, RECOMMENDED.name, data)
         for way, marker in _MARKERS.items():
             one = ways[way]

@@ -101,7 +101,10 @@ def test_interference_counts_however_weak_it_is(library: Library, strength: floa
     [(-15, 20.0, True), (-25, 20.0, False), (-25, 30.0, True), (-1, 0.0, False), (-70, 80.0, True)],
 )
 def test_interference_below_the_margin_is_left_out(
-    library: Library, strength: float, margin: float, counts: bool
+    library: Library,
+    strength: float,
+    margin: float,
+    counts: bool,  # noqa: FBT001  (a parameter of the test)
 ) -> None:
     noise_floor = 10 ** (NOISE_FLOOR / 10)
     offset = NOISE_FLOOR + strength - _db(_power(300.0))

@@ -12,13 +12,13 @@ from orchestrator.errors import Location, ParameterProblem, Problem
 from orchestrator.input_files import FileCheck, FileReadingComponent
 from orchestrator.parameters import parameter
 from orchestrator.signal import Causality, Connector, Signals
-from orchestrator.timebase import Duration, Time
+from tests.idle import Idle
 
 CHECKS: Final[list[bool]] = []
 """For each check since it was last emptied, whether it was to be thorough."""
 
 
-class Reader(FileReadingComponent):
+class Reader(Idle, FileReadingComponent):
     """Reads files."""
 
     @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,14 +69,6 @@ class Reader(FileReadingComponent):
     @override
     def connectors(self) -> Mapping[str, Connector]:
         return {"count": Connector(causality=Causality.OUTPUT)}
-
-    @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
-        pass
-
-    @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        pass
 
     @override
     def outputs(self) -> Signals:

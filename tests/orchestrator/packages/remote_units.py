@@ -45,7 +45,13 @@ class Swarm(Component):
     @override
     def connectors(self) -> Mapping[str, Connector]:
         return {
-            "force": Connector(causality=INPUT, shape=(2,), start=np.array([0.0, -0.0])),
+            "force": Connector(
+                causality=INPUT,
+                shape=(2,),
+                start=np.array([0.0, -0.0]),
+                needed="they drift",
+                parameter=("weights", 1),
+            ),
             "scenery": Connector(causality=INPUT, dtype=np.float32, shape=("mark", 2)),
             "id": Connector(causality=OUTPUT, dtype=np.int64, shape=("particle",)),
             "position": Connector(causality=OUTPUT, shape=("particle", 2), unit="m"),

@@ -16,6 +16,7 @@ from orchestrator.recording.reader import Recording
 from orchestrator.report import Report
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.timebase import Duration, Time
+from tests.idle import Idle
 
 _OUT = Causality.OUTPUT
 _IN = Causality.INPUT
@@ -129,14 +130,36 @@ class Alarm(Component):
         return {"bell.rings": np.asarray(rings), "lamps": np.array([rings, rings])}
 
 
-class Isolated(Component):
+class Carts(Idle):
+    """Roll, each until somebody steers it."""
+
+    @dataclass(frozen=True, slots=True, kw_only=True)
+    class Parameters:
+        names: tuple[str, ...] = parameter(doc="of the carts")
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._names = parameters.names
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        steered = {
+            f"{name}.wheel": Connector(
+                causality=_IN, unit="m", needed=f"`{name}` rolls on", parameter=("names", k)
+            )
+            for k, name in enumerate(self._names)
+        }
+        return {**steered, "horn": Connector(causality=_IN)}
+
+    @override
+    def outputs(self) -> Signals:
+        return {}
+
+
+class Isolated(Idle):
     """Has no connectors."""
 
     connectors: ClassVar[Mapping[str, Connector]] = {}
-
-    @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
-        pass
 
     @override
     def outputs(self) -> Signals:
@@ -148,10 +171,6 @@ class Broken(Isolated):
 
     def __init__(self) -> None:
         raise ZeroDivisionError("oops")
-
-    @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        pass
 
 
 class Trace(Report):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fmus.channel.stand_ins import ConstantPer
+from fmus.messages.records import OUTCOMES, SENSOR_DATA
 from orchestrator.intervals import wilson
 from orchestrator.measure import Answer
 from studies.measures.aoi import AgeOfInformation
@@ -224,3 +225,64 @@ def test_edges_ascend(edges: tuple[float, ...]) -> None:
     (problem,) = PacketReceptionRatio(edges=edges).problems(())
     assert problem.address == ("edges",)
     assert "two edges" in problem.what or "ascend" in problem.what
+
+
+def test_the_ratio_of_type_2_counts_those_for_whom_packets_are(tmp_path: Path) -> None:
+    """Of ten packets for 9 seven arrive, three of them over a relay; the eleventh is in flight.
+
+    Broadcasts and what others overhear change nothing.
+    """
+    sent = [packet(k, 4, 0.1 * k, destination=9, kind=SENSOR_DATA) for k in range(1, 11)]
+    sent += [packet(11, 4, 1.18, destination=9, kind=SENSOR_DATA), packet(12, 4, 0.5)]
+    direct = [reception(k, (4, 9), 0.1 * k + 0.001, kind=SENSOR_DATA) for k in range(1, 5)]
+    relayed = [reception(k, (7, 9), 0.1 * k + 0.003, hop=1, kind=SENSOR_DATA) for k in range(5, 8)]
+    lost = [reception(k, (4, 9), 0.1 * k + 0.001, "N", kind=SENSOR_DATA) for k in range(5, 11)]
+    aside = [reception(k, (4, 7), 0.1 * k + 0.001, kind=SENSOR_DATA) for k in range(5, 8)]
+    run = record(
+        tmp_path,
+        THREE,
+        1.2,
+        packets=sent,
+        receptions=[*direct, *relayed, *lost, *aside, reception(12, (4, 7), 0.501)],
+        parameters={"weak_receptions": True},
+    )
+    found = PacketReceptionRatio(edges=EDGES).compute(run).numbers
+    low, high = wilson(np.array([7]), np.array([10]))
+    assert (found["prr2"], found["intended"]) == (0.7, 10)
+    assert (found["prr2_low"], found["prr2_high"]) == (low[0], high[0])
+    bsm = PacketReceptionRatio(edges=EDGES, kind="bsm").compute(run).numbers
+    assert (bsm["prr2"], bsm["intended"]) == (None, 0)
+    silent = PacketReceptionRatio(edges=EDGES, packets="facilities.other").compute(run).numbers
+    assert (silent["prr2"], silent["intended"]) == (None, None)
+    assert silent["prr"] == found["prr"]
+
+
+def test_leaving_out_weak_receptions_raises_ratios_of_link_classes_by_what_was_left_out(
+    tmp_path: Path,
+) -> None:
+    """Of ten frames over an NLOSb link two arrive, two are noise, six nobody notices.
+
+    Told of all, the class has 2 of 10; told of four, 2 of 4; the ratio of all links stays 2 of 10.
+    """
+    outcomes = "RRNNUUUUUU"
+    told = [
+        reception(k, (4, 7), 0.1 * k + 0.001, outcome, link="NLOSb")
+        for k, outcome in enumerate(outcomes, 1)
+    ]
+    sent = [transmission(k, 4, 0.1 * k) for k in range(1, 11)]
+    found = {}
+    for weak in (True, False):
+        run = record(
+            tmp_path / str(weak),
+            THREE[:2],
+            1.2,
+            receptions=[row for row in told if weak or row["outcome"] != OUTCOMES.index("U")],
+            transmissions=sent,
+            parameters={"weak_receptions": weak},
+        )
+        found[weak] = PacketReceptionRatio(edges=EDGES).compute(run).numbers
+    assert [found[weak]["prr"] for weak in (True, False)] == [0.2, 0.2]
+    assert [found[weak]["prr_NLOSb"] for weak in (True, False)] == [0.2, 0.5]
+    assert [found[weak]["weak_recorded"] for weak in (True, False)] == [True, False]
+    assert found[True]["left_out"] is None
+    assert "noticed frames only" in str(found[False]["left_out"])

@@ -42,7 +42,7 @@ def town(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_there_are_measures() -> None:
-    assert NAMES == ["aoi", "awareness", "cbr", "delivery", "pet", "pir", "prr", "ttc"]
+    assert NAMES == ["aoi", "awareness", "cbr", "delivery", "hidden", "pet", "pir", "prr", "ttc"]
 
 
 @pytest.mark.parametrize("scenario", ["red_light", "town"])

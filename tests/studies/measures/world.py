@@ -13,6 +13,7 @@ from fmus.messages.records import (
     FATES,
     LINKS,
     NO_VEHICLE,
+    OBJECT,
     OUTCOMES,
     PACKET,
     RECEPTION,
@@ -89,6 +90,9 @@ def record(
     busy_ratio: Callable[[int], Array] | None = None,
     parameters: Mapping[str, Any] | None = None,
     backwards: bool = False,
+    buildings: Sequence[Sequence[tuple[float, float]]] | None = None,
+    objects: Sequence[Array] | None = None,
+    shared: tuple[int, Sequence[Array]] | None = None,
 ) -> Recording:
     """Record a run until `stop` [s].
 
@@ -102,6 +106,10 @@ def record(
         busy_ratio: of the bodies with ascending ids at a communication point [ns].
         parameters: of the channel, in the manifest.
         backwards: whether descending ids come first.
+        buildings: rings of corners, 10 m high each; `None`: not recorded.
+        objects: of sensors, see `seen`; `None`: not recorded.
+        shared: an ego vehicle, and the objects that it received when their scan says; `None`: not
+            recorded.
     """
     ordered = sorted(bodies, key=lambda body: body.id, reverse=backwards)
 
@@ -122,6 +130,23 @@ def record(
         ),
         "channel": (CHANNEL_STEP, ("receptions", "transmissions", "busy_ratio"), channel),
     }
+    if buildings is not None:
+        walls = _buildings(buildings)
+        units["map"] = (TRAFFIC_STEP, tuple(walls), lambda _: walls)
+    if objects is not None:
+        units["perception"] = (
+            TRAFFIC_STEP,
+            ("objects",),
+            lambda t: {"objects": _scanned(objects, t)},
+        )
+    if shared is not None:
+        ego, sent = shared
+        values = ("ego.id", "received.objects")
+        units["listener"] = (
+            TRAFFIC_STEP,
+            values,
+            lambda t: dict(zip(values, (np.array(ego), _scanned(sent, t)), strict=True)),
+        )
     system = System(
         {name: _unit(names, values) for name, (_, names, values) in units.items()},
         {name: step for name, (step, _, _) in units.items()},
@@ -131,6 +156,29 @@ def record(
     recorder = Recorder(folder, manifest={"scenario": {"components": components}})
     simulate(system, Jacobi(), start=0, stop=round(stop * 1e9), seed=0, observers=[recorder])
     return Recording(folder)
+
+
+def seen(sensor: int, place: tuple[float, float], time: float, track: int = 0) -> Array:
+    """A metre in the plane that a sensor sees, and tells of, at a communication point [s]."""
+    row = np.zeros((), OBJECT)
+    row["sensor"], row["instance"], row["time"] = sensor, track, round(time * 1e9)
+    row["minimum"], row["maximum"] = np.array(place) - 0.5, np.array(place) + 0.5
+    return row
+
+
+def _scanned(objects: Sequence[Array], t: int) -> bytes:
+    own = [row for row in objects if row["time"] == t]
+    return frame("OBJS", np.array(own, OBJECT)) if own else b""
+
+
+def _buildings(rings: Sequence[Sequence[tuple[float, float]]]) -> Signals:
+    return {
+        "building.vertex": np.array([corner for ring in rings for corner in ring], float).reshape(
+            -1, 2
+        ),
+        "building.index": np.repeat(np.arange(len(rings), dtype=np.int32), [len(r) for r in rings]),
+        "building.height": np.full(len(rings), 10.0),
+    }
 
 
 _VEHICLE = tuple(

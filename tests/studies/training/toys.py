@@ -19,6 +19,7 @@ from orchestrator.report import Report
 from orchestrator.signal import Array, Causality, Connector, Signals
 from orchestrator.timebase import Duration, Time
 from studies.training.learner import EpochResult, Learner, Optimisation, RecordedRun
+from tests.idle import Idle
 
 GAIN: Final = -0.5
 """What the expert multiplies the position by."""
@@ -114,18 +115,10 @@ class PlainPolicy(Policy):
         return {"sample": np.asarray(0.0)}
 
 
-class Bystander(Component):
+class Bystander(Idle):
     """Cannot be trained."""
 
     connectors = BYTES
-
-    @override
-    def setup(self, start: Time, rng: np.random.Generator) -> None:
-        pass
-
-    @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        pass
 
     @override
     def outputs(self) -> Signals:

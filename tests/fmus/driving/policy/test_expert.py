@@ -69,7 +69,7 @@ def inputs(ego: EgoState, *vehicles: Other) -> Inputs:
     return Inputs.read(signals(ego, *vehicles), EXPERT_READS)
 
 
-def decide(ego: EgoState, *vehicles: Other, **parameters: float) -> tuple[float, int]:
+def decide(ego: EgoState, *vehicles: Other, **parameters: Any) -> tuple[float, int]:
     """The acceleration that the command stands for [m/s^2], and the number braked for."""
     found = ExpertDriver(ExpertParameters(**parameters)).drive(inputs(ego, *vehicles))
     number = found.hazard.instance if found.hazard else -1

@@ -1,0 +1,148 @@
+"""Tables of measures in files: CSV for everybody, Parquet for programs."""
+
+import csv
+import importlib
+import importlib.util
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final, Literal, TypeAlias, get_args
+
+import numpy as np
+
+from orchestrator.errors import CosimError
+from orchestrator.signal import Array
+
+Table: TypeAlias = Mapping[str, Array]
+"""Columns by name, each of shape (row,)."""
+
+Format: TypeAlias = Literal["csv", "parquet"]
+"""A kind of file; its name is the suffix."""
+
+FORMATS: Final[tuple[Format, ...]] = get_args(Format)
+NO_PARQUET: Final = (
+    "`parquet` needs `pyarrow`, which is not installed: pip install 'nlosim[parquet]'"
+)
+
+UNITS: Final = {"_kbit_s": "kbit/s", "_ms": "ms", "_ns": "ns", "_m": "m", "_s": "s"}
+"""Units by the endings of names that have them."""
+
+
+class MissingParquetError(CosimError):
+    """Parquet was asked for, and pyarrow is not installed. Exit code 2."""
+
+
+def has_parquet() -> bool:
+    """Whether Parquet files can be written and read here."""
+    return importlib.util.find_spec("pyarrow") is not None
+
+
+def chosen(said: Sequence[Format] | None) -> tuple[Format, ...]:
+    """The formats to write: those that were asked for, else CSV and, if it can be had, Parquet.
+
+    Raises:
+        MissingParquetError: Parquet was asked for and cannot be had.
+    """
+    if said is None:
+        return FORMATS if has_parquet() else ("csv",)
+    if "parquet" in said and not has_parquet():
+        raise MissingParquetError(NO_PARQUET)
+    return tuple(said)
+
+
+def unit_of(column: str) -> str:
+    """The unit that the ending of a name says; `1` for pure numbers and for text."""
+    endings = (unit for ending, unit in UNITS.items() if column.endswith(ending))
+    return next(endings, "1")
+
+
+def write_tables(
+    tables: Mapping[str, Table], folder: Path, formats: Collection[Format]
+) -> Iterator[Path]:
+    """Write tables as files of their names into `folder`; yields the files.
+
+    Files of these names in other formats are removed, as they would be of another run.
+    """
+    for name, table in tables.items():
+        folder.mkdir(exist_ok=True)
+        for suffix in FORMATS:
+            path = folder / f"{name}.{suffix}"
+            if suffix not in formats:
+                path.unlink(missing_ok=True)
+                continue
+            (_write_csv if suffix == "csv" else _write_parquet)(table, path)
+            yield path
+
+
+def read_table(path: Path) -> dict[str, Array]:
+    """A table in a CSV or Parquet file that `write_tables` wrote.
+
+    Args:
+        path: of the file, `.csv` or `.parquet`.
+
+    Returns:
+        Columns by name: int64 if all fields are whole numbers, float64 with NaN for empty fields if
+        they are numbers, bool or text; shape (row,) each.
+
+    Raises:
+        MissingParquetError: it is a Parquet file, and pyarrow is not installed.
+        FileNotFoundError: there is no such file.
+    """
+    if path.suffix == ".parquet":
+        return _read_parquet(path)
+    with path.open(encoding="utf-8", newline="") as file:
+        header, *rows = list(csv.reader(file))
+    columns = zip(*rows, strict=True) if rows else ([] for _ in header)
+    return {name: _column(list(fields)) for name, fields in zip(header, columns, strict=True)}
+
+
+def _write_csv(table: Table, path: Path) -> None:
+    columns = [np.asarray(column).tolist() for column in table.values()]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(table)
+        writer.writerows(map(_fields, zip(*columns, strict=True)))
+
+
+def _fields(row: tuple[Any, ...]) -> list[Any]:
+    return ["" if isinstance(each, float) and math.isnan(each) else each for each in row]
+
+
+def _column(fields: list[str]) -> Array:
+    if fields and all(field in {"True", "False"} for field in fields):
+        return np.array([field == "True" for field in fields])
+    for kind in (int, float):
+        try:
+            values = [kind(field) if field or kind is int else math.nan for field in fields]
+            return np.array(values, np.int64 if kind is int else np.float64)
+        except ValueError:
+            continue
+    return np.array(fields, dtype=np.str_)
+
+
+def _write_parquet(table: Table, path: Path) -> None:
+    """NaN becomes null; every column has its unit in its metadata, under `unit`."""
+    arrow, parquet = _pyarrow()
+    arrays = [arrow.array(np.asarray(column), from_pandas=True) for column in table.values()]
+    fields = [
+        arrow.field(name, array.type, metadata={"unit": unit_of(name)})
+        for name, array in zip(table, arrays, strict=True)
+    ]
+    parquet.write_table(arrow.Table.from_arrays(arrays, schema=arrow.schema(fields)), path)
+
+
+def _read_parquet(path: Path) -> dict[str, Array]:
+    _, parquet = _pyarrow()
+    table = parquet.read_table(path)
+    return {name: _plain(table.column(name)) for name in table.column_names}
+
+
+def _plain(column: Any) -> Array:
+    values = np.asarray(column.to_numpy(zero_copy_only=False))
+    return values.astype(np.str_) if values.dtype == object else values
+
+
+def _pyarrow() -> tuple[Any, Any]:
+    if not has_parquet():
+        raise MissingParquetError(NO_PARQUET)
+    return importlib.import_module("pyarrow"), importlib.import_module("pyarrow.parquet")
