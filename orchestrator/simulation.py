@@ -43,8 +43,8 @@ def simulate(
         observers: called at every communication point, in this order.
         until: a scalar Boolean output. The first communication point, of whatever component, at
             which its published value is true is the last one; `start` may be that.
-        compiled: let compiled code step FMUs where nothing else is due, see `orchestrator.plan`. The
-            result is the same.
+        compiled: let compiled code step FMUs where nothing else is due, see `orchestrator.plan`;
+            the result is the same.
 
     Raises:
         SystemStructureError: step sizes do not fit the interval, or the algorithm the system, or
@@ -64,7 +64,15 @@ def simulate(
         exchange.start(feedthrough_order(system), start, seed)
         wanted = None if branching.has_decisions else audience.wants(system)
         if compiled and wanted is not None:
-            plan = plan_of(system, exchange, turns, algorithm.pattern, wanted, start, until)
+            plan = plan_of(
+                system,
+                exchange,
+                turns,
+                algorithm.pattern,
+                recorded=wanted,
+                start=start,
+                until=until,
+            )
         t, is_last = start, False
         while True:
             due = schedule.at(t)

@@ -1,4 +1,4 @@
-"""Builds the engine that steps FMUs for the core, `orchestrator/plan/engine.c`: a library a platform.
+"""Builds the engine that steps FMUs of the core, `orchestrator/plan/engine.c`, for each platform.
 
 It is compiled like a unit, but is no FMU: the core loads it by its place.
 """

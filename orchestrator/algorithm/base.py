@@ -43,7 +43,7 @@ class CosimulationAlgorithm(Parametrised):
     """
 
     pattern: ClassVar[Pattern | None] = None
-    """What `depart` and `arrive` amount to, if it is one of these; `None`: they are always called."""
+    """What `depart` and `arrive` amount to, if it is one of these; else they are called."""
 
     @abc.abstractmethod
     def turns(self, system: System) -> tuple[str, ...]:

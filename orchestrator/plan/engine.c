@@ -172,19 +172,20 @@ EXPORT void plan_release(Bytes *b) {
 
 /* ---- one step ---- */
 
-/* Bring the elements of a call up to date; whether any source has published since. */
+/* Bring the elements of a call up to date; false if no source has published since. */
 static bool gather(Setting *s) {
     bool is_new = false;
-    for (size_t k = 0; k < s->copies; k++) {
+    for (size_t k = 0; k < s->copies; k++) is_new |= s->copy[k].seen != *s->copy[k].version;
+    for (size_t k = 0; k < s->copies && is_new; k++) {
         Copy *c = &s->copy[k];
-        if (c->seen == *c->version) continue;
         c->seen = *c->version;
-        is_new = true;
         if (s->is_binary) continue;
         if (s->kind == BOOLEAN32) {
             const uint8_t *from = c->from;
             int32_t *to = c->to;
             for (size_t i = 0; i < c->size; i++) to[i] = from[i];
+        } else if (c->size == 8) {
+            memcpy(c->to, c->from, 8);
         } else {
             memcpy(c->to, c->from, c->size);
         }

@@ -39,6 +39,7 @@ def plan_of(
     exchange: Exchange,
     order: Iterable[str],
     pattern: Pattern | None,
+    *,
     recorded: Iterable[Endpoint],
     start: Time,
     until: Endpoint | None,
@@ -65,7 +66,16 @@ def plan_of(
     }
     if not units:
         return None
-    return RunPlan(system, exchange, units, pattern, frozenset(recorded), start, until, library)
+    return RunPlan(
+        system,
+        exchange,
+        units,
+        pattern,
+        recorded=frozenset(recorded),
+        start=start,
+        until=until,
+        library=library,
+    )
 
 
 def _suits(system: System, name: str, natives: Mapping[str, NativeUnit | None]) -> bool:
@@ -93,6 +103,7 @@ class RunPlan:
         exchange: Exchange,
         natives: Mapping[str, NativeUnit],
         pattern: Pattern,
+        *,
         recorded: frozenset[Endpoint],
         start: Time,
         until: Endpoint | None,
@@ -121,7 +132,7 @@ class RunPlan:
         self._sources = Sources(system, self._units, library)
         for each in self._units.values():
             each.connect(self._sources)
-        self._most, self._room = 16, 0
+        self._most, self._room = 64, 0
         self._points: Array = np.empty(0, np.int64)
         self._failure: ComponentError | None = None
         self._plan = layouts.Plan(

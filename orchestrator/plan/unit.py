@@ -309,11 +309,9 @@ class UnitPlan:
                 owner.getting_failed(list(self._groups)[call], status)
             elif outcome == layouts.NOT_FINITE:
                 self.participant.check(self._pending.values(), t)
-            else:
-                raise MemoryError("there is no room for its outputs")
         except Exception as error:
             return self.participant.failure(t, error)
-        return ComponentError(self.participant.name, t, f"stopped with status {status}")
+        return ComponentError(self.participant.name, t, "there is no room for its outputs")
 
     def release(self) -> None:
         """Free what the engine allocated, and let go of the component."""
