@@ -15,7 +15,7 @@ EXTRAS_release = release
 EXTRAS_train = train
 
 # what a new installation is needed for: dependencies, entry points, and what the FMUs are made of
-INSTALLED_FROM := pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py' -o -path 'fmus/messages/bodies.py')
+INSTALLED_FROM := pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py' -o -path 'fmus/messages/bodies.py') orchestrator/plan/engine.c
 
 .PHONY: help demo test docs bench paper paper-relay paper-collision paper-sensitivity train verify verify-perception net release clean
 

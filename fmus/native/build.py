@@ -20,6 +20,7 @@ from typing_extensions import override
 
 from fmus.native import archive
 from fmus.native.check import InterfaceError, check_interface
+from fmus.native.engine import build_engine
 from fmus.native.targets import (
     COMMON_FLAGS,
     ZIG_FLAGS,
@@ -149,7 +150,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "unit",
         nargs="*",
         default=UNITS,
-        help=f"{', '.join(UNITS)} (default: these), or a folder with an interface.py",
+        help=f"{', '.join(UNITS)} (default: these and the engine that steps FMUs), or a "
+        "folder with an interface.py",
     )
     parser.add_argument(
         "--target",
@@ -175,6 +177,9 @@ def build_units(options: argparse.Namespace) -> Iterator[Built]:
     """
     cc = shlex.split(options.cc)
     targets = select_targets(options.target or (["host"] if cc else ["all"]))
+    if options.unit is UNITS and options.folder is None:
+        for library, seconds in build_engine(targets, cc=cc, force=options.force):
+            yield Built(path=library, seconds=seconds, is_new=True)
     for name in options.unit:
         unit = load_unit(name)
         folder = options.folder or unit.folder

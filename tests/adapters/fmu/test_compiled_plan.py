@@ -114,7 +114,8 @@ def networks(draw: st.DrawFn) -> list[tuple[str, int, dict[str, int]]]:
     )
     found = []
     for name in names:
-        step = draw(st.sampled_from(STEPS)) if name != "source" else draw(st.sampled_from((6, 18)))
+        steps = (6, 18) if name == "source" else STEPS
+        step = draw(st.sampled_from(steps))
         feeds = {}
         for kind in INPUTS[name]:
             offers = [k for k, other in enumerate(names) if kind in OUTPUTS[other]]
