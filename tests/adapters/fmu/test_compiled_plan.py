@@ -119,7 +119,8 @@ def networks(draw: st.DrawFn) -> list[tuple[str, int, dict[str, int]]]:
         feeds = {}
         for kind in INPUTS[name]:
             offers = [k for k, other in enumerate(names) if kind in OUTPUTS[other]]
-            if offers and draw(st.integers(0, 3)):
+            is_driven = draw(st.integers(0, 3)) > 0
+            if offers and is_driven:
                 feeds[kind] = draw(st.sampled_from(offers))
         found.append((name, step, feeds))
     return found
