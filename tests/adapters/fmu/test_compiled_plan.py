@@ -282,6 +282,23 @@ def test_failures_say_the_same_and_leave_the_same_recording(
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_an_error_does_not_repeat_the_warnings_before_it(
+    kinds: Kinds, tmp_path: Path, algorithm: CosimulationAlgorithm
+) -> None:
+    def system() -> System:
+        broken = kinds.faulty.create("broken", {"kind": 3, "warns": True})
+        return System({"broken": broken}, {"broken": MS}, [])
+
+    runs = [
+        ran(system(), algorithm, tmp_path / str(c), compiled=c, stop=400 * MS)
+        for c in (False, True)
+    ]
+    check_equal(*runs)
+    assert runs[1].error.startswith("component `broken` at t = 0.299 s: fmi3DoStep returned Error")
+    assert "worse" not in runs[1].error
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
 @pytest.mark.parametrize("status", [1, 2, 3, 5])
 def test_failures_of_fmi_2_say_the_same(
     kinds: Kinds, tmp_path: Path, status: int, algorithm: CosimulationAlgorithm

@@ -19,7 +19,12 @@ static ModelStatus output(Instance *m, void *state, double t) {
 
 static ModelStatus step(Instance *m, void *state, double t, double h) {
     int32_t kind = *(int32_t *)variable_data(m, VR_kind);
-    if (t + h < 0.3 || kind == MODEL_OK) return output(m, state, t + h);
+    bool warns = *(bool *)variable_data(m, VR_warns);
+    if (t + h < 0.3 || kind == MODEL_OK) {
+        output(m, state, t + h);
+        return warns ? model_log(m, MODEL_WARNING, "it gets worse") : MODEL_OK;
+    }
+    if (warns) return (ModelStatus)kind;
     if (kind == 5) {
         *(double *)variable_data(m, VR_y) = NAN;
         return MODEL_OK;

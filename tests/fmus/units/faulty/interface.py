@@ -9,6 +9,7 @@ INTERFACE = Interface(
     description="After t = 0.3 s each step returns the status `kind`, or outputs NaN",
     variables=(
         whole("kind", 0, 0, 5, "a ModelStatus; 5: the output is NaN"),
+        switch("warns", "before, each step gives a warning; the failure has no words", start=False),
         switch("refuse", "fail in initialisation", start=False),
         replace(discrete_output("y", "Float64", "the time", unit="s"), variability="continuous"),
     ),
