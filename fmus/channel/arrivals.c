@@ -48,9 +48,6 @@ int add_arrivals(Channel *c, AirFrame *f) {
     return 0;
 }
 
-/* Interference this far below the noise is taken for none; it changes the SNIR by 4e-5 dB. */
-static const double NEGLIGIBLE = 1e-5;
-
 Arrival *arrival_at(Channel *c, AirFrame *f, uint32_t radio, int *failed) {
     if (f->at[radio] > 0) return &f->arrival[f->at[radio] - 1];
     if (f->is_settled || f->transmitter == radio || !c->radios.item[radio].is_equipped) return NULL;
@@ -58,7 +55,7 @@ Arrival *arrival_at(Channel *c, AirFrame *f, uint32_t radio, int *failed) {
     const Antenna *antenna = c->scene.antenna;
     if (distance_between(antenna[f->transmitter].at, antenna[radio].at) > p->maximum_range) return NULL;
     Link link;
-    double negligible = NEGLIGIBLE * p->noise / (f->power * fading_bound(p));
+    double negligible = p->negligible / (f->power * fading_bound(p));
     bool found = !link_between(&c->links, &c->scene, f->transmitter, radio, negligible, &link);
     Arrival *added = found ? frame_add_arrival(f) : NULL;
     if (!added) {

@@ -56,6 +56,7 @@ static void find_walls(Buildings *s, size_t k) {
 
 int buildings_set(Buildings *s, const double *corner, const int32_t *index, size_t corners,
                   const double *height, size_t count) {
+    s->version++;
     s->count = 0;
     if (BUFFER_RESERVE(s->corner, s->corner_capacity, corners)
         || BUFFER_RESERVE(s->wall, s->wall_capacity, corners)

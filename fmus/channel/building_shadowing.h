@@ -12,6 +12,7 @@
 typedef struct { double normal[2], offset, lowest; } Wall;
 
 typedef struct {
+    uint32_t version; /* counts the times that the buildings were replaced */
     size_t count;
     double (*corner)[2]; /* of all rings */
     Wall *wall;          /* from the corner before to this one */

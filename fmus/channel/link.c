@@ -22,12 +22,13 @@ static void rows_free(LinkRows *s) {
 
 int links_forget(Links *s, const Scene *scene, const Parameters *p) {
     s->models = propagation_prepare(p);
-    return clusters_build(&s->clusters, scene) || rows_clear(&s->known, scene->count)
+    s->reach.floor = s->any_reach.floor = -1;
+    return street_cells_follow(&s->cells, scene, &s->models) || rows_clear(&s->known, scene->count)
         || rows_clear(&s->strong, scene->count);
 }
 
 void links_free(Links *s) {
-    clusters_free(&s->clusters);
+    street_cells_free(&s->cells);
     rows_free(&s->known);
     rows_free(&s->strong);
     free(s->key);
@@ -76,20 +77,17 @@ static int put_in_order(Links *s, LinkRow *row) {
     return 0;
 }
 
-/* Evaluate the pairs of `from` with the radios of a view. */
-static int look_at(Links *s, Scene *scene, size_t from, const Sight *sight) {
+/* Evaluate the pairs of `from` that nobody has looked at yet. */
+static int look_around(Links *s, Scene *scene, size_t from) {
     const Propagation *models = &s->models;
     LinkRows *rows = &s->known;
-    const Cluster *cluster = &s->clusters.cluster[sight->cluster];
-    Nearby buildings = view_buildings(&s->clusters, sight->view);
-    Nearby bodies = view_bodies(&s->clusters, sight->view);
-    for (uint32_t k = 0; k < cluster->count; k++) {
-        size_t to = s->clusters.member[cluster->first + k];
-        if (to == from || rows->row[to].is_complete) continue;
+    for (size_t to = 0; to < scene->count; to++) {
+        if (to == from || rows->row[to].is_complete || !scene->equipped[to]) continue;
+        if (is_out_of_reach(&s->cells, scene, models, &s->reach, from, to)) continue;
         bool forth = goes_first(scene, from, to);
         const Antenna *a = &scene->antenna[forth ? from : to], *b = &scene->antenna[forth ? to : from];
         Pair pair;
-        if (!pair_evaluate(scene, models, a, b, buildings, bodies, BOTH, rows->floor, &pair)) continue;
+        if (!pair_evaluate(scene, models, a, b, BOTH, rows->floor, &pair)) continue;
         if (pair.distance > models->parameters->maximum_range) continue;
         int way = forth ? 0 : 1;
         if (pair.gain[way][CENTER] >= rows->floor && add(&rows->row[from], direction(&pair, way, to)))
@@ -103,14 +101,10 @@ static int look_at(Links *s, Scene *scene, size_t from, const Sight *sight) {
 
 static int complete(Links *s, Scene *scene, size_t from) {
     LinkRow *row = &s->known.row[from];
-    if (scene->equipped[from]) {
-        size_t cluster = s->clusters.cluster_of[from];
-        const Cluster *own = &s->clusters.cluster[cluster];
-        if (!own->has_looked && clusters_look(&s->clusters, scene, &s->models, s->known.floor, cluster))
-            return 1;
-        for (uint32_t k = own->sight; k != NO_SIGHT; k = s->clusters.sight[k].next)
-            if (look_at(s, scene, from, &s->clusters.sight[k])) return 1;
-    }
+    double range = s->models.parameters->maximum_range;
+    if (s->reach.floor != s->known.floor)
+        street_cells_prepare(&s->cells, &s->reach, &s->models, s->known.floor, range);
+    if (scene->equipped[from] && look_around(s, scene, from)) return 1;
     if (put_in_order(s, row)) return 1;
     row->is_complete = true;
     return 0;
@@ -150,15 +144,14 @@ int links_from(Links *s, Scene *scene, size_t from, double floor, const Link **l
 int link_between(Links *s, Scene *scene, size_t from, size_t to, double negligible, Link *link) {
     bool forth = goes_first(scene, from, to);
     const Antenna *a = &scene->antenna[forth ? from : to], *b = &scene->antenna[forth ? to : from];
-    uint32_t view;
-    if (clusters_view(&s->clusters, scene, &s->models, negligible, from, to, &view)) return 1;
     *link = (Link){.distance = distance_between(a->at, b->at), .receiver = (uint32_t)to};
-    if (view == NO_VIEW) return 0;
+    if (s->any_reach.floor != negligible)
+        street_cells_prepare(&s->cells, &s->any_reach, &s->models, negligible, INFINITY);
+    if (is_out_of_reach(&s->cells, scene, &s->models, &s->any_reach, from, to)) return 0;
     Pair pair;
     int way = forth ? 0 : 1;
-    bool strong = pair_evaluate(scene, &s->models, a, b, view_buildings(&s->clusters, view),
-                                view_bodies(&s->clusters, view), forth ? FORTH : BACK, negligible,
-                                &pair);
+    bool strong =
+        pair_evaluate(scene, &s->models, a, b, forth ? FORTH : BACK, negligible, &pair);
     if (strong && pair.gain[way][CENTER] >= negligible) *link = direction(&pair, way, to);
     return 0;
 }

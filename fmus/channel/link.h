@@ -1,9 +1,9 @@
 /* Gain and class of the links between the antennas of the scene. */
 #ifndef LINK_H
 #define LINK_H
-#include "cluster.h"
 #include "parameters.h"
 #include "scene.h"
+#include "street_cells.h"
 
 typedef struct {
     double gain[BANDS];  /* received over transmitted power, antennas included, fading not */
@@ -29,7 +29,8 @@ typedef struct {
  * other. */
 typedef struct {
     Propagation models;
-    Clusters clusters;
+    StreetCells cells;
+    Reach reach, any_reach; /* of `known`; of a link that is asked for by itself */
     LinkRows known;
     LinkRows strong; /* those of `known` that reach a higher floor */
     uint64_t *key;   /* scratch */

@@ -85,7 +85,9 @@ static bool is_strong(const Pair *pair, double floor) { return pair->gain[0][CEN
 
 /* Apply what the link penetrates; false if it falls below the floor. */
 static bool pass_buildings(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b,
-                           Nearby near, double floor, Pair *pair) {
+                           double floor, Pair *pair) {
+    if (!m->parameters->building_shadowing) return true;
+    Nearby near = buildings_near(&s->buildings, a->at, b->at, NO_MARGIN);
     if (near.count == 0) return true;
     /* too high rather than too low, so that what is exact decides */
     double limit_db = floor > 0 ? rough_db(pair->gain[0][CENTER] / floor) : INFINITY;
@@ -98,8 +100,10 @@ static bool pass_buildings(Scene *s, const Propagation *m, const Antenna *a, con
     return is_strong(pair, floor);
 }
 
-static bool pass_bodies(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b, Nearby near,
+static bool pass_bodies(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b,
                         unsigned ways, double floor, Pair *pair) {
+    if (!m->parameters->vehicle_shadowing) return true;
+    Nearby near = bodies_near(&s->bodies, a->at, b->at, NO_MARGIN);
     if (near.count == 0) return true;
     BodyShadow shadow = bodies_shadow(&s->bodies, a, b, near, &m->edges, ways);
     return shade(m, &shadow, ways, floor, pair);
@@ -113,26 +117,10 @@ static bool end(Pair *pair) {
 
 /* No factor is above 1: a gain below the floor stays there. */
 bool pair_evaluate(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b,
-                   Nearby buildings, Nearby bodies, unsigned ways, double floor, Pair *pair) {
+                   unsigned ways, double floor, Pair *pair) {
     start(m, a, b, pair);
-    return is_strong(pair, floor) && pass_buildings(s, m, a, b, buildings, floor, pair)
-        && pass_bodies(s, m, a, b, bodies, ways, floor, pair) && end(pair);
-}
-
-bool pair_look_up(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b, double floor,
-                  Pair *pair) {
-    const Parameters *p = m->parameters;
-    start(m, a, b, pair);
-    if (!is_strong(pair, floor)) return false;
-    if (p->building_shadowing) {
-        Nearby near = buildings_near(&s->buildings, a->at, b->at, NO_MARGIN);
-        if (!pass_buildings(s, m, a, b, near, floor, pair)) return false;
-    }
-    if (p->vehicle_shadowing) {
-        Nearby near = bodies_near(&s->bodies, a->at, b->at, NO_MARGIN);
-        if (!pass_bodies(s, m, a, b, near, BOTH, floor, pair)) return false;
-    }
-    return end(pair);
+    return is_strong(pair, floor) && pass_buildings(s, m, a, b, floor, pair)
+        && pass_bodies(s, m, a, b, ways, floor, pair) && end(pair);
 }
 
 Attenuation attenuation(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b) {

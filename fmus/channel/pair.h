@@ -30,15 +30,10 @@ typedef struct {
  * that rounding and ties cannot make a link depend on which of its ends was looked at first. */
 bool is_before(const Antenna *a, const Antenna *b);
 
-/* Evaluate a pair in the directions `ways`, `a` not after `b`. Obstacles that are not near must not
- * be in the way. False, and `pair` is incomplete, as soon as these directions have gains below
- * `floor` at the centre. */
+/* Evaluate a pair in the directions `ways`, `a` not after `b`. False, and `pair` is incomplete, as soon
+ * as these directions have gains below `floor` at the centre. */
 bool pair_evaluate(Scene *, const Propagation *, const Antenna *a, const Antenna *b,
-                   Nearby buildings, Nearby bodies, unsigned ways, double floor, Pair *pair);
-
-/* The same, with the obstacles looked up. */
-bool pair_look_up(Scene *, const Propagation *, const Antenna *a, const Antenna *b, double floor,
-                  Pair *pair);
+                   unsigned ways, double floor, Pair *pair);
 
 /* No link that is longer on the ground has a higher gain at the centre. A little too high rather than
  * too low. */

@@ -35,6 +35,7 @@ static void read_radio(Instance *i, Parameters *p) {
     p->certain_snir = from_db(certain_snir_db(p->mode));
     p->capture_ratio = boolean(i, VR_frame_capture) ? from_db(real(i, VR_capture_margin)) : INFINITY;
     p->weak_receptions = boolean(i, VR_weak_receptions);
+    p->negligible = p->noise * from_db(-real(i, VR_interference_margin));
 }
 
 static void read_medium_access(Instance *i, Parameters *p) {

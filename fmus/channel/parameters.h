@@ -34,6 +34,7 @@ typedef struct {
     double capture_ratio;        /* factor; infinite: never */
     bool antenna_in_front, weak_receptions, band_edges;
     double noticeable; /* weaker frames change nothing but the SNIR of others */
+    double negligible; /* weaker frames change nothing at all */
     /* medium access */
     bool medium_access;
     double cca_threshold;    /* of the power of frames alone, without the noise */

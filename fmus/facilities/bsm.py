@@ -53,7 +53,7 @@ class Bsms:
 
     Attributes:
         states: those of the senders, `CONTENT` records, shape (message,).
-        heard: what each sender announces; `power` is of shape (message, link).
+        heard: what each sender measures; `power` is of shape (message, link).
     """
 
     states: Array
@@ -62,7 +62,7 @@ class Bsms:
     def message(self, k: int) -> Bsm:
         """Message `k`."""
         heard = Powers(transmitter=self.heard.transmitter, power=self.heard.power[k])
-        return Bsm(state=self.states[k], heard=heard)
+        return Bsm(state=self.states[k], heard=heard.announced())
 
 
 class BsmSender:

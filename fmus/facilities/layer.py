@@ -164,6 +164,7 @@ class FacilitiesLayer(Component):
             return
         rows = inputs.reception_records()
         rows = rows.compress((rows["outcome"] == _RECEIVED) & (rows["addressed"] == 1))
+        self._measurements.meet(inputs.vehicles.id[inputs.vehicles.equipped])
         self._measurements.measure(rows.compress(rows["kind"] == BSM))
         egos = {ego.vehicle: k for ego, k in zip(inputs.egos, self._listeners, strict=True)}
         receiver, kind = rows["receiver"], rows["kind"]
@@ -194,7 +195,7 @@ class FacilitiesLayer(Component):
 
     def _safety_messages(self, vehicles: Vehicles, now: Time, h: Duration) -> Broadcasts:
         times, states = self._bsm.due(vehicles, now, now + h)
-        heard = self._measurements.table(states["id"]).announced()
+        heard = self._measurements.table(states["id"])
         size = np.full(len(times), self._common.bsm_size)
         if self._common.announced_power_size:
             entries = np.count_nonzero(~np.isnan(heard.power), axis=1)

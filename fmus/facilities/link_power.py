@@ -21,7 +21,7 @@ WEAKEST: Final = -156.0
 _NEVER: Final = np.iinfo(np.int64).min
 """When a link was heard that never was."""
 _NOBODY: Final = np.iinfo(np.int64).max
-"""A number behind all radios in a table, so that a search for any vehicle ends within it."""
+"""The number of each place to spare, behind all radios: a search for any vehicle ends within."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,9 +112,16 @@ class Measurements:
         self._weight = math.sqrt(math.sqrt(math.ldexp(1.0, -filter_coefficient)))
         self._lifetime = lifetime
         self._oldest: Time = _NEVER + 1
+        self._count = 0  # of the radios in the table; places to spare are nobody's
         self._radios: Array = np.array([_NOBODY])
         self._time: Array = np.full((1, 1), _NEVER)  # (receiver, transmitter)
         self._power: Array = np.full((1, 1), np.nan)
+        self._first: Array = np.empty(1, np.intp)  # scratch, a place for each link
+
+    def meet(self, radios: Array) -> None:
+        """Expect to hear of these radios, int64, shape (radio,); spares making room one by one."""
+        if (self._radios[self._radios.searchsorted(radios)] != radios).any():
+            self._meet(radios)
 
     def measure(self, received: Array) -> None:
         """Take in messages that were received; those without a power measure nothing.
@@ -151,10 +158,10 @@ class Measurements:
             receivers: numbers of their vehicles, int64, shape (receiver,).
         """
         row = self._radios.searchsorted(receivers)
-        heard = self._time[row] >= self._oldest
-        heard &= (self._radios[row] == receivers)[:, None]
-        power = np.where(heard, self._power[row], np.nan)
-        return Powers(transmitter=self._radios, power=power)
+        power = self._power[row, : self._count]
+        power[self._time[row, : self._count] < self._oldest] = np.nan
+        power[self._radios[row] != receivers] = np.nan
+        return Powers(transmitter=self._radios[: self._count], power=power)
 
     def _links(self, ends: Array) -> Array:
         """The places in the table, row by row, of links (receiver and transmitter, link)."""
@@ -165,23 +172,35 @@ class Measurements:
         return np.asarray(row * len(self._radios) + column)
 
     def _meet(self, others: Array) -> None:
-        """Make room for the radios `others`, and forget those not heard of lately."""
-        fresh = self._time >= self._oldest
-        (kept,) = np.nonzero(fresh.any(axis=0) | fresh.any(axis=1))
+        """Make room for the radios `others`."""
+        fresh = np.setdiff1d(others, self._radios)
+        end = self._count + len(fresh)
+        if end < len(self._radios) and fresh[0] > self._radios[self._count - 1]:
+            self._radios[self._count : end] = fresh  # newer vehicles have higher numbers
+            self._count = end
+        else:
+            self._make_room(others)
+
+    def _make_room(self, others: Array) -> None:
+        """A table for the radios `others` and those heard of lately, with places to spare."""
+        heard = self._time >= self._oldest
+        (kept,) = np.nonzero(heard.any(axis=0) | heard.any(axis=1))
         known = self._radios[kept]
-        self._radios = np.union1d(np.append(known, _NOBODY), others)
-        to, of = np.ix_(*[self._radios.searchsorted(known)] * 2), np.ix_(kept, kept)
-        time = np.full([len(self._radios)] * 2, _NEVER)
-        power = np.full([len(self._radios)] * 2, np.nan)
+        radios = np.union1d(known, others)
+        side = len(radios) + len(radios) // 4 + 1
+        to, of = np.ix_(*[radios.searchsorted(known)] * 2), np.ix_(kept, kept)
+        time, power = np.full((side, side), _NEVER), np.full((side, side), np.nan)
         time[to], power[to] = self._time[of], self._power[of]
+        self._count = len(radios)
+        self._radios = np.concatenate([radios, np.full(side - len(radios), _NOBODY)])
         self._time, self._power = time, power
+        self._first = np.empty(time.size, np.intp)
 
     def _first_of_each(self, link: Array) -> Array:
         """Whether each sample is the first of its link, bool (sample,)."""
         number = np.arange(len(link))
-        first = np.empty(self._time.size, np.intp)
-        first[link[::-1]] = number[::-1]  # where places repeat, the last one written stays
-        return np.asarray(first[link] == number)
+        self._first[link[::-1]] = number[::-1]  # where places repeat, the last one written stays
+        return np.asarray(self._first[link] == number)
 
     def _update(self, link: Array, time: Array, power: Array) -> None:
         """One sample per link."""

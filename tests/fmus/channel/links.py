@@ -174,6 +174,37 @@ def link_rows(
     return out
 
 
+def link_rows_of_scenes(
+    primitives: Primitives,
+    scenes: Sequence[tuple[Town, Propagation]],
+    floor: float,
+    negligible: float,
+) -> LinkMatrix:
+    """The rows of the last scene, after all rows and links of those before it were asked for.
+
+    A town without buildings has those of the town before.
+    """
+    out = LinkMatrix.empty(scenes[-1][0].vehicles)
+    failed = primitives.library.link_rows_of_scenes(
+        c_size_t(len(scenes)), (_Town * len(scenes))(*(_town(town) for town, _ in scenes)),
+        (_Model * len(scenes))(*(_model(p) for _, p in scenes)), c_double(floor),
+        c_double(negligible), ctypes.byref(_matrix(out)),
+    )  # fmt: skip
+    assert not failed
+    return out
+
+
+def least_loss(
+    primitives: Primitives, town: Town, propagation: Propagation, floor: float = 1e-30
+) -> int:
+    """What buildings take at least from links between the cells of the first two vehicles [dB]."""
+    loss = primitives.library.least_loss(
+        ctypes.byref(_town(town)), ctypes.byref(_model(propagation)), c_double(floor)
+    )
+    assert loss >= 0
+    return int(loss)
+
+
 def link_pairs(
     primitives: Primitives, town: Town, propagation: Propagation, negligible: float | None = None
 ) -> LinkMatrix:

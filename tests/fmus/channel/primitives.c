@@ -174,11 +174,16 @@ static Parameters parameters(const Model *m) {
     return p;
 }
 
-static int build(Scene *s, const Town *t) {
+static int put_buildings(Scene *s, const Town *t) {
+    return buildings_set(&s->buildings, t->corner, t->index, t->corners, t->building_height,
+                         t->buildings);
+}
+
+static int put_vehicles(Scene *s, const Town *t) {
     size_t n = t->vehicles;
-    s->id = calloc(n, sizeof *s->id);
-    s->antenna = calloc(n, sizeof *s->antenna);
-    s->equipped = calloc(n, sizeof *s->equipped);
+    s->id = realloc(s->id, n * sizeof *s->id);
+    s->antenna = realloc(s->antenna, n * sizeof *s->antenna);
+    s->equipped = realloc(s->equipped, n * sizeof *s->equipped);
     if (!s->id || !s->antenna || !s->equipped || bodies_resize(&s->bodies, n)) return 1;
     s->count = n;
     for (size_t k = 0; k < n; k++) {
@@ -189,10 +194,10 @@ static int build(Scene *s, const Town *t) {
         s->antenna[k] = (Antenna){at, t->antenna_height[k], t->heading[k], k};
         bodies_put(&s->bodies, k, center, t->heading[k], t->size + 3 * k);
     }
-    return bodies_index(&s->bodies)
-        || buildings_set(&s->buildings, t->corner, t->index, t->corners, t->building_height,
-                         t->buildings);
+    return bodies_index(&s->bodies);
 }
+
+static int build(Scene *s, const Town *t) { return put_vehicles(s, t) || put_buildings(s, t); }
 
 static void dismantle(Scene *s, Links *links) {
     links_free(links);
@@ -231,12 +236,57 @@ EXPORT int link_rows(const Town *town, const Model *model, size_t rows, const ui
     return failed;
 }
 
+/* Scenes that follow each other; the buildings of one that has none stay those before. All rows of each
+ * are asked for, and links by themselves at the floor `negligible`; those of the last one are told. */
+EXPORT int link_rows_of_scenes(size_t scenes, const Town *town, const Model *model, double floor,
+                               double negligible, const LinkMatrix *out) {
+    Scene scene = {0};
+    Links links = {0};
+    int failed = 0;
+    for (size_t i = 0; i < scenes && !failed; i++) {
+        const Town *t = &town[i];
+        Parameters p = parameters(&model[i]);
+        failed = put_vehicles(&scene, t) || (t->buildings > 0 && put_buildings(&scene, t))
+            || links_forget(&links, &scene, &p);
+        for (size_t from = 0; from < t->vehicles && !failed; from++) {
+            const Link *link;
+            Link alone;
+            size_t count;
+            failed = links_from(&links, &scene, from, floor, &link, &count);
+            for (size_t k = 0; k < count && !failed && i + 1 == scenes; k++)
+                put(out, t->vehicles, from, &link[k], (int32_t)k);
+            for (size_t to = 0; to < t->vehicles && !failed; to++)
+                if (to != from && scene.equipped[from] && scene.equipped[to])
+                    failed = link_between(&links, &scene, from, to, negligible, &alone);
+        }
+        links.models.parameters = NULL; /* gone */
+    }
+    dismantle(&scene, &links);
+    return failed;
+}
+
+/* What buildings take at least between the cells of vehicles 0 and 1 [dB]; -1 if memory is short. */
+EXPORT int least_loss(const Town *town, const Model *model, double floor) {
+    Scene scene = {0};
+    Links links = {0};
+    Parameters p = parameters(model);
+    Reach reach;
+    int loss = -1;
+    if (!build(&scene, town) && !links_forget(&links, &scene, &p)) {
+        StreetCells *s = &links.cells;
+        street_cells_prepare(s, &reach, &links.models, floor, INFINITY);
+        loss = street_cells_find_loss(s, &scene, &links.models, s->cell_of[0], s->cell_of[1]);
+    }
+    dismantle(&scene, &links);
+    return loss;
+}
+
 /* A link whose obstacles are looked up for it alone. */
 static Link looked_up(Scene *scene, const Propagation *models, size_t from, size_t to) {
     const Antenna *a = &scene->antenna[from], *b = &scene->antenna[to];
     int way = is_before(a, b) || (!is_before(b, a) && from < to) ? 0 : 1;
     Pair pair;
-    pair_look_up(scene, models, way ? b : a, way ? a : b, 0, &pair);
+    pair_evaluate(scene, models, way ? b : a, way ? a : b, BOTH, 0, &pair);
     const double *gain = pair.gain[way];
     return (Link){{gain[0], gain[1], gain[2]}, pair.distance, (uint32_t)to, pair.kind[way]};
 }

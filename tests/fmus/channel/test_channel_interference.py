@@ -96,6 +96,27 @@ def test_interference_counts_however_weak_it_is(library: Library, strength: floa
     assert found[0]["snir_db"] == pytest.approx(expected, abs=4.4e-5)
 
 
+@pytest.mark.parametrize(
+    ("strength", "margin", "counts"),
+    [(-15, 20.0, True), (-25, 20.0, False), (-25, 30.0, True), (-1, 0.0, False), (-70, 80.0, True)],
+)
+def test_interference_below_the_margin_is_left_out(
+    library: Library, strength: float, margin: float, counts: bool
+) -> None:
+    noise_floor = 10 ** (NOISE_FLOOR / 10)
+    offset = NOISE_FLOOR + strength - _db(_power(300.0))
+    records = [packet(0, 1, time=MS), packet(1, 2, time=MS + 100 * US, power_offset=offset)]
+    scene = _around(200.0, 300.0)
+    quiet = {**CENTERED, "interference_margin": margin}
+    found = _at_0(library, scene, records, **quiet, weak_receptions=False)
+    noise = noise_floor * (1 + 10 ** (strength / 10) * counts)
+    assert found[0]["snir_db"] == pytest.approx(_db(_power(200.0) / noise), abs=1e-8)
+    # what is told of anyway counts in any case
+    told = _at_0(library, scene, records, **quiet, weak_receptions=True)
+    noise = noise_floor * (1 + 10 ** (strength / 10))
+    assert told[0]["snir_db"] == pytest.approx(_db(_power(200.0) / noise), abs=1e-8)
+
+
 def test_what_comes_from_far_interferes_after_it_has_ended_at_its_transmitter(
     library: Library,
 ) -> None:

@@ -8,7 +8,16 @@ from hypothesis import given, settings, strategies as st
 
 from tests.fmus.scene import rectangle
 
-from .links import VEINS, LinkMatrix, Propagation, Town, link_pairs, link_rows
+from .links import (
+    VEINS,
+    LinkMatrix,
+    Propagation,
+    Town,
+    least_loss,
+    link_pairs,
+    link_rows,
+    link_rows_of_scenes,
+)
 from .primitives import PathLoss, Primitives, Ring
 
 FLOOR = 10**-12.0  # -94 dBm of 26 dBm
@@ -201,3 +210,121 @@ def test_an_antenna_pattern_turns_with_its_carrier(primitives: Primitives) -> No
 def test_an_empty_and_a_lonely_scene_have_no_links(primitives: Primitives) -> None:
     for n in (0, 1):
         assert (link_rows(primitives, grid_town(1, n), VEINS, FLOOR).rank == -1).all()
+
+
+@given(st.integers(0, 2**32), st.sampled_from(CASES), st.sampled_from(CASES), st.floats(-16, -6))
+@settings(deadline=None, max_examples=40)
+def test_scenes_before_leave_no_trace_in_the_links(
+    primitives: Primitives, seed: int, before: Propagation, p: Propagation, level: float
+) -> None:
+    """Vehicles move, leave and enter, buildings stay or change, antennas grow, models change."""
+    first, second, third = (grid_town(seed + k, n) for k, n in enumerate((50, 30, 60)))
+    stays = replace(third, buildings=())
+    floor = 10**level
+    for scenes, town in (
+        ([(first, p), (replace(second, buildings=()), p), (stays, p)], first),
+        ([(first, before), (second, p), (stays, p)], second),
+        ([(first, p), (third, p)], third),
+        ([(first, before), (stays, replace(p, wall_loss=3.0, indoor_loss=0.1))], first),
+    ):
+        last = replace(third, buildings=town.buildings)
+        rows = link_rows_of_scenes(primitives, scenes, floor, floor / 1e4)
+        model = scenes[-1][1]
+        pairs = link_pairs(primitives, last, model)
+        check_rows(rows, pairs, last, model.maximum_range, floor)
+
+
+def test_rows_are_the_same_where_there_are_more_cells_than_room(primitives: Primitives) -> None:
+    """Over 8,192 places: cells get larger, and beyond that radios have none."""
+    rng = np.random.default_rng(5)
+    town = grid_town(5, 60)
+    scenes = []
+    for extent in (3e3, 3e4, 3e5):
+        n = 9000
+        far = replace(
+            town,
+            position=np.column_stack([rng.uniform(-extent, extent, (n, 2)), np.zeros(n)]),
+            heading=np.zeros(n), size=np.tile((4.5, 1.8, 1.5), (n, 1)),
+            antenna_height=np.full(n, 1.6), equipped=np.ones(n, bool),
+        )  # fmt: skip
+        scenes.append(far)
+    model = Propagation(maximum_range=300)
+    strays = np.arange(0, 9000, 450)
+    for far in scenes:
+        mixed = replace(
+            far,
+            position=np.vstack([far.position, town.position]),
+            heading=np.append(far.heading, town.heading),
+            size=np.vstack([far.size, town.size]),
+            antenna_height=np.append(far.antenna_height, town.antenna_height),
+            equipped=np.append(far.equipped, town.equipped),
+        )
+        order = [*strays, *range(9000, 9060)]
+        rows = link_rows(primitives, mixed, model, FLOOR, order)
+        ends = np.asarray(order)
+        few = replace(
+            mixed,
+            position=mixed.position[ends], heading=mixed.heading[ends], size=mixed.size[ends],
+            antenna_height=mixed.antenna_height[ends], equipped=mixed.equipped[ends],
+        )  # fmt: skip
+        unshadowed = replace(model, vehicle_shadowing=False)
+        rows = link_rows(primitives, mixed, unshadowed, FLOOR, order)
+        pairs = link_pairs(primitives, few, unshadowed)
+        wanted = expected(pairs, few, 300, FLOOR)
+        np.testing.assert_array_equal(rows.gain[np.ix_(ends, ends)][wanted], pairs.gain[wanted])
+        assert not rows.gain[np.ix_(ends, ends)][~wanted].any()
+
+
+def _two(ends: tuple[tuple[float, float], ...], *buildings: Ring) -> Town:
+    return Town(
+        position=np.array([[*end, 0.0] for end in ends]), heading=np.zeros(2),
+        size=np.tile((4.5, 1.8, 1.5), (2, 1)), antenna_height=np.full(2, 1.6),
+        equipped=np.ones(2, bool), buildings=buildings,
+    )  # fmt: skip
+
+
+def test_what_buildings_take_at_least_between_two_cells(primitives: Primitives) -> None:
+    """A house 20 m deep: two walls of 9 dB, and 0.4 dB/m.
+
+    Cells reach from 0 to 6 m and from 96 to 102 m, the house from 40 to 60 m. Of a link at least
+    54 / 96 - 40 / 96 is inside, and it is 90 m long or longer: 13.1 m, 5.2 dB.
+    """
+    house = Ring(corners=rectangle(50, 3, 20, 60), height=10)
+    model = Propagation()
+    assert least_loss(primitives, _two(((3, 3), (99, 3)), house), model) == 23
+    assert least_loss(primitives, _two(((3, 3), (99, 3)), house, house), model) == 46
+    walls_alone = replace(model, indoor_loss=0.0)
+    loss = least_loss(primitives, _two(((3, 3), (99, 3)), house), walls_alone)
+    assert loss == 17  # 18 dB less a hair, rounded down
+    # a link from corner to corner of the cells passes beside it, or over it, or there is none
+    beside = Ring(corners=rectangle(50, 30, 20, 59), height=10)
+    assert least_loss(primitives, _two(((3, 3), (99, 3)), beside), model) == 0
+    low = Ring(corners=rectangle(50, 3, 20, 60), height=1.5)
+    assert least_loss(primitives, _two(((3, 3), (99, 3)), low), model) == 0
+    endless = replace(model, finite_buildings=False)
+    assert least_loss(primitives, _two(((3, 3), (99, 3)), low), endless) == 23
+    off = replace(model, building_shadowing=False)
+    assert least_loss(primitives, _two(((3, 3), (99, 3)), house), off) == 0
+    # no more is looked for than matters above the floor: the second house is left out
+    assert least_loss(primitives, _two(((3, 3), (99, 3)), house, house), model, 1e-9) == 23
+
+
+@given(st.integers(0, 2**32), st.data())
+@settings(deadline=None, max_examples=60)
+def test_no_link_loses_less_than_its_cells_say(
+    primitives: Primitives, seed: int, data: st.DataObject
+) -> None:
+    town = grid_town(seed, 40)
+    rng = np.random.default_rng(seed)
+    model = Propagation(
+        finite_buildings=data.draw(st.booleans()), vehicle_shadowing=False, wall_loss=7.0
+    )
+    for _ in range(5):
+        cells = 6 * rng.integers(-10, 80, (2, 2))
+        ends = tuple(tuple(cell + rng.uniform(0, 6, 2)) for cell in cells)
+        pair = _two(ends, *town.buildings)
+        least = least_loss(primitives, pair, model)
+        free = link_pairs(primitives, pair, replace(model, building_shadowing=False))
+        exact = link_pairs(primitives, pair, model)
+        loss = 10 * np.log10(free.gain[0, 1, 1] / exact.gain[0, 1, 1])
+        assert least <= loss + 1e-9

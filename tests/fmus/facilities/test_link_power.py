@@ -53,6 +53,45 @@ def test_each_radio_has_its_own_table(links: dict[tuple[int, int], float]) -> No
         assert {t: p for t, p in enumerate(asked.tolist()) if not np.isnan(p)} == mine
 
 
+@given(
+    st.lists(
+        st.tuples(
+            st.lists(st.tuples(st.integers(0, 40), st.integers(0, 40)), max_size=8),
+            st.lists(st.integers(0, 40), max_size=10),
+        ),
+        max_size=12,
+    )
+)
+def test_radios_come_and_go_and_each_link_is_its_own(
+    steps: list[tuple[list[tuple[int, int]], list[int]]],
+) -> None:
+    """Whatever radios were expected or have left: one filter per link, forgotten after 3 steps."""
+    table = Measurements(4, 3)
+    expected: dict[tuple[int, int], tuple[int, float]] = {}
+    for now, (links, expected_radios) in enumerate(steps):
+        table.meet(np.array(sorted(set(expected_radios)), np.int64))
+        samples = [(now, *link, -40.0 - 3 * now - link[0]) for link in links]
+        table.measure(receptions(*samples))
+        for _, transmitter, receiver, sample in samples:
+            time, before = expected.get((transmitter, receiver), (-9, 0.0))
+            power = (before + sample) / 2 if time >= now - 4 else sample
+            expected[transmitter, receiver] = (now, power)
+        table.forget(now)
+        receivers = np.arange(41)
+        told = table.table(receivers)
+        assert (np.diff(told.transmitter) > 0).all()
+        fresh = {link: power for link, (time, power) in expected.items() if time >= now - 3}
+        rows, columns = np.nonzero(~np.isnan(told.power))
+        assert {
+            (int(told.transmitter[c]), int(r)): float(told.power[r, c])
+            for r, c in zip(rows, columns, strict=True)
+        } == pytest.approx(fresh)
+        for receiver in (0, 7, 40):
+            mine = {t: power for (t, r), power in fresh.items() if r == receiver}
+            alone = table.by(receiver)
+            assert dict(zip(alone.transmitter, alone.power, strict=True)) == pytest.approx(mine)
+
+
 def test_an_old_link_is_forgotten_and_starts_anew() -> None:
     table = Measurements(4, SECOND)
     table.measure(receptions((0, 5, 6, -90.0), (1, 7, 6, -80.0)))
