@@ -12,7 +12,7 @@ import numpy as np
 import zstandard
 
 from orchestrator.recording.filters import (
-    Column,
+    Numbers,
     Deltas,
     Filter,
     Guesses,
@@ -195,7 +195,7 @@ def _columns(data: "np.ndarray[Any, Any]", form: Form) -> "np.ndarray[Any, Any]"
     return np.ascontiguousarray(words.T)
 
 
-def _choose(columns: Sequence[Column]) -> tuple[Filter, ...]:
+def _choose(columns: Sequence[Numbers]) -> tuple[Filter, ...]:
     """The filter of each of `columns`."""
     chosen: list[Filter] = []
     noisy: list[int] = []
@@ -213,7 +213,7 @@ def _choose(columns: Sequence[Column]) -> tuple[Filter, ...]:
     return tuple(chosen)
 
 
-def _guesses(column: Column, earlier: Records, noisy: Sequence[int]) -> Guesses | None:
+def _guesses(column: Numbers, earlier: Records, noisy: Sequence[int]) -> Guesses | None:
     """How to guess the numbers of `column`, if enough of them can be.
 
     Args:
@@ -241,7 +241,7 @@ def _guesses(column: Column, earlier: Records, noisy: Sequence[int]) -> Guesses 
     return Guesses(pair=pair, addend=addend, constant=constant, common=common)
 
 
-def _constant(column: Column, addend: Column) -> float:
+def _constant(column: Numbers, addend: Numbers) -> float:
     """What is most often the difference of two columns of doubles; 0 if there is none."""
     with np.errstate(all="ignore"):
         difference = column.view("<f8") - addend.view("<f8")
