@@ -103,7 +103,7 @@ class BlockFile:
         """Rows in the file."""
         return self._rows
 
-    def append(self, content: bytes, rows: int, lengths: list[int]) -> None:
+    def append(self, content: bytes | memoryview, rows: int, lengths: list[int]) -> None:
         """Compress and write a block.
 
         Args:

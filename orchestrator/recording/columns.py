@@ -9,13 +9,14 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 import zstandard
 
 from orchestrator.recording.filters import (
-    Numbers,
     Deltas,
     Filter,
     Guesses,
+    Numbers,
     Planes,
     Records,
     Stream,
@@ -92,6 +93,21 @@ def compress(stream: Stream) -> bytes:
     return _COMPRESSOR.compress(stream)  # type: ignore[arg-type]  # any buffer will do
 
 
+class Spare:
+    """Memory that is used again, for new memory costs a page fault per 4 KiB."""
+
+    __slots__ = ("_bytes",)
+
+    def __init__(self) -> None:
+        self._bytes = np.empty(0, np.uint8)
+
+    def take(self, size: int) -> npt.NDArray[np.uint8]:
+        """Return `size` bytes, shape (byte,), which belong to who takes them next."""
+        if size > len(self._bytes):
+            self._bytes = np.empty(size, np.uint8)
+        return self._bytes[:size]
+
+
 class Columns:
     """Makes streams of bytes of the blocks of one file, one after the other.
 
@@ -101,7 +117,7 @@ class Columns:
         form: of the rows; `None`: samples of bytes, whose lengths tell.
     """
 
-    __slots__ = ("_cut", "_filters", "_form", "_made")
+    __slots__ = ("_cut", "_filters", "_form", "_made", "_rest", "_turned")
 
     RETRY: Final = 16
     """Filters are tried on the first two of so many blocks: a run may begin unlike it goes on."""
@@ -111,8 +127,11 @@ class Columns:
         self._cut: Form | None = None
         self._filters: tuple[Filter, ...] = ()
         self._made = 0
+        self._rest, self._turned = Spare(), Spare()
 
-    def split(self, content: bytes, lengths: Sequence[int]) -> tuple[dict[str, Any], list[Stream]]:
+    def split(
+        self, content: bytes | memoryview, lengths: Sequence[int]
+    ) -> tuple[dict[str, Any], list[Stream]]:
         """What a reader must know of a block, as JSON, and its streams.
 
         Args:
@@ -120,7 +139,8 @@ class Columns:
             lengths: bytes of each sample; not used for rows.
 
         Returns:
-            What to know, and the streams: bytes, or arrays of any shape in C order.
+            What to know, and the streams: bytes, or arrays of any shape in C order. They last
+            until the next block is split.
         """
         form = self._form or Form.of_samples(lengths)
         streams: list[Stream] = []
@@ -131,9 +151,13 @@ class Columns:
             heads = b"".join([content[at : at + form.head] for at in starts])
             counts = (some - form.head) // form.stride
             streams = [counts.astype("<i8"), heads]
-            samples = zip(starts, ends.tolist(), strict=True)
-            content = b"".join([content[at + form.head : end] for at, end in samples])
-        columns = list(_columns(np.frombuffer(content, np.uint8), form))
+            rest = self._rest.take(len(content) - len(heads)).data
+            to = 0
+            for at, end in zip(starts, ends.tolist(), strict=True):
+                begin, to = to, to + end - at - form.head
+                rest[begin:to] = content[at + form.head : end]
+            content = rest
+        columns = self._columns(np.frombuffer(content, np.uint8), form)
         if form != self._cut or self._made % self.RETRY <= 1:
             self._cut, self._filters = form, _choose(columns)
         self._made += 1
@@ -148,6 +172,15 @@ class Columns:
             "columns": [each.described() for each in self._filters],
         }
         return about, streams
+
+    def _columns(self, data: "np.ndarray[Any, Any]", form: Form) -> list[Numbers]:
+        """The numbers of `data`, shape (record,) each."""
+        words = data.view(f"<u{form.word}").reshape(-1, form.stride // form.word).T
+        if len(words) == 1:
+            return [words[0]]
+        columns = self._turned.take(len(data)).view(words.dtype).reshape(words.shape)
+        columns[:] = words
+        return list(columns)
 
 
 def join(about: Mapping[str, Any], streams: Sequence[bytes]) -> "np.ndarray[Any, Any]":
@@ -187,12 +220,6 @@ def join(about: Mapping[str, Any], streams: Sequence[bytes]) -> "np.ndarray[Any,
 def _word(length: int) -> int:
     """The longest word that divides `length`."""
     return next(word for word in (8, 4, 2, 1) if length % word == 0)
-
-
-def _columns(data: "np.ndarray[Any, Any]", form: Form) -> "np.ndarray[Any, Any]":
-    """The numbers of `data`, shape (column, record)."""
-    words = data.view(f"<u{form.word}").reshape(-1, form.stride // form.word)
-    return np.ascontiguousarray(words.T)
 
 
 def _choose(columns: Sequence[Numbers]) -> tuple[Filter, ...]:

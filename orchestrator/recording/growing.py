@@ -26,7 +26,7 @@ class GrowingArray:
         self._row_bytes = dtype.itemsize * int(np.prod(row_shape, dtype=np.int64))
         self._written = 0
 
-    def append(self, rows: bytes, count: int) -> None:
+    def append(self, rows: bytes | memoryview, count: int) -> None:
         """Write `count` rows, given in C order."""
         header = self._header(self._written + count)
         with self._path.open("r+b" if self._written else "w+b") as file:
@@ -39,12 +39,6 @@ class GrowingArray:
             file.seek(0)
             file.write(header)
         self._written += count
-
-    def content(self) -> bytes:
-        """All rows, in C order."""
-        with self._path.open("rb") as file:
-            file.seek(len(self._header(self._written)))
-            return file.read(self._written * self._row_bytes)
 
     def remove(self) -> None:
         """Remove the file."""
