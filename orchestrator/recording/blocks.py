@@ -122,9 +122,11 @@ class BlockFile:
             file.truncate()
         self.size += len(block)
         self._rows += rows
+        self._columns.learn(sum(sizes) / max(len(content), 1))
 
     def end(self) -> None:
         """Write that there are no more blocks."""
+        self._columns.release()
         note = _note({"end": self._rows})
         with self._path.open("r+b") as file:
             file.seek(self.size)

@@ -4,6 +4,7 @@ The recorder knows no unit, so it finds out for itself what helps: which `Form` 
 have follows from their lengths, and filters are tried on the first block and now and then again.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
@@ -31,7 +32,7 @@ MOST_COLUMNS: Final = 32
 LONGEST_RECORD: Final = 256
 """Samples of bytes are cut into records of at most so many bytes."""
 
-TRIED: Final = 2048
+TRIED: Final = 1024
 """Numbers of a column on which simple filters are tried."""
 
 GUESSED: Final = 1 << 15
@@ -117,16 +118,17 @@ class Columns:
         form: of the rows; `None`: samples of bytes, whose lengths tell.
     """
 
-    __slots__ = ("_cut", "_filters", "_form", "_made", "_rest", "_turned")
+    __slots__ = ("_cut", "_expected", "_filters", "_first", "_form", "_rest", "_stale", "_turned")
 
-    RETRY: Final = 16
-    """Filters are tried on the first two of so many blocks: a run may begin unlike it goes on."""
+    WORSE: Final = 1.1
+    """Filters are tried again when blocks have become so many times larger, compressed."""
 
     def __init__(self, form: Form | None) -> None:
         self._form = form
         self._cut: Form | None = None
         self._filters: tuple[Filter, ...] = ()
-        self._made = 0
+        self._first = self._stale = True
+        self._expected = math.inf
         self._rest, self._turned = Spare(), Spare()
 
     def split(
@@ -158,9 +160,9 @@ class Columns:
                 rest[begin:to] = content[at + form.head : end]
             content = rest
         columns = self._columns(np.frombuffer(content, np.uint8), form)
-        if form != self._cut or self._made % self.RETRY <= 1:
+        if form != self._cut or self._stale:
             self._cut, self._filters = form, _choose(columns)
-        self._made += 1
+            self._expected = math.inf
         earlier = Records()
         for each, column in zip(self._filters, columns, strict=True):
             streams += each.encode(column, earlier)
@@ -172,6 +174,22 @@ class Columns:
             "columns": [each.described() for each in self._filters],
         }
         return about, streams
+
+    def learn(self, share: float) -> None:
+        """Take note of what the last block has become.
+
+        The first one says nothing: a run may begin unlike it goes on.
+
+        Args:
+            share: bytes compressed per byte.
+        """
+        self._stale = self._first or share > self.WORSE * self._expected
+        self._first = False
+        self._expected = min(self._expected, share)
+
+    def release(self) -> None:
+        """Give memory back after the last block."""
+        self._rest, self._turned = Spare(), Spare()
 
     def _columns(self, data: "np.ndarray[Any, Any]", form: Form) -> list[Numbers]:
         """The numbers of `data`, shape (record,) each."""

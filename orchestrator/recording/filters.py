@@ -24,6 +24,8 @@ COMMON: Final = 3
 """How a value is told by `Guesses`."""
 
 _NEAR: Final = np.dtype("<i2")
+_SHIFT: Final = np.uint64((1 << 15) - 1)
+_RANGE: Final = np.uint64((1 << 16) - 1)
 
 
 class Records:
@@ -275,8 +277,8 @@ def filter_of(described: Mapping[str, Any]) -> Filter:
 
 
 def _is_near(off: Int) -> npt.NDArray[np.bool_]:
-    # not by abs(): the smallest number has no opposite
-    result: npt.NDArray[np.bool_] = (off > -(1 << 15)) & (off < 1 << 15)
+    # -2^15 + 1 becomes 0 and 2^15 - 1 becomes 2^16 - 2; what is less wraps around
+    result: npt.NDArray[np.bool_] = (off.view(np.uint64) + _SHIFT) < _RANGE
     return result
 
 

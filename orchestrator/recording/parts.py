@@ -6,6 +6,7 @@ than before.
 """
 
 import hashlib
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -40,7 +41,7 @@ class Part:
 
     __slots__ = ("_buffer", "_dtype", "_flushed", "_held", "_kind", "_known", "_lengths", "_name",
                  "_path", "_row_bytes", "_row_shape", "_rows", "_samples", "_sha256", "_stored",
-                 "_tail")  # fmt: skip
+                 "_tail", "_write")  # fmt: skip
 
     def __init__(
         self,
@@ -60,7 +61,8 @@ class Part:
         self._stored = BlockFile(path, dtype, row_shape, form)
         self._sha256 = hashlib.sha256()
         self._tail: GrowingArray | None = None
-        self._buffer = _room(0)  # the next block; used again, for new memory costs page faults
+        self._buffer = io.BytesIO()  # the next block; used again: new memory costs page faults
+        self._write = self._buffer.write
         self._held = 0  # bytes of the next block
         self._known = 0  # of them flushed, and in the digest
         self._rows = 0  # of the next block
@@ -110,11 +112,12 @@ class Part:
             lengths: of each sample [byte], shape (sample,).
 
         Raises:
-            ValueError: `data` has another size, or a length is not that of a number of rows.
+            ValueError: `data` has another size, or a length is not that of a number of rows, which
+                none is if a row has no bytes.
         """
         each = np.asarray(lengths, np.int64)
-        size = max(self._row_bytes, 1)
-        if (each < 0).any() or (each % size).any() or each.sum() != len(data):
+        size = self._row_bytes
+        if size == 0 or (each < 0).any() or (each % size).any() or each.sum() != len(data):
             what = f"{len(data)} bytes, not {len(each)} samples of rows of {size} bytes"
             raise ValueError(f"`{self._name}` was given {what}")
         rest, ends, first, start = memoryview(data), np.cumsum(each), 0, 0
@@ -135,7 +138,7 @@ class Part:
         if self._tail is None:
             path = tail_of(self._path, self._stored.rows)
             self._tail = GrowingArray(path, self._dtype, self._row_shape)
-        self._tail.append(self._buffer[self._known : self._held], fresh)
+        self._tail.append(self._buffer.getbuffer()[self._known : self._held], fresh)
         self._flushed = self._rows
         self._digest()
 
@@ -144,36 +147,27 @@ class Part:
         if self._rows:
             self._store()
         self._stored.end()
-        self._buffer = _room(0)
+        self._buffer = io.BytesIO()
 
     def _take(self, rows: bytes | memoryview, count: int) -> None:
-        """Append rows to the next block, and store it if it is large enough then."""
-        start, end = self._held, self._held + len(rows)
-        if end > len(self._buffer):
-            room = _room(max(end, 2 * len(self._buffer)))
-            room[:start] = self._buffer[:start]
-            self._buffer = room
-        self._buffer[start:end] = rows
-        self._held = end
+        """Add rows to the next block, and store it if it is large enough then."""
+        self._write(rows)
         self._rows += count
-        if end >= BLOCK_BYTES:
+        self._held += len(rows)
+        if self._held >= BLOCK_BYTES:
             self._store()
 
     def _store(self) -> None:
-        self._stored.append(self._buffer[: self._held], self._rows, self._lengths)
+        self._stored.append(self._buffer.getbuffer()[: self._held], self._rows, self._lengths)
         self._digest()
         if self._tail is not None:
             self._tail.remove()
             self._tail = None
+        self._buffer.seek(0)
         self._lengths.clear()
         self._rows = self._flushed = self._held = self._known = 0
 
     def _digest(self) -> None:
         """Let what was appended since the last time count in the digest."""
-        self._sha256.update(self._buffer[self._known : self._held])
+        self._sha256.update(self._buffer.getbuffer()[self._known : self._held])
         self._known = self._held
-
-
-def _room(size: int) -> memoryview:
-    """Memory of `size` bytes, which is taken from the machine when it is written to."""
-    return memoryview(np.empty(size, np.uint8))
