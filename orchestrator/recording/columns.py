@@ -25,7 +25,7 @@ from orchestrator.recording.filters import (
     filter_of,
 )
 
-LEVEL: Final = 3
+LEVEL: Final = 1
 """The level of Zstandard: the higher, the smaller and slower."""
 
 MOST_COLUMNS: Final = 32
