@@ -1,7 +1,7 @@
 """A block of rows as columns of numbers, and which filter each of them gets.
 
 The recorder knows no unit, so it finds out for itself what helps: which `Form` samples of bytes
-have follows from their lengths, and filters are tried on the first block and now and then again.
+have follows from their lengths, and filters are tried on the first two blocks, and again when blocks become larger.
 """
 
 import math
