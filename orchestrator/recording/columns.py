@@ -1,7 +1,8 @@
 """A block of rows as columns of numbers, and which filter each of them gets.
 
 The recorder knows no unit, so it finds out for itself what helps: which `Form` samples of bytes
-have follows from their lengths, and filters are tried on the first two blocks, and again when blocks become larger.
+have follows from their lengths, and filters are tried on the first two blocks, and again when
+blocks become larger.
 """
 
 import math
@@ -25,7 +26,7 @@ from orchestrator.recording.filters import (
     filter_of,
 )
 
-LEVEL: Final = 1
+LEVEL: Final = 3
 """The level of Zstandard: the higher, the smaller and slower."""
 
 MOST_COLUMNS: Final = 32
