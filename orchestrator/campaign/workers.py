@@ -5,7 +5,7 @@ import importlib
 import logging
 import shutil
 import tempfile
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
@@ -62,7 +62,8 @@ class DaskWorkers(Workers):
     def results(
         self, work: Iterable[tuple[RunKey, Work]]
     ) -> Generator[tuple[RunKey, Result], None, None]:
-        pending = {self._submit(each): (key, each) for key, each in work}
+        ordered = list(work)
+        pending = dict(zip(self._submit([each for _, each in ordered]), ordered, strict=True))
         retried: set[RunKey] = set()
         completed = require("distributed").as_completed(list(pending))
         try:
@@ -71,7 +72,7 @@ class DaskWorkers(Workers):
                 result = _result(future)
                 if result.error is not None and key not in retried:
                     retried.add(key)
-                    again = self._submit(each)
+                    (again,) = self._submit([each])
                     pending[again] = (key, each)
                     completed.add(again)
                     continue
@@ -79,9 +80,14 @@ class DaskWorkers(Workers):
         finally:
             self._client.cancel(list(pending), force=True)
 
-    def _submit(self, work: Work) -> Any:
+    def _submit(self, work: Sequence[Work]) -> Sequence[Any]:
+        # in one piece: one by one, Dask does not know at first that there will be more than the
+        # workers can take, and puts two on each; the second waits if the worker starts slowly,
+        # while the other workers are far ahead
+        with_scratch = [replace(each, scratch=self._scratch) for each in work]
         # the same call twice is two runs: a retry must not find the result of the first
-        return self._client.submit(perform, replace(work, scratch=self._scratch), pure=False)
+        futures: Sequence[Any] = self._client.map(perform, with_scratch, pure=False)
+        return futures
 
 
 Pool: TypeAlias = Callable[[], AbstractContextManager[Workers]]

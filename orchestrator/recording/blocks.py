@@ -103,7 +103,7 @@ class BlockFile:
         """Rows in the file."""
         return self._rows
 
-    def append(self, content: bytes, rows: int, lengths: list[int]) -> None:
+    def append(self, content: bytes | memoryview, rows: int, lengths: list[int]) -> None:
         """Compress and write a block.
 
         Args:
@@ -122,9 +122,11 @@ class BlockFile:
             file.truncate()
         self.size += len(block)
         self._rows += rows
+        self._columns.learn(sum(sizes) / max(len(content), 1))
 
     def end(self) -> None:
         """Write that there are no more blocks."""
+        self._columns.release()
         note = _note({"end": self._rows})
         with self._path.open("r+b") as file:
             file.seek(self.size)

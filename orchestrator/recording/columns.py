@@ -1,21 +1,24 @@
 """A block of rows as columns of numbers, and which filter each of them gets.
 
 The recorder knows no unit, so it finds out for itself what helps: which `Form` samples of bytes
-have follows from their lengths, and filters are tried on the first block and now and then again.
+have follows from their lengths, and filters are tried on the first two blocks, and again when
+blocks become larger.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 import zstandard
 
 from orchestrator.recording.filters import (
-    Column,
     Deltas,
     Filter,
     Guesses,
+    Numbers,
     Planes,
     Records,
     Stream,
@@ -30,7 +33,7 @@ MOST_COLUMNS: Final = 32
 LONGEST_RECORD: Final = 256
 """Samples of bytes are cut into records of at most so many bytes."""
 
-TRIED: Final = 2048
+TRIED: Final = 1024
 """Numbers of a column on which simple filters are tried."""
 
 GUESSED: Final = 1 << 15
@@ -92,6 +95,21 @@ def compress(stream: Stream) -> bytes:
     return _COMPRESSOR.compress(stream)  # type: ignore[arg-type]  # any buffer will do
 
 
+class Spare:
+    """Memory that is used again, for new memory costs a page fault per 4 KiB."""
+
+    __slots__ = ("_bytes",)
+
+    def __init__(self) -> None:
+        self._bytes = np.empty(0, np.uint8)
+
+    def take(self, size: int) -> npt.NDArray[np.uint8]:
+        """Return `size` bytes, shape (byte,), which belong to who takes them next."""
+        if size > len(self._bytes):
+            self._bytes = np.empty(size, np.uint8)
+        return self._bytes[:size]
+
+
 class Columns:
     """Makes streams of bytes of the blocks of one file, one after the other.
 
@@ -101,18 +119,22 @@ class Columns:
         form: of the rows; `None`: samples of bytes, whose lengths tell.
     """
 
-    __slots__ = ("_cut", "_filters", "_form", "_made")
+    __slots__ = ("_cut", "_expected", "_filters", "_first", "_form", "_rest", "_stale", "_turned")
 
-    RETRY: Final = 16
-    """Filters are tried on the first two of so many blocks: a run may begin unlike it goes on."""
+    WORSE: Final = 1.1
+    """Filters are tried again when blocks have become so many times larger, compressed."""
 
     def __init__(self, form: Form | None) -> None:
         self._form = form
         self._cut: Form | None = None
         self._filters: tuple[Filter, ...] = ()
-        self._made = 0
+        self._first = self._stale = True
+        self._expected = math.inf
+        self._rest, self._turned = Spare(), Spare()
 
-    def split(self, content: bytes, lengths: Sequence[int]) -> tuple[dict[str, Any], list[Stream]]:
+    def split(
+        self, content: bytes | memoryview, lengths: Sequence[int]
+    ) -> tuple[dict[str, Any], list[Stream]]:
         """What a reader must know of a block, as JSON, and its streams.
 
         Args:
@@ -120,7 +142,8 @@ class Columns:
             lengths: bytes of each sample; not used for rows.
 
         Returns:
-            What to know, and the streams: bytes, or arrays of any shape in C order.
+            What to know, and the streams: bytes, or arrays of any shape in C order. They last
+            until the next block is split.
         """
         form = self._form or Form.of_samples(lengths)
         streams: list[Stream] = []
@@ -131,12 +154,16 @@ class Columns:
             heads = b"".join([content[at : at + form.head] for at in starts])
             counts = (some - form.head) // form.stride
             streams = [counts.astype("<i8"), heads]
-            samples = zip(starts, ends.tolist(), strict=True)
-            content = b"".join([content[at + form.head : end] for at, end in samples])
-        columns = list(_columns(np.frombuffer(content, np.uint8), form))
-        if form != self._cut or self._made % self.RETRY <= 1:
+            rest = self._rest.take(len(content) - len(heads)).data
+            to = 0
+            for at, end in zip(starts, ends.tolist(), strict=True):
+                begin, to = to, to + end - at - form.head
+                rest[begin:to] = content[at + form.head : end]
+            content = rest
+        columns = self._columns(np.frombuffer(content, np.uint8), form)
+        if form != self._cut or self._stale:
             self._cut, self._filters = form, _choose(columns)
-        self._made += 1
+            self._expected = math.inf
         earlier = Records()
         for each, column in zip(self._filters, columns, strict=True):
             streams += each.encode(column, earlier)
@@ -148,6 +175,31 @@ class Columns:
             "columns": [each.described() for each in self._filters],
         }
         return about, streams
+
+    def learn(self, share: float) -> None:
+        """Take note of what the last block has become.
+
+        The first one says nothing: a run may begin unlike it goes on.
+
+        Args:
+            share: bytes compressed per byte.
+        """
+        self._stale = self._first or share > self.WORSE * self._expected
+        self._first = False
+        self._expected = min(self._expected, share)
+
+    def release(self) -> None:
+        """Give memory back after the last block."""
+        self._rest, self._turned = Spare(), Spare()
+
+    def _columns(self, data: "np.ndarray[Any, Any]", form: Form) -> list[Numbers]:
+        """The numbers of `data`, shape (record,) each."""
+        words = data.view(f"<u{form.word}").reshape(-1, form.stride // form.word).T
+        if len(words) == 1:
+            return [words[0]]
+        columns = self._turned.take(len(data)).view(words.dtype).reshape(words.shape)
+        columns[:] = words
+        return list(columns)
 
 
 def join(about: Mapping[str, Any], streams: Sequence[bytes]) -> "np.ndarray[Any, Any]":
@@ -189,13 +241,7 @@ def _word(length: int) -> int:
     return next(word for word in (8, 4, 2, 1) if length % word == 0)
 
 
-def _columns(data: "np.ndarray[Any, Any]", form: Form) -> "np.ndarray[Any, Any]":
-    """The numbers of `data`, shape (column, record)."""
-    words = data.view(f"<u{form.word}").reshape(-1, form.stride // form.word)
-    return np.ascontiguousarray(words.T)
-
-
-def _choose(columns: Sequence[Column]) -> tuple[Filter, ...]:
+def _choose(columns: Sequence[Numbers]) -> tuple[Filter, ...]:
     """The filter of each of `columns`."""
     chosen: list[Filter] = []
     noisy: list[int] = []
@@ -213,7 +259,7 @@ def _choose(columns: Sequence[Column]) -> tuple[Filter, ...]:
     return tuple(chosen)
 
 
-def _guesses(column: Column, earlier: Records, noisy: Sequence[int]) -> Guesses | None:
+def _guesses(column: Numbers, earlier: Records, noisy: Sequence[int]) -> Guesses | None:
     """How to guess the numbers of `column`, if enough of them can be.
 
     Args:
@@ -241,7 +287,7 @@ def _guesses(column: Column, earlier: Records, noisy: Sequence[int]) -> Guesses 
     return Guesses(pair=pair, addend=addend, constant=constant, common=common)
 
 
-def _constant(column: Column, addend: Column) -> float:
+def _constant(column: Numbers, addend: Numbers) -> float:
     """What is most often the difference of two columns of doubles; 0 if there is none."""
     with np.errstate(all="ignore"):
         difference = column.view("<f8") - addend.view("<f8")

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import override
 
-Column: TypeAlias = npt.NDArray[np.unsignedinteger[Any]]
+Numbers: TypeAlias = npt.NDArray[np.unsignedinteger[Any]]
 Int: TypeAlias = npt.NDArray[np.int64]
 Stream: TypeAlias = bytes | npt.NDArray[Any]
 """Bytes, or an array in C order, whose bytes are meant."""
@@ -24,6 +24,8 @@ COMMON: Final = 3
 """How a value is told by `Guesses`."""
 
 _NEAR: Final = np.dtype("<i2")
+_SHIFT: Final = np.uint64((1 << 15) - 1)
+_RANGE: Final = np.uint64((1 << 16) - 1)
 
 
 class Records:
@@ -35,17 +37,17 @@ class Records:
 
     __slots__ = ("_columns", "_orders")
 
-    def __init__(self, columns: Sequence[Column] = ()) -> None:
+    def __init__(self, columns: Sequence[Numbers] = ()) -> None:
         self._columns = list(columns)
         self._orders: dict[tuple[int, int], tuple[Int, npt.NDArray[np.bool_]]] = {}
 
     def __len__(self) -> int:
         return len(self._columns)
 
-    def __getitem__(self, k: int) -> Column:
+    def __getitem__(self, k: int) -> Numbers:
         return self._columns[k]
 
-    def append(self, column: Column) -> None:
+    def append(self, column: Numbers) -> None:
         """Add the next column, shape (record,)."""
         self._columns.append(column)
 
@@ -69,7 +71,7 @@ class Records:
             self._orders[pair] = order, same
         return self._orders[pair]
 
-    def repeated(self, column: Column, pair: tuple[int, int]) -> npt.NDArray[np.bool_]:
+    def repeated(self, column: Numbers, pair: tuple[int, int]) -> npt.NDArray[np.bool_]:
         """Where a value of `column` is that of the record before in `linked`, shape (record,)."""
         order, same = self.linked(pair)
         value = column[order]
@@ -91,7 +93,7 @@ class Filter(abc.ABC):
         return 1
 
     @abc.abstractmethod
-    def encode(self, column: Column, earlier: "Records") -> tuple[Stream, ...]:
+    def encode(self, column: Numbers, earlier: "Records") -> tuple[Stream, ...]:
         """The streams of `column`: bytes, or arrays of any shape in C order.
 
         Args:
@@ -102,7 +104,7 @@ class Filter(abc.ABC):
     @abc.abstractmethod
     def decode(
         self, streams: Sequence[bytes], dtype: "np.dtype[Any]", earlier: "Records"
-    ) -> Column:
+    ) -> Numbers:
         """The column, of type `dtype`, shape (record,); the reverse of `encode`."""
 
     @abc.abstractmethod
@@ -116,13 +118,13 @@ class Words(Filter):
     __slots__ = ()
 
     @override
-    def encode(self, column: Column, earlier: "Records") -> tuple[Stream, ...]:
+    def encode(self, column: Numbers, earlier: "Records") -> tuple[Stream, ...]:
         return (column,)
 
     @override
     def decode(
         self, streams: Sequence[bytes], dtype: "np.dtype[Any]", earlier: "Records"
-    ) -> Column:
+    ) -> Numbers:
         return np.frombuffer(streams[0], dtype)
 
     @override
@@ -136,13 +138,13 @@ class Planes(Filter):
     __slots__ = ()
 
     @override
-    def encode(self, column: Column, earlier: "Records") -> tuple[Stream, ...]:
+    def encode(self, column: Numbers, earlier: "Records") -> tuple[Stream, ...]:
         return (_planes(column),)
 
     @override
     def decode(
         self, streams: Sequence[bytes], dtype: "np.dtype[Any]", earlier: "Records"
-    ) -> Column:
+    ) -> Numbers:
         return _joined(streams[0], dtype)
 
     @override
@@ -156,13 +158,13 @@ class Deltas(Filter):
     __slots__ = ()
 
     @override
-    def encode(self, column: Column, earlier: "Records") -> tuple[Stream, ...]:
+    def encode(self, column: Numbers, earlier: "Records") -> tuple[Stream, ...]:
         return (_planes(np.diff(column, prepend=column.dtype.type(0))),)
 
     @override
     def decode(
         self, streams: Sequence[bytes], dtype: "np.dtype[Any]", earlier: "Records"
-    ) -> Column:
+    ) -> Numbers:
         return np.cumsum(_joined(streams[0], dtype), dtype=dtype)
 
     @override
@@ -198,7 +200,7 @@ class Guesses(Filter):
         return 3
 
     @override
-    def encode(self, column: Column, earlier: "Records") -> tuple[Stream, ...]:
+    def encode(self, column: Numbers, earlier: "Records") -> tuple[Stream, ...]:
         how = np.full(len(column), VERBATIM, np.uint8)
         off = self._residual(column, earlier)
         how[_is_near(off)] = NEAR
@@ -210,7 +212,7 @@ class Guesses(Filter):
     @override
     def decode(
         self, streams: Sequence[bytes], dtype: "np.dtype[Any]", earlier: "Records"
-    ) -> Column:
+    ) -> Numbers:
         how = np.frombuffer(streams[0], np.uint8)
         column = np.full(len(how), self.common, dtype)
         near = how == NEAR
@@ -234,11 +236,11 @@ class Guesses(Filter):
             "common": self.common,
         }
 
-    def near(self, column: Column, earlier: "Records") -> float:
+    def near(self, column: Numbers, earlier: "Records") -> float:
         """The share of the values of `column`, shape (record,), that are near the sum."""
         return float(_is_near(self._residual(column, earlier)).mean())
 
-    def _residual(self, column: Column, earlier: "Records") -> Int:
+    def _residual(self, column: Numbers, earlier: "Records") -> Int:
         """The bits of the values less those of the sum; where there is no sum, far off."""
         if self.addend < 0:
             return np.full(len(column), 1 << 15, np.int64)
@@ -248,11 +250,11 @@ class Guesses(Filter):
         off[~np.isfinite(total.view("<f8"))] = 1 << 15
         return off
 
-    def _sum(self, earlier: "Records") -> Column:
+    def _sum(self, earlier: "Records") -> Numbers:
         if self.addend < 0:
             return np.zeros_like(earlier[self.pair[0]])
         with np.errstate(all="ignore"):
-            total: Column = (earlier[self.addend].view("<f8") + self.constant).view("<u8")
+            total: Numbers = (earlier[self.addend].view("<f8") + self.constant).view("<u8")
         return total
 
 
@@ -275,8 +277,8 @@ def filter_of(described: Mapping[str, Any]) -> Filter:
 
 
 def _is_near(off: Int) -> npt.NDArray[np.bool_]:
-    # not by abs(): the smallest number has no opposite
-    result: npt.NDArray[np.bool_] = (off > -(1 << 15)) & (off < 1 << 15)
+    # -2^15 + 1 becomes 0 and 2^15 - 1 becomes 2^16 - 2; what is less wraps around
+    result: npt.NDArray[np.bool_] = (off.view(np.uint64) + _SHIFT) < _RANGE
     return result
 
 

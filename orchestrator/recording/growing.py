@@ -26,25 +26,18 @@ class GrowingArray:
         self._row_bytes = dtype.itemsize * int(np.prod(row_shape, dtype=np.int64))
         self._written = 0
 
-    def append(self, rows: bytes, count: int) -> None:
+    def append(self, rows: bytes | memoryview, count: int) -> None:
         """Write `count` rows, given in C order."""
         header = self._header(self._written + count)
-        with self._path.open("r+b" if self._written else "w+b") as file:
+        with self._path.open("r+b" if self._written else "w+b", buffering=0) as file:
             if not self._written:
-                file.write(self._header(0))
+                _write(file, self._header(0))
             # not the end of the file: an earlier attempt may have failed halfway
             file.seek(len(header) + self._written * self._row_bytes)
-            file.write(rows)
-            file.flush()
+            _write(file, rows)
             file.seek(0)
-            file.write(header)
+            _write(file, header)
         self._written += count
-
-    def content(self) -> bytes:
-        """All rows, in C order."""
-        with self._path.open("rb") as file:
-            file.seek(len(self._header(self._written)))
-            return file.read(self._written * self._row_bytes)
 
     def remove(self) -> None:
         """Remove the file."""
@@ -56,6 +49,13 @@ class GrowingArray:
         record = {"descr": self._descr, "fortran_order": False, "shape": shape}
         np.lib.format.write_array_header_1_0(file, record)
         return file.getvalue()
+
+
+def _write(file: io.FileIO, data: bytes | memoryview) -> None:
+    """Write all of `data`; the system may take less at once."""
+    rest = memoryview(data)
+    while rest:
+        rest = rest[file.write(rest) :]
 
 
 def read_growing(path: Path) -> tuple[npt.NDArray[Any], str]:

@@ -1,6 +1,7 @@
 """Files of compressed blocks: nothing is lost, and what is damaged is said."""
 
 import hashlib
+import itertools
 import os
 import signal
 import struct
@@ -110,6 +111,62 @@ def test_what_is_appended_is_read_however_it_is_split(
         assert part.size == one.stat().st_size
         assert [path.name for path in sorted(Path(folder).iterdir())] == ["one.zst", "other.zst"]
         assert damage_of(one, ended=True) == ()
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    rows=st.one_of(chunks(), samples()), flushes=FLUSHES, block=st.integers(1, 300), data=st.data()
+)
+def test_how_much_arrives_at_once_does_not_show(
+    rows: list[Any], flushes: list[bool], block: int, data: st.DataObject
+) -> None:
+    """The bytes on disk are those of rows, or samples, that were appended one by one."""
+    binary = not rows or isinstance(rows[0], bytes)
+    # of rows without bytes, lengths do not say how many there are
+    by_sample = binary or (0 not in rows[0].shape[1:] and data.draw(st.booleans()))
+    each = rows if by_sample else [one[k : k + 1] for one in rows for k in range(len(one))]
+    cuts = data.draw(st.lists(st.integers(0, len(each)), max_size=6).map(sorted))
+    at_once = [each[a:b] for a, b in itertools.pairwise([0, *cuts, len(each)])]
+    dtype, shape = (np.dtype(np.uint8), ()) if binary else (rows[0].dtype, rows[0].shape[1:])
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(orchestrator.recording.parts, "BLOCK_BYTES", block)
+        one, many = (
+            Part(Path(folder) / name, "y.npy", dtype, shape, samples=binary) for name in ("1", "2")
+        )
+        for k, some in enumerate(at_once):
+            for row in some:
+                one.append(content([row]), len(row))
+            if by_sample:
+                many.append_samples(content(some), [len(content([row])) for row in some])
+            else:
+                many.append_rows(content(some), len(some))
+            if flushes[k % len(flushes)]:
+                one.flush()
+                many.flush()
+            files = {path.name: path.read_bytes() for path in Path(folder).iterdir()}
+            assert len(files) in (2, 4)
+            for name in [name for name in files if name.startswith("1")]:
+                assert files[name] == files[f"2{name[1:]}"]
+        one.close()
+        many.close()
+        assert (Path(folder) / "1").read_bytes() == (Path(folder) / "2").read_bytes()
+        assert one.digest == many.digest
+
+
+def test_many_rows_at_once_must_be_rows(tmp_path: Path) -> None:
+    part = Part(tmp_path / "y.zst", "y.npy", np.dtype(np.float64), (2,))
+    with pytest.raises(ValueError, match=r"`y\.npy` was given 40 bytes, not 2 rows of 16 bytes"):
+        part.append_rows(bytes(40), 2)
+    wrong = "was given 40 bytes, not 2 samples of rows of 16 bytes"
+    for lengths in ([16, 16], [20, 20], [56, -16]):
+        with pytest.raises(ValueError, match=wrong):
+            part.append_samples(bytes(40), lengths)
+    empty = Part(tmp_path / "x.zst", "x.npy", np.dtype(np.float64), (0,))
+    with pytest.raises(ValueError, match="was given 0 bytes, not 2 samples of rows of 0 bytes"):
+        empty.append_samples(b"", [0, 0])
+    binary = Part(tmp_path / "z.zst", "z.npy", np.dtype(np.uint8), samples=True)
+    with pytest.raises(ValueError, match=r"`z\.npy` takes samples of bytes, not rows"):
+        binary.append_rows(bytes(4), 4)
 
 
 @settings(max_examples=60, deadline=None)
