@@ -19,7 +19,6 @@ from orchestrator.recording.columns import Form
 from orchestrator.recording.fingerprint import PartDigest
 from orchestrator.recording.growing import GrowingArray
 from orchestrator.recording.layout import tail_of
-from orchestrator.signal import Array
 
 BLOCK_BYTES: Final = 4 << 20
 """A block is stored when it has at least so many bytes; the fewer, the less there is to find."""
@@ -130,25 +129,6 @@ class Part:
                 self._lengths += each[first:until].tolist()
             self._take(rest[start:end], (end - start) // size)
             first, start = until, end
-
-    def append_rows(self, rows: bytes, count: int, at_once: int = 1) -> None:
-        """Append `count` rows; blocks end where they do if `at_once` are appended at a time."""
-        size = len(rows) // count * at_once if count else 0
-        if not size:
-            return
-        at, end = 0, len(rows)
-        while at < end:
-            room = max(1, -(-(BLOCK_BYTES - self._held) // size)) * size
-            part = rows[at : at + room]
-            self.append(part, len(part) // size * at_once)
-            at += len(part)
-
-    def append_samples(self, data: bytes, lengths: Array) -> None:
-        """Append samples of bytes; blocks end where they do one by one."""
-        at = 0
-        for length in lengths.tolist():
-            self.append(data[at : at + length], length)
-            at += length
 
     def flush(self) -> None:
         """Let a reader have everything that was appended."""

@@ -93,9 +93,8 @@ class _RaggedWriter(_RowsWriter):
     @override
     def write_rows(self, rows: Rows, count: int) -> None:
         values, lengths = self.parts
-        length = rows.shape[0]
-        values.append_rows(rows.data, count * length, at_once=length)
-        lengths.append_rows(np.full(count, length, INT64).tobytes(), count)
+        _append_equal(values, rows, count, rows.shape[0])
+        lengths.append_rows(np.full(count, rows.shape[0], INT64).tobytes(), count)
 
 
 class _FlatWriter(SampleWriter):
@@ -116,8 +115,7 @@ class _FlatWriter(SampleWriter):
     @override
     def write_rows(self, rows: Rows, count: int) -> None:
         values, shapes = self.parts
-        size = math.prod(rows.shape)
-        values.append_rows(rows.data, count * size, at_once=size)
+        _append_equal(values, rows, count, math.prod(rows.shape))
         shapes.append_rows(np.tile(np.array(rows.shape, INT64), count).tobytes(), count)
 
 
@@ -139,6 +137,15 @@ class _BinaryWriter(_RowsWriter):
         values, sizes = self.parts
         values.append_samples(rows.data, rows.sizes)
         sizes.append_rows(rows.sizes.tobytes(), count)
+
+
+def _append_equal(values: Part, rows: Rows, count: int, each: int) -> None:
+    """Append `count` samples of `each` rows."""
+    if rows.data:
+        values.append_samples(rows.data, np.full(count, len(rows.data) // count))
+        return
+    for _ in range(count):
+        values.append(b"", each)
 
 
 def times_part(files: Files) -> Part:
