@@ -5,11 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.collections import PathCollection, PolyCollection
+from matplotlib.colors import to_rgba
 from matplotlib.text import Annotation
 
 from adapters.traffic.bodies import Body
 from adapters.traffic.drawing import View, draw
 from orchestrator.cli import main
+from orchestrator.drawing import GREEN, VERMILLION
 
 
 def test_a_view_is_a_square_around_its_center_as_far_as_there_is_something() -> None:
@@ -71,10 +73,8 @@ def test_a_picture_shows_everybody_once_in_the_colour_of_the_legend() -> None:
     assert small == [[-60.0, 2.0]]
     assert lidars == [[40.0, 0.0]]
     red, green = np.asarray(marks[0].get_facecolor())
-    assert red[0] > 0.8
-    assert red[1] < 0.2
-    assert green[0] < 0.2
-    assert green[1] > 0.6
+    np.testing.assert_allclose(red, to_rgba(VERMILLION))
+    np.testing.assert_allclose(green, to_rgba(GREEN))
 
 
 def test_a_picture_around_somebody_who_is_not_there_is_refused(
