@@ -46,6 +46,7 @@ class EcosRun(Case):
         Returns:
             `step_us`: CPU time of a step of one FMU, of all threads.
         """
+        _ecospy.EcosLib.set_log_level("err")  # it writes to the standard output
         with (
             tempfile.TemporaryDirectory() as folder,
             _ecospy.EcosSimulationStructure() as structure,
