@@ -11,14 +11,18 @@ from adapters.fmi import FmuComponentType
 from benchmarks.benchmark import Case, Measurement
 from benchmarks.importer import ImporterBenchmark, benchmark, ecos
 from benchmarks.importer.benchmark import CHAINS, PEERS, SIDE, TARGET_US, StepsError
-from benchmarks.importer.chain import Chain, DifferentResultError
+from benchmarks.importer.chain import STEP_NS, Chain, DifferentResultError
 from benchmarks.importer.ecos import EcosRun
 from benchmarks.importer.floor import FloorRun
 from benchmarks.importer.fmpy_loop import FmpyRun
 from benchmarks.importer.matrix import MatrixRun
-from benchmarks.importer.model import fmu
+from benchmarks.importer.model import Model, fmu
 from benchmarks.importer.ours import OursRun
+from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.cli import main
+from orchestrator.errors import ComponentError
+from orchestrator.simulation import simulate
+from orchestrator.system import Connection, Endpoint, System
 from tests.benchmarks.schema import ONE
 
 STEPS = 101
@@ -72,6 +76,28 @@ def test_fmus_offer_what_their_models_say(chain: Chain) -> None:
         connectors = FmuComponentType(fmu(model)).create("it", {}).connectors
         assert set(connectors) == {each.name for each in model.variables()}
         assert not any(connector.feedthrough for connector in connectors.values())
+
+
+@pytest.mark.parametrize("factor", [1e308, -1e308])
+@pytest.mark.parametrize("version", [2, 3])
+def test_infinity_ends_a_run_at_the_same_point(factor: float, version: int) -> None:
+    """The source is at 1.797 after 1797 steps, and 1e308 times more than that is no double."""
+    counts = Chain("gain", version, 2).source.counts
+    name = f"overflow_{'down' if factor < 0 else 'up'}"
+    source = Model(name="ramp", version=version, counts=counts, is_source=True)
+    models = {"a": source, "b": Model(name=name, version=version, counts=counts, factor=factor)}
+    errors = []
+    for compiled in (True, False):
+        components = {n: FmuComponentType(fmu(model)).create(n, {}) for n, model in models.items()}
+        ends = [Endpoint(n, next(iter(components[n].connectors))) for n in models]
+        system = System(components, dict.fromkeys(models, STEP_NS), [Connection(*ends)])
+        with pytest.raises(ComponentError, match=r"^component `b` at t = 1\.797 s: ") as caught:
+            simulate(
+                system, GaussSeidel(("a", "b")), start=0, stop=2000 * STEP_NS, seed=0,
+                compiled=compiled,
+            )  # fmt: skip
+        errors.append(str(caught.value))
+    assert errors[0] == errors[1]
 
 
 def test_a_matrix_is_measured_beside_copies() -> None:
