@@ -82,7 +82,7 @@ class Plan(ctypes.Structure):
 
 
 SUFFIXES: Final = {"Linux": ".so", "Darwin": ".dylib", "Windows": ".dll"}
-"""Of shared libraries, by operating system."""
+"""How the names of shared libraries end, by operating system."""
 
 
 def engine_path() -> Path:

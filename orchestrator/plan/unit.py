@@ -96,7 +96,7 @@ class UnitPlan:
 
     @property
     def recorded_bytes(self) -> int:
-        """At one point, Binary left out."""
+        """What it records at one point, Binary left out [byte]."""
         places = self.published.places
         return 8 + sum(places[name].size for name in self._recorded if name in places)
 
