@@ -137,6 +137,16 @@ static double clock_ns(void) {
 
 /* ---- bytes ---- */
 
+/* Scalars without the call of a function. */
+static inline void copy(void *to, const void *from, size_t size) {
+    switch (size) {
+    case 8: memcpy(to, from, 8); break;
+    case 4: memcpy(to, from, 4); break;
+    case 1: memcpy(to, from, 1); break;
+    default: memcpy(to, from, size);
+    }
+}
+
 static int bytes_reserve(Bytes *b, size_t size) {
     if (size <= b->capacity) return 0;
     size_t wanted = size + size / 2 + 64;
@@ -182,10 +192,8 @@ static bool gather(Setting *s) {
             const uint8_t *from = c->from;
             int32_t *to = c->to;
             for (size_t i = 0; i < c->size; i++) to[i] = from[i];
-        } else if (c->size == 8) {
-            memcpy(c->to, c->from, 8);
         } else {
-            memcpy(c->to, c->from, c->size);
+            copy(c->to, c->from, c->size);
         }
     }
     return is_new;
@@ -312,10 +320,8 @@ static Outcome record(Unit *u) {
             const Bytes *b = r->from;
             ((int64_t *)r->row)[u->rows] = (int64_t)b->size;
             if (bytes_append(&r->bytes, b->data, b->size)) return NO_MEMORY;
-        } else if (r->size == 8) {
-            memcpy(r->row + 8 * u->rows, r->from, 8);
         } else {
-            memcpy(r->row + r->size * u->rows, r->from, r->size);
+            copy(r->row + r->size * u->rows, r->from, r->size);
         }
     }
     u->rows++;
