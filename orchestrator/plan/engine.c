@@ -18,7 +18,6 @@
 #endif
 
 /* ---- FMI: what is called ---- */
-
 typedef int (*Set2)(void *, const uint32_t *, size_t, const void *);
 typedef int (*Set3)(void *, const uint32_t *, size_t, const void *, size_t);
 typedef int (*Get2)(void *, const uint32_t *, size_t, void *);
@@ -136,7 +135,6 @@ static double clock_ns(void) {
 }
 
 /* ---- bytes ---- */
-
 /* Scalars without the call of a function. */
 static inline void copy(void *to, const void *from, size_t size) {
     switch (size) {
@@ -179,7 +177,6 @@ EXPORT void plan_release(Bytes *b) {
 }
 
 /* ---- one step ---- */
-
 /* Bring the elements of a call up to date; false if no source has published since. */
 static bool gather(Setting *s) {
     bool is_new = false;
@@ -329,7 +326,6 @@ static Outcome record(Unit *u) {
 }
 
 /* ---- many points ---- */
-
 static int64_t next_point(const Plan *p) {
     int64_t next = INT64_MAX;
     for (size_t k = 0; k < p->units; k++)
