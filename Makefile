@@ -52,6 +52,7 @@ bench: .venv-bench/installed  ## measure, and make docs/benchmarks.md; keep the 
 	.venv-bench/bin/nlosim bench lidar --json > docs/results/bench-lidar.json
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/nlosim bench policy --json > docs/results/bench-policy.json
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/nlosim bench egos --json > docs/results/bench-egos.json
+	OPENBLAS_NUM_THREADS=1 .venv-bench/bin/nlosim bench importer --json > docs/results/bench-importer.json
 	.venv-bench/bin/nlosim bench scene --json > docs/results/bench-scene.json
 	.venv-bench/bin/python -m benchmarks.page docs/benchmarks.md docs/results/bench-*.json
 

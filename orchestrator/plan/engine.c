@@ -4,7 +4,6 @@
  * set, the step, values that are got. `plan_run` works through it until the end of a stretch, and
  * stops before whatever needs Python: a call that returned neither OK nor Warning, a value that is not finite, an
  * output that ends the run. Nothing here knows what is connected or recorded beyond addresses. */
-#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -19,7 +18,6 @@
 #endif
 
 /* ---- FMI: what is called ---- */
-
 typedef int (*Set2)(void *, const uint32_t *, size_t, const void *);
 typedef int (*Set3)(void *, const uint32_t *, size_t, const void *, size_t);
 typedef int (*Get2)(void *, const uint32_t *, size_t, void *);
@@ -45,7 +43,7 @@ typedef struct {
 /* Where the values of one call come from. */
 typedef struct {
     const void *from; /* a signal of `size` bytes, or a `Bytes` */
-    void *to;         /* among the elements of the call */
+    void *to;         /* among the elements of the call; `from` where these are the signals themselves */
     size_t size;
     const uint64_t *version; /* of the source: counts its publications */
     uint64_t seen;           /* the version that was set last */
@@ -100,8 +98,8 @@ typedef struct {
     size_t binaries;
     Track *track;
     size_t tracks;
-    int64_t *time; /* recorded [ns], with room for as many as there are points */
-    size_t rows;   /* of this stretch */
+    int64_t due;   /* where its next step ends [ns] */
+    size_t rows;   /* recorded in this stretch: at every step that ended */
     uint64_t publications;
     uint64_t calls;   /* steps that were begun; tells messages of one from those of another */
     double spent;     /* wall time of this stretch [ns], from samples */
@@ -123,7 +121,6 @@ typedef struct {
     int64_t end;      /* no point lies beyond [ns] */
     size_t most;      /* points */
     size_t points;    /* that were completed */
-    int64_t *point;   /* their times, with room for `most` */
     size_t failed, call; /* the unit, and which of its calls */
     int64_t failed_from; /* where its step starts [ns] */
     int32_t status, pad2;
@@ -138,6 +135,15 @@ static double clock_ns(void) {
 }
 
 /* ---- bytes ---- */
+/* Scalars without the call of a function. */
+static inline void copy(void *to, const void *from, size_t size) {
+    switch (size) {
+    case 8: memcpy(to, from, 8); break;
+    case 4: memcpy(to, from, 4); break;
+    case 1: memcpy(to, from, 1); break;
+    default: memcpy(to, from, size);
+    }
+}
 
 static int bytes_reserve(Bytes *b, size_t size) {
     if (size <= b->capacity) return 0;
@@ -171,7 +177,6 @@ EXPORT void plan_release(Bytes *b) {
 }
 
 /* ---- one step ---- */
-
 /* Bring the elements of a call up to date; false if no source has published since. */
 static bool gather(Setting *s) {
     bool is_new = false;
@@ -179,15 +184,13 @@ static bool gather(Setting *s) {
     for (size_t k = 0; k < s->copies && is_new; k++) {
         Copy *c = &s->copy[k];
         c->seen = *c->version;
-        if (s->is_binary) continue;
+        if (s->is_binary || c->to == c->from) continue;
         if (s->kind == BOOLEAN32) {
             const uint8_t *from = c->from;
             int32_t *to = c->to;
             for (size_t i = 0; i < c->size; i++) to[i] = from[i];
-        } else if (c->size == 8) {
-            memcpy(c->to, c->from, 8);
         } else {
-            memcpy(c->to, c->from, c->size);
+            copy(c->to, c->from, c->size);
         }
     }
     return is_new;
@@ -231,17 +234,18 @@ static int get(const Unit *u, Getting *g) {
     return ((Get3)g->function)(u->instance, g->reference, g->references, g->elements, g->count);
 }
 
-static bool are_finite64(const double *value, size_t n) {
-    double sum = 0; /* x - x is 0 for finite x, NaN for others */
-    for (size_t k = 0; k < n; k++) sum += value[k] - value[k];
-    return sum == 0;
-}
-
-static bool are_finite32(const float *value, size_t n) {
-    float sum = 0;
-    for (size_t k = 0; k < n; k++) sum += value[k] - value[k];
-    return sum == 0;
-}
+/* The exponent of NaN and of infinity has all bits set: ONE more in its lowest place carries to the sign. */
+#define DEFINE_ARE_FINITE(name, type, word, EXPONENT, ONE)    \
+    static bool name(const type *value, size_t n) {           \
+        word carried = 0, bits;                               \
+        for (size_t k = 0; k < n; k++) {                      \
+            memcpy(&bits, &value[k], sizeof bits);            \
+            carried |= (bits & (EXPONENT)) + (ONE);           \
+        }                                                     \
+        return (carried & ~((EXPONENT) | ((ONE)-1))) == 0;    \
+    }
+DEFINE_ARE_FINITE(are_finite64, double, uint64_t, 0x7ff0000000000000u, 0x0010000000000000u)
+DEFINE_ARE_FINITE(are_finite32, float, uint32_t, 0x7f800000u, 0x00800000u)
 
 /* Make signals of what was got. */
 static Outcome adopt(Getting *g) {
@@ -306,35 +310,26 @@ static Outcome publish(Unit *u) {
     return ALL_DONE;
 }
 
-static Outcome record(Unit *u, int64_t t) {
+static Outcome record(Unit *u) {
     for (size_t k = 0; k < u->tracks; k++) {
         Track *r = &u->track[k];
         if (r->is_binary) {
             const Bytes *b = r->from;
             ((int64_t *)r->row)[u->rows] = (int64_t)b->size;
             if (bytes_append(&r->bytes, b->data, b->size)) return NO_MEMORY;
-        } else if (r->size == 8) {
-            memcpy(r->row + 8 * u->rows, r->from, 8);
         } else {
-            memcpy(r->row + r->size * u->rows, r->from, r->size);
+            copy(r->row + r->size * u->rows, r->from, r->size);
         }
     }
-    u->time[u->rows++] = t;
+    u->rows++;
     return ALL_DONE;
 }
 
 /* ---- many points ---- */
-
-static bool is_due(const Plan *p, const Unit *u, int64_t t) {
-    return (t - p->start) % u->step_size == 0;
-}
-
 static int64_t next_point(const Plan *p) {
     int64_t next = INT64_MAX;
-    for (size_t k = 0; k < p->units; k++) {
-        int64_t h = p->unit[k].step_size, t = p->now + h - (p->now - p->start) % h;
-        if (t < next) next = t;
-    }
+    for (size_t k = 0; k < p->units; k++)
+        if (p->unit[k].due < next) next = p->unit[k].due;
     return next;
 }
 
@@ -342,7 +337,7 @@ static int64_t next_point(const Plan *p) {
 static Outcome depart(Plan *p, int64_t t, bool is_sample, double weight) {
     for (p->failed = 0; p->failed < p->units; p->failed++) {
         Unit *u = &p->unit[p->failed];
-        if (!is_due(p, u, t)) continue;
+        if (u->due - u->step_size != t) continue;
         p->failed_from = t;
         Outcome outcome = make_timed_step(p, u, t, is_sample, weight);
         if (outcome != ALL_DONE) return outcome;
@@ -354,7 +349,7 @@ static Outcome depart(Plan *p, int64_t t, bool is_sample, double weight) {
 static Outcome arrive(Plan *p, int64_t t, bool is_sample, double weight) {
     for (p->failed = 0; p->failed < p->units; p->failed++) {
         Unit *u = &p->unit[p->failed];
-        if (!is_due(p, u, t)) continue;
+        if (u->due != t) continue;
         p->failed_from = t - u->step_size;
         Outcome outcome =
             p->is_parallel ? ALL_DONE : make_timed_step(p, u, t - u->step_size, is_sample, weight);
@@ -375,11 +370,14 @@ static Outcome go_on(Plan *p) {
         if (outcome != ALL_DONE) return outcome;
         int64_t t = next_point(p);
         if ((outcome = arrive(p, t, is_sample, weight)) != ALL_DONE) return outcome;
-        for (size_t k = 0; k < p->units; k++)
-            if (is_due(p, &p->unit[k], t) && (outcome = record(&p->unit[k], t)) != ALL_DONE)
-                return outcome;
+        for (size_t k = 0; k < p->units; k++) {
+            Unit *u = &p->unit[k];
+            if (u->due != t) continue;
+            if ((outcome = record(u)) != ALL_DONE) return outcome;
+            u->due += u->step_size;
+        }
         p->now = t;
-        p->point[p->points++] = t;
+        p->points++;
         if (p->until && *p->until) return RUN_ENDS;
         if (p->points == p->most || next_point(p) > p->end) return ALL_DONE;
     }
@@ -391,6 +389,7 @@ EXPORT int plan_run(Plan *p) {
     p->points = 0;
     for (size_t k = 0; k < p->units; k++) {
         Unit *u = &p->unit[k];
+        u->due = p->now + u->step_size - (p->now - p->start) % u->step_size;
         u->rows = 0;
         u->spent = 0;
         for (size_t i = 0; i < u->tracks; i++) u->track[i].bytes.size = 0;

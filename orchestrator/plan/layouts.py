@@ -64,7 +64,7 @@ class Unit(ctypes.Structure):
         ("getting", POINTER(Getting)), ("gettings", c_size_t), ("pending", c_void_p),
         ("published", c_void_p), ("size", c_size_t), ("pending_bytes", POINTER(Bytes)),
         ("published_bytes", POINTER(Bytes)), ("binaries", c_size_t), ("track", POINTER(Track)),
-        ("tracks", c_size_t), ("time", c_void_p), ("rows", c_size_t), ("publications", c_uint64),
+        ("tracks", c_size_t), ("due", c_int64), ("rows", c_size_t), ("publications", c_uint64),
         ("calls", c_uint64), ("spent", c_double), ("flag", c_void_p * 3), ("last_time", c_void_p),
     )  # fmt: skip
 
@@ -75,14 +75,14 @@ class Plan(ctypes.Structure):
     _fields_ = (
         ("unit", POINTER(Unit)), ("units", c_size_t), ("is_parallel", c_int32),
         ("is_departed", c_int32), ("start", c_int64), ("until", c_void_p), ("now", c_int64),
-        ("end", c_int64), ("most", c_size_t), ("points", c_size_t), ("point", c_void_p),
+        ("end", c_int64), ("most", c_size_t), ("points", c_size_t),
         ("failed", c_size_t), ("call", c_size_t), ("failed_from", c_int64), ("status", c_int32),
         ("pad", c_int32),
     )  # fmt: skip
 
 
 SUFFIXES: Final = {"Linux": ".so", "Darwin": ".dylib", "Windows": ".dll"}
-"""Of shared libraries, by operating system."""
+"""How the names of shared libraries end, by operating system."""
 
 
 def engine_path() -> Path:

@@ -61,7 +61,7 @@ class Outputs:
         self.bytes = (Bytes * max(len(self.binaries), 1))()
 
     def address(self, name: str) -> int:
-        """Of an array in the block, or of a `Bytes`."""
+        """The address of an array in the block, or of a `Bytes`."""
         if name in self.places:
             return int(self.block.ctypes.data) + self.places[name].offset
         return ctypes.addressof(self.bytes) + self.binaries.index(name) * ctypes.sizeof(Bytes)

@@ -21,7 +21,7 @@ from orchestrator.plan.unit import Sources, UnitPlan
 from orchestrator.signal import Array, Causality, Variability
 from orchestrator.stretch import Stretch
 from orchestrator.system import Endpoint, System
-from orchestrator.timebase import Time
+from orchestrator.timebase import Duration, Time
 
 FEWEST_POINTS: Final = 4
 """Shorter stretches are not worth handing values over."""
@@ -30,7 +30,7 @@ _MOST_POINTS: Final = 1 << 16
 _MOST_BYTES: Final = 8 << 20
 """That a stretch records, except where one point does."""
 
-_SPAN_NS: Final = 10_000_000
+_SPAN_NS: Final = 30_000_000
 """Wall time of a stretch, about: a request to stop is heard between two."""
 
 
@@ -133,7 +133,6 @@ class RunPlan:
         for each in self._units.values():
             each.connect(self._sources)
         self._most, self._room = 64, 0
-        self._points: Array = np.empty(0, np.int64)
         self._failure: ComponentError | None = None
         self._plan = layouts.Plan(
             unit=self._table,
@@ -182,7 +181,13 @@ class RunPlan:
         if outcome not in {layouts.ALL_DONE, layouts.RUN_ENDS}:
             failed = list(self._units.values())[plan.failed]
             self._failure = failed.fail(outcome, plan.call, plan.status, plan.failed_from)
-        samples = {name: unit.samples() for name, unit in self._units.items() if unit.rows}
+        times: dict[Duration, Array] = {}  # the same of units with the same step
+        samples = {}
+        for name, unit in self._units.items():
+            if unit.rows:
+                if unit.step_size not in times:
+                    times[unit.step_size] = unit.times(t)
+                samples[name] = unit.samples(times[unit.step_size])
         stretch = Stretch(plan.now, plan.points, samples, self._values)
         self._adapt(spent, plan.points)
         return stretch
@@ -206,14 +211,16 @@ class RunPlan:
     def _reserve(self) -> None:
         if self._room < self._most:
             self._room = self._most
-            self._points = np.empty(self._room, np.int64)
-            self._plan.point = self._points.ctypes.data
-            for unit in self._units.values():
-                unit.reserve(self._room)
+            sizes = [unit.room(self._room) for unit in self._units.values()]
+            memory: Array = np.empty(sum(sizes), np.uint8)
+            for unit, size in zip(self._units.values(), sizes, strict=True):
+                own, memory = memory[:size], memory[size:]
+                unit.reserve(self._room, own)
 
     def _adapt(self, spent: int, points: int) -> None:
         """Let the next stretch take about `_SPAN_NS`."""
         if points == self._most and spent < _SPAN_NS // 2:
-            self._most = min(2 * self._most, self._limit)
+            growth = 2 if spent > _SPAN_NS // 8 else 4
+            self._most = min(growth * self._most, self._limit)
         elif spent > 2 * _SPAN_NS:
             self._most = max(1, self._most // 2)

@@ -3,6 +3,7 @@
 import ctypes
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
@@ -12,10 +13,11 @@ from orchestrator.errors import ComponentError
 from orchestrator.native import NativeKind, NativeUnit, NativeVariable
 from orchestrator.plan import layouts
 from orchestrator.plan.memory import Outputs
+from orchestrator.plan.outside import OutsideSources
 from orchestrator.signal import Array, Causality, Connector, Signal, Signals
 from orchestrator.stretch import Rows, Samples
 from orchestrator.system import Feed, System
-from orchestrator.timebase import Time
+from orchestrator.timebase import Duration, Time
 
 _IN_MEMORY: Final[Mapping[NativeKind, np.dtype[Any]]] = {
     NativeKind.BOOLEAN8: np.dtype(np.uint8),
@@ -24,47 +26,7 @@ _IN_MEMORY: Final[Mapping[NativeKind, np.dtype[Any]]] = {
 """Element types in the memory of an FMU where they are not those of the signal."""
 
 
-class OutsideSources:
-    """Outputs of one component that the engine does not step, as its units see them.
-
-    Args:
-        component: its name.
-        names: of the outputs that units read.
-        connectors: of the component.
-        library: the engine.
-    """
-
-    def __init__(
-        self,
-        component: str,
-        names: Sequence[str],
-        connectors: Mapping[str, Connector],
-        library: Any,
-    ) -> None:
-        own = {name: connectors[name] for name in names}
-        self.outputs = Outputs(own, {name: fixed_shape(c) for name, c in own.items()})
-        self._component = component
-        self._library = library
-        self._versions = np.zeros(len(names), np.uint64)
-        self._row = {name: k for k, name in enumerate(names)}
-        self._known: dict[str, Signal] = {}
-
-    def version(self, name: str) -> int:
-        """The address of the number that counts the values of an output."""
-        return int(self._versions.ctypes.data) + 8 * self._row[name]
-
-    def renew(self, values: Mapping[str, Signals]) -> None:
-        """Take over what was published since."""
-        for name, row in self._row.items():
-            value = values[self._component][name]
-            if value is not self._known.get(name):
-                self._known[name] = value
-                self.outputs.put(name, value, self._library)
-                self._versions[row] += 1
-
-    def release(self) -> None:
-        """Free what the engine allocated."""
-        self.outputs.release(self._library)
+_CACHE_LINE: Final = 64
 
 
 class UnitPlan:
@@ -113,10 +75,14 @@ class UnitPlan:
         self._copies: list[tuple[Feed, layouts.Copy]] = []
         self._setting_names: list[tuple[str, list[str]]] = []
         self._rings: dict[str, Array] = {}
-        self._times: Array = np.empty(0, np.int64)
         self._start: Time = 0
         self._describe(table, unit)
         unit.owner.count_calls(ctypes.addressof(table) + layouts.Unit.calls.offset)
+
+    @property
+    def step_size(self) -> Duration:
+        """The communication step of the component [ns]."""
+        return self.participant.step_size
 
     @property
     def rows(self) -> int:
@@ -130,7 +96,7 @@ class UnitPlan:
 
     @property
     def recorded_bytes(self) -> int:
-        """At one point, Binary left out."""
+        """What it records at one point, Binary left out [byte]."""
         places = self.published.places
         return 8 + sum(places[name].size for name in self._recorded if name in places)
 
@@ -231,17 +197,30 @@ class UnitPlan:
                 offset += count * item
                 copy.size = count if kind is NativeKind.BOOLEAN32 else count * item
             self._copies.append((feed, copy))
+        if kind not in {NativeKind.BINARY, NativeKind.BOOLEAN32} and _are_adjacent(copies):
+            call.elements = copies[0].source  # no need to copy them
+            for copy in copies:
+                copy.to = copy.source
         return call
 
     # ---- stretches ----
 
-    def reserve(self, points: int) -> None:
-        """Make room for so many samples."""
-        self._times = np.zeros(points, np.int64)
-        self._table.time = self._times.ctypes.data
+    def room(self, points: int) -> int:
+        """How much memory so many samples take [byte]."""
+        return sum(_room(points * track.size) for track in self._tracks())
+
+    def reserve(self, points: int, memory: Array) -> None:
+        """Use `memory` for so many samples.
+
+        Args:
+            points: how many.
+            memory: uint8, shape (byte,), as large as `room` says.
+        """
         for track, name in zip(self._tracks(), self._recorded, strict=True):
-            ring = self._rings[name] = np.zeros(max(points * track.size, 1), np.uint8)
-            track.row = ring.ctypes.data
+            size = points * track.size
+            self._rings[name] = memory[:size]
+            track.row = memory.ctypes.data
+            memory = memory[_room(size) :]
 
     def enter(self, t: Time, start: Time, published: Mapping[str, Signals]) -> None:
         """Take over what Python did since the last stretch."""
@@ -283,8 +262,18 @@ class UnitPlan:
         read = self.participant.pending if under_way else self.participant.published
         self._unit.owner.adopt([feed.input for feed, _ in self._copies], written, dict(read))
 
-    def samples(self) -> Samples:
-        """What it published in the last stretch."""
+    def times(self, t: Time) -> Array:
+        """When it published in the stretch that began at `t` [ns], int64, shape (sample,)."""
+        h = self.step_size
+        first = t + h - (t - self._start) % h
+        return first + h * np.arange(self.rows, dtype=np.int64)
+
+    def samples(self, times: Array) -> Samples:
+        """What it published in the last stretch.
+
+        Args:
+            times: as `times` says, shape (sample,).
+        """
         count = self.rows
         rows = {}
         for track, name in zip(self._tracks(), self._recorded, strict=True):
@@ -295,7 +284,7 @@ class UnitPlan:
                 rows[name] = Rows(binary, data.view(np.int64))
             else:
                 rows[name] = Rows(data.tobytes(), shape=self._unit.variables[name].shape)
-        return Samples(self._times[:count], rows)
+        return Samples(times, rows)
 
     def fail(self, outcome: int, call: int, status: int, t: Time) -> ComponentError:
         """The error for what stopped the engine in the step from `t`."""
@@ -351,9 +340,17 @@ class Sources:
         return self._units[component].source(output)
 
 
-def fixed_shape(connector: Connector) -> tuple[int, ...]:
-    """The shape of a signal without named axes."""
-    return tuple(length for length in connector.shape if isinstance(length, int))
+def _are_adjacent(copies: Sequence[layouts.Copy]) -> bool:
+    """Whether the sources lie one after the other in memory, as they are to be set."""
+    return all(one.source + one.size == other.source for one, other in pairwise(copies))
+
+
+def _room(size: int) -> int:
+    """Memory for the samples of one signal [byte].
+
+    Rows of powers of two would all begin at the same place of a cache; so they are one line apart.
+    """
+    return (size // _CACHE_LINE + 2) * _CACHE_LINE
 
 
 def _by_type(unit: NativeUnit, names: Sequence[str]) -> dict[str, list[str]]:

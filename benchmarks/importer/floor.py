@@ -1,0 +1,89 @@
+"""The C loop that does nothing but what must be done."""
+
+import ctypes
+from dataclasses import dataclass
+from time import process_time_ns
+from typing import Any, ClassVar
+
+import numpy as np
+from typing_extensions import override
+
+from benchmarks.benchmark import Case, Measurement
+from benchmarks.importer.chain import STEP_NS, Chain
+from benchmarks.importer.instances import Instance, instances
+from benchmarks.importer.model import floor_library
+from orchestrator.signal import Array
+
+
+class _Group(ctypes.Structure):
+    _fields_: ClassVar = [
+        *((name, ctypes.c_void_p) for name in ("set", "get", "input", "output", "source", "to")),
+        ("count", ctypes.c_size_t),
+        ("size", ctypes.c_size_t),
+        ("record", ctypes.c_void_p),
+    ]
+
+
+class _Member(ctypes.Structure):
+    _fields_: ClassVar = [
+        ("instance", ctypes.c_void_p),
+        ("step", ctypes.c_void_p),
+        ("group", ctypes.POINTER(_Group)),
+        ("groups", ctypes.c_size_t),
+    ]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FloorRun(Case):
+    """Gauss-Seidel in the order of the chain; every output at every step is stored in an array.
+
+    Attributes:
+        chain: of FMUs.
+        steps: communication steps.
+    """
+
+    chain: Chain
+    steps: int
+
+    @override
+    def measure(self) -> Measurement:
+        """Run once.
+
+        Returns:
+            `step_us`: CPU time of a step of one FMU.
+        """
+        library = ctypes.CDLL(str(floor_library()))
+        library.floor_run.argtypes = (
+            ctypes.POINTER(_Member), ctypes.c_size_t, ctypes.c_int, ctypes.c_int64, ctypes.c_double
+        )  # fmt: skip
+        keep: list[Any] = []
+        with instances(self.chain) as made:
+            members = [_member(each, self.chain.version, self.steps, keep) for each in made]
+            table = (_Member * len(members))(*members)
+            before = process_time_ns()
+            failed = library.floor_run(
+                table, len(members), self.chain.version, self.steps, STEP_NS * 1e-9
+            )
+            spent = process_time_ns() - before
+            self.chain.check("the C loop", {} if failed else made[-1].last(), self.steps)
+        return {"step_us": spent * 1e-3 / (self.steps * self.chain.length)}
+
+
+def _member(instance: Instance, version: int, steps: int, keep: list[Any]) -> _Member:
+    def function(name: str) -> int | None:
+        found = instance.slave.dll[f"fmi{version}{name}"]
+        return ctypes.cast(found, ctypes.c_void_p).value
+
+    groups = (_Group * len(instance.groups))()
+    for table, group in zip(groups, instance.groups, strict=True):
+        size = ctypes.sizeof(group.elements)
+        record: Array = np.ones(steps * size, np.uint8)  # touched: pages are there already
+        table.set, table.get = function(f"Set{group.type}"), function(f"Get{group.type}")
+        table.input, table.output = ctypes.addressof(group.inputs), ctypes.addressof(group.outputs)
+        table.source = None if group.source is None else ctypes.addressof(group.source)
+        table.to, table.count = ctypes.addressof(group.elements), len(group.elements)
+        table.size, table.record = size, record.ctypes.data
+        keep += [record, groups]
+    component = instance.slave.component
+    address = ctypes.cast(component, ctypes.c_void_p).value
+    return _Member(address, function("DoStep"), groups, len(groups))
