@@ -51,7 +51,7 @@ class NativeVariable:
 
     @property
     def count(self) -> int:
-        """Of its elements."""
+        """How many elements it has."""
         return math.prod(self.shape)
 
 
@@ -119,8 +119,16 @@ class NativeOwner(abc.ABC):
 
     @abc.abstractmethod
     def step_failed(self, status: int, t: Time, h: Duration) -> None:
-        """As `setting_failed`, for the step from `t`; -1: it was OK, but the FMU asks to end."""
+        """The step from `t` returned `status`; -1: it was OK, but the FMU asks to end.
+
+        Raises:
+            Exception: see `setting_failed`.
+        """
 
     @abc.abstractmethod
     def getting_failed(self, type_: str, status: int) -> None:
-        """As `setting_failed`, for outputs of one type."""
+        """Getting the outputs of one type returned `status`, which is not OK.
+
+        Raises:
+            Exception: see `setting_failed`.
+        """

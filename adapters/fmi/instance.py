@@ -105,7 +105,11 @@ class FmuInstance(abc.ABC):
 
     @abc.abstractmethod
     def getting_failed(self, type_: str, status: int) -> None:
-        """As `setting_failed`, for a call that got the outputs of one type."""
+        """Judge the status of a call that got the outputs of one type.
+
+        Raises:
+            FmuError: it is neither OK nor Warning.
+        """
 
     @abc.abstractmethod
     def read(self) -> dict[str, Signal]:
