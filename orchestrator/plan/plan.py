@@ -6,7 +6,7 @@ handed over where one follows the other.
 """
 
 import ctypes
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from time import perf_counter_ns
 from typing import Any, Final
 
@@ -58,12 +58,14 @@ def plan_of(
     library = layouts.engine()
     if library is None or pattern is None:
         return None
-    natives = {name: exchange.participants[name].native() for name in order}
     units = {
         name: unit
-        for name, unit in natives.items()
-        if unit is not None and _suits(system, name, natives)
+        for name in order
+        if (unit := exchange.participants[name].native()) is not None and _may_change(system, name)
     }
+    while unsuited := [name for name in units if not _has_fixed_sources(system, name, units)]:
+        for name in unsuited:
+            del units[name]
     if not units:
         return None
     return RunPlan(
@@ -78,15 +80,20 @@ def plan_of(
     )
 
 
-def _suits(system: System, name: str, natives: Mapping[str, NativeUnit | None]) -> bool:
-    """Whether the sources keep their sizes, and every output may change its value."""
-    connectors = system.connectors[name].values()
+def _may_change(system: System, name: str) -> bool:
+    """Whether all outputs may change their values; that others do not is checked in Python."""
+    return not any(
+        c.causality is Causality.OUTPUT and c.variability is Variability.FIXED
+        for c in system.connectors[name].values()
+    )
+
+
+def _has_fixed_sources(system: System, name: str, units: Collection[str]) -> bool:
+    """Whether what it reads keeps its sizes: of other units, or without named axes."""
     return all(
-        natives[feed.component] is not None
+        feed.component in units
         or all(isinstance(n, int) for n in system.connectors[feed.component][feed.output].shape)
         for feed in system.feeds[name]
-    ) and not any(
-        c.causality is Causality.OUTPUT and c.variability is Variability.FIXED for c in connectors
     )
 
 

@@ -377,3 +377,33 @@ def test_without_the_engine_python_does_it_all(
     without = ran(system_of(kinds, network), Jacobi(), tmp_path / "without", compiled=True)
     assert sum(stretches) == 180
     check_equal(with_it, without)
+
+
+def test_what_reads_named_axes_of_somebody_outside_stays_in_python(
+    kinds: Kinds, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`c1` reads `c0`, which has to stay outside, and `c2` reads `c1`; `c3` reads nobody."""
+    network: list[tuple[str, int, dict[str, int]]] = [
+        ("lag", 1, {}),
+        ("lag", 1, {"lags": 0}),
+        ("lag", 1, {"lags": 1}),
+        ("lag", 6, {}),
+    ]
+    plain = ran(system_of(kinds, network), Jacobi(), tmp_path / "plain", compiled=False)
+    stepped: list[frozenset[str]] = []
+    run = RunPlan.run
+
+    def seen(self: RunPlan, t: Time, end: Time) -> Any:
+        stepped.append(self.names)
+        return run(self, t, end)
+
+    monkeypatch.setattr(RunPlan, "run", seen)
+    monkeypatch.setattr("orchestrator.plan.plan._may_change", lambda _, name: name != "c0")
+    outside = ran(system_of(kinds, network), Jacobi(), tmp_path / "outside", compiled=True)
+    check_equal(plain, outside)
+    assert not stepped  # nothing but `c3` is left, and Python is due in front of each of its points
+    monkeypatch.undo()
+    monkeypatch.setattr(RunPlan, "run", seen)
+    whole = ran(system_of(kinds, network), Jacobi(), tmp_path / "whole", compiled=True)
+    check_equal(plain, whole)
+    assert set(stepped) == {frozenset({"c0", "c1", "c2", "c3"})}
