@@ -1,4 +1,4 @@
-"""An FMU of FMI 2.0 for the tests of the importer; those of FMI 3.0 are test units."""
+"""FMUs for the tests of the importer that say what no test unit says."""
 
 import zipfile
 from pathlib import Path
@@ -13,21 +13,30 @@ from fmus.native.unit import fmi_headers
 HERE = Path(__file__).parent
 
 
-@pytest.fixture(scope="session")
-def lag2(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The FMI 2.0 FMU in the folder `lag2`."""
-    folder = tmp_path_factory.mktemp("lag2")
-    target = select_targets(["host"])[0]
-    library = folder / f"lag2{fmpy.sharedLibraryExtension}"
+def built(name: str, version: int, folder: Path) -> Path:
+    """The FMU in the folder `name`."""
+    library = folder / f"{name}{fmpy.sharedLibraryExtension}"
     compile_library(
-        target,
-        sources=[HERE / "lag2" / "lag2.c"],
-        include=[HERE / "lag2"],
+        select_targets(["host"])[0],
+        sources=sorted((HERE / name).glob("*.c")),
+        include=[HERE / name],
         system_include=fmi_headers(),
         library=library,
     )
-    path = folder / "lag2.fmu"
+    path = folder / f"{name}.fmu"
     with zipfile.ZipFile(path, "w") as archive:
-        archive.write(HERE / "lag2" / "modelDescription.xml", "modelDescription.xml")
-        archive.write(library, f"binaries/{host_folder(2)}/{library.name}")
+        archive.write(HERE / name / "modelDescription.xml", "modelDescription.xml")
+        archive.write(library, f"binaries/{host_folder(version)}/{library.name}")
     return path
+
+
+@pytest.fixture(scope="session")
+def lag2(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMI 2.0 FMU in the folder `lag2`."""
+    return built("lag2", 2, tmp_path_factory.mktemp("lag2"))
+
+
+@pytest.fixture(scope="session")
+def ends3(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMI 3.0 FMU in the folder `ends3`: its steps say what came."""
+    return built("ends3", 3, tmp_path_factory.mktemp("ends3"))

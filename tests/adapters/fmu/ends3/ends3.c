@@ -1,0 +1,67 @@
+/* The time of the last step behind the FMI 3.0 co-simulation interface, and what a step may say beyond
+ * its status; written for the tests. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmi3Functions.h"
+
+enum { TERMINATE = 1, EARLY_RETURN, DISCARD, DISCARD_SILENTLY, TERMINATE_WITH_WARNING };
+
+typedef struct {
+    fmi3Float64 ends_at, y;
+    fmi3Int32 kind;
+} Ends;
+
+fmi3Instance fmi3InstantiateCoSimulation(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
+    fmi3Boolean event_mode, fmi3Boolean early_return, const fmi3ValueReference intermediate[], size_t n,
+    fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update) {
+    (void)name, (void)resources, (void)visible, (void)logging, (void)event_mode, (void)early_return;
+    (void)intermediate, (void)n, (void)environment, (void)log, (void)update;
+    return strcmp(token, "{ends3-test}") == 0 ? calloc(1, sizeof(Ends)) : NULL;
+}
+void fmi3FreeInstance(fmi3Instance c) { free(c); }
+fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean td, fmi3Float64 tol, fmi3Float64 start,
+                                       fmi3Boolean sd, fmi3Float64 stop) {
+    (void)td, (void)tol, (void)sd, (void)stop;
+    ((Ends *)c)->y = start;
+    return fmi3OK;
+}
+fmi3Status fmi3ExitInitializationMode(fmi3Instance c) { (void)c; return fmi3OK; }
+fmi3Status fmi3Terminate(fmi3Instance c) { (void)c; return fmi3OK; }
+
+fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Float64 v[], size_t m) {
+    (void)m;
+    for (size_t i = 0; i < n; i++) v[i] = r[i] == 1 ? ((Ends *)c)->ends_at : ((Ends *)c)->y;
+    return fmi3OK;
+}
+fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3Float64 v[],
+                          size_t m) {
+    (void)r, (void)m;
+    for (size_t i = 0; i < n; i++) ((Ends *)c)->ends_at = v[i];
+    return fmi3OK;
+}
+fmi3Status fmi3SetInt32(fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3Int32 v[], size_t m) {
+    (void)r, (void)m;
+    for (size_t i = 0; i < n; i++) ((Ends *)c)->kind = v[i];
+    return fmi3OK;
+}
+
+fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean no_set_state,
+                      fmi3Boolean *event, fmi3Boolean *terminate, fmi3Boolean *early_return, fmi3Float64 *last) {
+    Ends *ends = c;
+    (void)no_set_state;
+    *event = *terminate = *early_return = fmi3False;
+    if (t + h > ends->ends_at) {
+        switch (ends->kind) {
+        case TERMINATE_WITH_WARNING:
+        case TERMINATE: *terminate = fmi3True; break;
+        case EARLY_RETURN: *early_return = fmi3True; *last = ends->ends_at; break;
+        case DISCARD: *last = ends->ends_at; return fmi3Discard;
+        case DISCARD_SILENTLY: return fmi3Discard;
+        default: *event = fmi3True; /* nobody has to enter event mode */
+        }
+    }
+    ends->y = t + h;
+    return *terminate && ends->kind == TERMINATE_WITH_WARNING ? fmi3Warning : fmi3OK;
+}
