@@ -10,12 +10,11 @@ from typing_extensions import override
 
 from orchestrator import Measure
 from orchestrator.errors import ParameterProblem
-from orchestrator.intervals import wilson
 from orchestrator.measure import Answer
 from orchestrator.parameters import parameter
 from orchestrator.recording.reader import Recording
 from orchestrator.signal import Array
-from studies.measures.bins import bin_columns, bin_of, edges_parameter, edges_problems
+from studies.measures.bins import bin_columns, bin_of, edges_parameter, edges_problems, shares
 from studies.measures.freshness import NEVER, instants_between, neighbours_at
 from studies.measures.radio import Kind
 from studies.measures.style import draw_shares
@@ -83,10 +82,7 @@ class NeighbourAwareness(Measure):
 
 
 def _table(there: Array, aware: Array, edges: Sequence[float]) -> dict[str, Array]:
-    share, low, high = np.full((3, len(there)), np.nan)
-    known = there > 0
-    share[known] = aware[known] / there[known]
-    low[known], high[known] = wilson(aware[known], there[known])
+    share, low, high = shares(aware, there)
     counts = {"neighbours": there, "known": aware}
     return {**bin_columns(edges), **counts, "nar": share, "low": low, "high": high}
 

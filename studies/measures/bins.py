@@ -7,6 +7,7 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from orchestrator.errors import ParameterProblem
+from orchestrator.intervals import wilson
 from orchestrator.parameters import parameter
 from orchestrator.signal import Array
 
@@ -66,6 +67,27 @@ def spread_by_bin(bins: Array, values: Array, edges: Sequence[float]) -> dict[st
     mean, median, p95, p99 = table.T
     quantiles = {"mean_s": mean, "median_s": median, "p95_s": p95, "p99_s": p99}
     return {**bin_columns(edges), "count": np.diff(ends), **quantiles}
+
+
+def shares(part: Array, whole: Array) -> tuple[Array, Array, Array]:
+    """Shares, and the bounds of their intervals of 95 %, of counts; NaN of none, shape (n,) each.
+
+    Args:
+        part: how many of `whole`, shape (n,).
+        whole: how many there are, shape (n,).
+    """
+    found, low, high = np.full((3, len(whole)), np.nan)
+    known = whole > 0
+    found[known] = part[known] / whole[known]
+    low[known], high[known] = wilson(part[known], whole[known])
+    return found, low, high
+
+
+def share(part: int, whole: int, name: str) -> dict[str, float | None]:
+    """The share `part` of `whole` by `name`, and its bounds; `None` of none."""
+    names = (name, f"{name}_low", f"{name}_high")
+    found = [float(each[0]) for each in shares(np.array([part]), np.array([whole]))]
+    return dict(zip(names, found if whole else (None, None, None), strict=True))
 
 
 def bin_columns(edges: Sequence[float]) -> dict[str, Array]:

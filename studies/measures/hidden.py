@@ -11,12 +11,18 @@ from typing_extensions import override
 from fmus.messages.records import LINKS
 from orchestrator import Measure
 from orchestrator.errors import ParameterProblem
-from orchestrator.intervals import wilson
 from orchestrator.measure import Answer
 from orchestrator.parameters import parameter
 from orchestrator.recording.reader import Recording
 from orchestrator.signal import Array
-from studies.measures.bins import bin_columns, bin_of, edges_parameter, edges_problems
+from studies.measures.bins import (
+    bin_columns,
+    bin_of,
+    edges_parameter,
+    edges_problems,
+    share,
+    shares,
+)
 from studies.measures.first_knowledge import Meetings, meetings
 from studies.measures.knowledge import (
     NEVER,
@@ -144,16 +150,13 @@ class HiddenRoadUsers(Measure):
             for name, each in counts.items():
                 rows.setdefault(name, []).append(np.bincount(place[each], minlength=bins))
         columns = {name: np.concatenate(parts) for name, parts in rows.items()}
-        share, low, high = np.full((3, len(columns["known"])), np.nan)
-        there = columns["road_users"] > 0
-        share[there] = columns["known"][there] / columns["road_users"][there]
-        low[there], high[there] = wilson(columns["known"][there], columns["road_users"][there])
+        known_share, low, high = shares(columns["known"], columns["road_users"])
         bounds = {n: np.tile(c, len(_GROUPS)) for n, c in bin_columns(self.edges).items()}
         return {
             "link": np.repeat(_GROUPS, bins),
             **bounds,
             **columns,
-            "share": share,
+            "share": known_share,
             "low": low,
             "high": high,
         }
@@ -245,11 +248,8 @@ def _shares(
 ) -> dict[str, float | int | None]:
     """How many were hidden, and what share of them was known, over all distances."""
     hidden = looks.group(_HIDDEN)
-    count, hits = int(hidden.sum()), int((hidden & is_known).sum())
-    low = high = None
-    if count:
-        low, high = (float(bound[0]) for bound in wilson(np.array([hits]), np.array([count])))
-    numbers = {"known": _share(hits, count), "known_low": low, "known_high": high}
+    count = int(hidden.sum())
+    numbers = share(int((hidden & is_known).sum()), count, "known")
     by_source = {f"known_by_{n}": _share((hidden & e).sum(), count) for n, e in known.items()}
     by_link: dict[str, float | int | None] = {}
     for name in LINKS[1:]:
@@ -271,8 +271,7 @@ def _draw(axes: Axes, table: Mapping[str, Array]) -> None:
     rows = {}
     for name in _GROUPS:
         own = table["link"] == name
-        label = "all" if name == _HIDDEN else name
+        label = "all hidden" if name == _HIDDEN else name
         rows[label] = (place[own], table["share"][own], table["low"][own], table["high"][own])
-    rows = {("all hidden" if name == "all" else name): row for name, row in rows.items()}
     draw_shares(axes, rows)
     axes.set_ylabel("share of road users known")

@@ -2,11 +2,9 @@
 
 from typing import Final
 
-import numpy as np
-
 from fmus.messages.records import NO_VEHICLE
-from orchestrator.intervals import wilson
 from orchestrator.recording.reader import Recording
+from studies.measures.bins import share
 from studies.measures.delivery import deliveries, unique_packets
 from studies.measures.radio import KINDS, Kind
 
@@ -36,9 +34,8 @@ def intended_ratio(
         `prr2` with its interval, and `intended`, the sum of $Z_i$; all `None` if packets were not
         recorded, and no ratio if none had a destination.
     """
-    none: dict[str, float | int | None] = {"prr2": None, "prr2_low": None, "prr2_high": None}
     if packets not in recording:
-        return {**none, "intended": None}
+        return {**share(0, 0, "prr2"), "intended": None}
     sent = unique_packets(recording, packets)
     times = recording[packets].times
     in_time = sent["time"] <= (int(times[-1]) if len(times) else 0) - IN_FLIGHT
@@ -47,13 +44,7 @@ def intended_ratio(
         counts &= sent["kind"] == KINDS[kind]
     intended = int(counts.sum())
     if intended == 0:
-        return {**none, "intended": 0}
+        return {**share(0, 0, "prr2"), "intended": 0}
     _, packet = deliveries(recording, receptions, sent)
     served = int(counts[packet].sum())
-    low, high = wilson(np.array([served]), np.array([intended]))
-    return {
-        "prr2": served / intended,
-        "prr2_low": float(low[0]),
-        "prr2_high": float(high[0]),
-        "intended": intended,
-    }
+    return {**share(served, intended, "prr2"), "intended": intended}

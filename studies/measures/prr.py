@@ -11,12 +11,18 @@ from typing_extensions import override
 from fmus.messages.records import FATES, LINKS, RECEPTION, TRANSMISSION
 from orchestrator import Measure
 from orchestrator.errors import ParameterProblem
-from orchestrator.intervals import wilson
 from orchestrator.measure import Answer
 from orchestrator.parameters import parameter
 from orchestrator.recording.reader import Recording
 from orchestrator.signal import Array
-from studies.measures.bins import bin_columns, bin_of, edges_parameter, edges_problems
+from studies.measures.bins import (
+    bin_columns,
+    bin_of,
+    edges_parameter,
+    edges_problems,
+    share,
+    shares,
+)
 from studies.measures.intended import intended_ratio
 from studies.measures.radio import RECEIVED, Kind, batches, table_of, weak_recorded
 from studies.measures.style import draw_shares
@@ -133,10 +139,7 @@ class PacketReceptionRatio(Measure):
         names = (_ALL, *LINKS)
         bounds = {name: np.tile(c, len(names)) for name, c in bin_columns(self.edges).items()}
         counts, hits = tried.ravel(), heard.ravel()
-        known = counts > 0
-        ratio, low, high = np.full((3, len(counts)), np.nan)
-        ratio[known] = hits[known] / counts[known]
-        low[known], high[known] = wilson(hits[known], counts[known])
+        ratio, low, high = shares(hits, counts)
         return {
             "link": np.repeat(names, len(self.edges) - 1),
             **bounds,
@@ -151,16 +154,7 @@ class PacketReceptionRatio(Measure):
 def _total(name: str, tried: Any, heard: Any) -> dict[str, float | int | None]:
     """The ratio over all bins, with its interval."""
     ending = "" if name == _ALL else f"_{name}"
-    low = high = ratio = None
-    if tried > 0:
-        below, above = wilson(np.array([heard]), np.array([tried]))
-        ratio, low, high = float(heard / tried), float(below[0]), float(above[0])
-    return {
-        f"prr{ending}": ratio,
-        f"prr{ending}_low": low,
-        f"prr{ending}_high": high,
-        f"receivers{ending}": int(tried),
-    }
+    return {**share(int(heard), int(tried), f"prr{ending}"), f"receivers{ending}": int(tried)}
 
 
 def _draw(axes: Axes, table: Mapping[str, Array], left_out: str | None) -> None:

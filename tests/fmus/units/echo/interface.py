@@ -1,7 +1,6 @@
 """Every type as an input and, one to one, as an output."""
 
 from dataclasses import replace
-from typing import Final, get_args
 
 from fmus.native.interface import (
     Interface,
@@ -12,10 +11,7 @@ from fmus.native.interface import (
     discrete_output,
     length,
 )
-
-TYPES: Final = tuple(kind for kind in get_args(VariableType) if kind != "Binary")
-COLOURS: Final = ("red", "green", "blue")
-MIME: Final = "application/x-test; version=1"
+from tests.fmus.every_type import COLOURS, MIME, TYPES
 
 
 def _pair(kind: VariableType) -> tuple[Variable, Variable]:

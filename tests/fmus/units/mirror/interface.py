@@ -1,7 +1,5 @@
 """Every type in fixed sizes; outputs depend on inputs and on the time, so that they never stay."""
 
-from typing import Final, get_args
-
 from fmus.native.interface import (
     Interface,
     Options,
@@ -10,10 +8,7 @@ from fmus.native.interface import (
     discrete_input,
     discrete_output,
 )
-
-TYPES: Final = tuple(kind for kind in get_args(VariableType) if kind != "Binary")
-COLOURS: Final = ("red", "green", "blue")
-MIME: Final = "application/x-test; version=1"
+from tests.fmus.every_type import COLOURS, MIME, TYPES
 
 
 def _pair(kind: VariableType) -> tuple[Variable, Variable]:
