@@ -60,9 +60,9 @@ def test_an_object_that_comes_back_is_set_again(
     slow: int,
     compiled: bool,  # noqa: FBT001  (a parameter)
 ) -> None:
-    """`source` steps every 6 ms; where `slow` is due, too, Python steps it, and compiled code before.
+    """`source` steps every 6 ms; where `slow` is due, too, Python steps `fast`, else compiled code.
 
-    There it reads the object that Python had set the last time; compiled code had set the other.
+    Python had set the object that `fast` reads there, too; compiled code had set the other since.
     """
     mirror = FmuComponentType(fmu("mirror"))
     components: dict[str, Component] = {
