@@ -120,6 +120,14 @@ _RADIO: Final = (
         unit="dB",
     ),
     whole("seed", 1, None, None, "Of the draws of receptions, fading and backoff", kind="UInt64"),
+    whole(
+        "threads",
+        0,
+        0,
+        64,
+        "That look for links, without effect on results; 0: up to 3, one per core, where it pays",
+        kind="UInt32",
+    ),
 )
 
 _MEDIUM_ACCESS: Final = (
@@ -317,8 +325,8 @@ _OUTPUTS: Final = (
 
 _MODULES: Final = (
     "parameters", "scene", "geometry", "area_index", "sort", "path_loss", "antenna",
-    "building_shadowing", "knife_edge", "vehicle_shadowing", "pair", "gap", "street_cells", "link",
-    "probe", "modulation", "error_rate", "random", "packets", "queues", "radios", "access_category",
+    "building_shadowing", "knife_edge", "vehicle_shadowing", "pair", "gap", "street_cells",
+    "surroundings", "team", "link", "probe", "modulation", "error_rate", "random", "packets", "queues", "radios", "access_category",
     "medium_access", "frames", "fading", "events", "reports", "state", "arrivals", "interference",
     "schedule", "carrier_sense", "transmission", "reception", "dispatch",
 )  # fmt: skip
@@ -339,5 +347,5 @@ INTERFACE: Final = Interface(
         *_OUTPUTS,
     ),
     sources=("channel.c", *(f"{module}.c" for module in _MODULES)),
-    headers=("clock.h", "decibel.h", "buffer.h", *(f"{module}.h" for module in _MODULES)),
+    headers=("clock.h", "decibel.h", "buffer.h", "threads.h", *(f"{module}.h" for module in _MODULES)),
 )

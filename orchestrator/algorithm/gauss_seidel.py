@@ -65,6 +65,13 @@ class GaussSeidel(CosimulationAlgorithm):
         return ages_by_turn(system, self.turns(system))
 
     @override
+    def depart(self, t: Time, due: Due) -> None:
+        # what reads nobody sees the same whenever it steps
+        for participant in due.participants:
+            if participant.is_concurrent and not participant.sources:
+                participant.begin(t)
+
+    @override
     def arrive(self, t: Time, due: Due) -> None:
         # a wave at a time gives the same values as one at a time, and lets concurrent
         # components work side by side

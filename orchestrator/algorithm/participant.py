@@ -29,13 +29,14 @@ class Participant(abc.ABC):
         name: of the component in its system.
         step_size: communication step size [ns].
         is_concurrent: whether the step runs elsewhere between `begin` and `finish`.
+        is_begun: whether a step has been begun that has not been waited for yet.
         sources: the names of the components it reads.
         published: the outputs that others may see now; updated in place by `publish`.
         wall_time_ns: time spent in calls of the component so far [ns].
     """
 
-    __slots__ = ("_check_outputs", "_component", "_feeds", "_pending", "_starts", "name",
-                 "published", "sources", "step_size", "wall_time_ns")  # fmt: skip
+    __slots__ = ("_check_outputs", "_component", "_feeds", "_pending", "_starts", "is_begun",
+                 "name", "published", "sources", "step_size", "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
 
@@ -50,6 +51,7 @@ class Participant(abc.ABC):
         self.step_size: Final = step_size
         self.published: Final[dict[str, Signal]] = {}
         self.sources: frozenset[str] = frozenset()
+        self.is_begun = False
         self.wall_time_ns = 0
         self._component = component
         self._check_outputs = OutputCheck(connectors).problems
@@ -247,7 +249,7 @@ class LocalParticipant(Participant):
 class ConcurrentParticipant(Participant):
     """A component that steps elsewhere between `begin` and `finish`."""
 
-    __slots__ = ("_begun_at", "_concurrent", "_is_begun")
+    __slots__ = ("_begun_at", "_concurrent")
 
     is_concurrent = True
 
@@ -261,7 +263,6 @@ class ConcurrentParticipant(Participant):
         super().__init__(name, component, connectors, step_size)
         self._concurrent = component
         self._begun_at: Time = 0
-        self._is_begun = False
 
     @override
     def begin(self, t: Time) -> None:
@@ -272,12 +273,12 @@ class ConcurrentParticipant(Participant):
             self._concurrent.begin_step(inputs, t, self.step_size)
         except Exception as error:
             raise self._failure(t, error) from error
-        self._is_begun = True
+        self.is_begun = True
         self.wall_time_ns += perf_counter_ns() - before
 
     @override
     def finish(self) -> None:
-        self._is_begun = False
+        self.is_begun = False
         before = perf_counter_ns()
         try:
             self._concurrent.finish_step()
@@ -289,7 +290,7 @@ class ConcurrentParticipant(Participant):
 
     @override
     def settle(self) -> None:
-        if self._is_begun:
+        if self.is_begun:
             self.finish()
 
 
