@@ -191,7 +191,7 @@ static int adopt_negligible(Links *s, double negligible) {
 static const size_t MANY_PAIRS = 4000;
 
 /* More workers than this have to wait for the one that puts events in order. */
-static const size_t WORKERS_THAT_PAY = 3;
+static const size_t WORKERS_THAT_PAY = 4;
 
 static size_t workers_for(Links *s, size_t rows, bool are_many) {
     size_t wanted = s->models.parameters->workers;

@@ -14,7 +14,7 @@ struct Team {
     size_t threads;  /* the first of `worker` */
     Worker worker[MOST_WORKERS - 1];
     Lock lock;       /* of all but the flags and `next` */
-    Signal begun, ended; /* a batch, for the threads; a task or a thread's part, for the caller */
+    Signal begun, left; /* a batch begins, a thread has left one */
     bool is_over;    /* the threads shall end */
     /* the batch */
     bool is_open;    /* threads may still come in */
@@ -24,14 +24,13 @@ struct Team {
     size_t count, capacity;
     atomic_size_t next; /* task */
     Flag *is_done;      /* each task */
-    Flag is_awaited;    /* the caller sleeps until a task is done */
 };
 
 static void open_signals(Team *t) {
     memset(&t->lock, 0, sizeof t->lock);
     lock_open(&t->lock);
     signal_open(&t->begun);
-    signal_open(&t->ended);
+    signal_open(&t->left);
 }
 
 Team *team_new(void) {
@@ -57,11 +56,6 @@ static bool do_next(Team *t, size_t worker) {
     if (task >= t->count) return false;
     t->run(t->context, task, worker);
     atomic_store(&t->is_done[task], true);
-    if (worker > 0 && atomic_load(&t->is_awaited)) {
-        lock_enter(&t->lock); /* the caller either sleeps by now or sees the flag */
-        signal_all(&t->ended);
-        lock_leave(&t->lock);
-    }
     return true;
 }
 
@@ -79,7 +73,8 @@ static THREAD_RESULT help(void *argument) {
         lock_leave(&t->lock);
         while (do_next(t, self->number)) continue;
         lock_enter(&t->lock);
-        if (--t->inside == 0) signal_all(&t->ended);
+        t->inside--; /* whoever waits for its last task, or for its end, holds the lock or sleeps */
+        signal_all(&t->left);
     }
     lock_leave(&t->lock);
     return 0;
@@ -122,10 +117,8 @@ int team_begin(Team *t, size_t workers, Task run, void *context, size_t count) {
 void team_wait(Team *t, size_t task) {
     while (!atomic_load(&t->is_done[task]) && do_next(t, 0)) continue;
     if (atomic_load(&t->is_done[task])) return;
-    lock_enter(&t->lock);
-    atomic_store(&t->is_awaited, true);
-    while (!atomic_load(&t->is_done[task])) signal_wait(&t->ended, &t->lock);
-    atomic_store(&t->is_awaited, false);
+    lock_enter(&t->lock); /* all have been begun: the thread that is at this one leaves soon */
+    while (!atomic_load(&t->is_done[task])) signal_wait(&t->left, &t->lock);
     lock_leave(&t->lock);
 }
 
@@ -133,7 +126,7 @@ size_t team_end(Team *t) {
     size_t begun = atomic_exchange(&t->next, t->count);
     lock_enter(&t->lock);
     t->is_open = false;
-    while (t->inside > 0) signal_wait(&t->ended, &t->lock);
+    while (t->inside > 0) signal_wait(&t->left, &t->lock);
     lock_leave(&t->lock);
     return begun < t->count ? begun : t->count;
 }
@@ -149,7 +142,7 @@ void team_free(Team *t) {
         for (size_t k = 0; k < t->threads; k++) thread_join(t->worker[k].thread);
         lock_close(&t->lock);
         signal_close(&t->begun);
-        signal_close(&t->ended);
+        signal_close(&t->left);
     }
     free(t->is_done);
     free(t);

@@ -222,17 +222,38 @@ static void put(const LinkMatrix *m, size_t n, size_t from, const Link *link, in
     m->rank[k] = rank;
 }
 
+/* What is announced while the rows are asked for: in front of each `width` of them, as many of
+ * `radio`, to so many workers; nothing if `workers` is 0. Between rows a single link is asked for. */
+typedef struct {
+    size_t workers, width;
+    const uint32_t *radio;
+} Announced;
+
+static int announce(Links *links, const Announced *a, size_t i, size_t rows, double floor) {
+    if (a->workers == 0 || i % a->width > 0) return 0;
+    size_t count = rows - i < a->width ? rows - i : a->width;
+    return links_rest(links) || links_expect(links, a->radio + i, count, floor, floor / 100);
+}
+
+static int ask_between(Links *links, const Announced *a, const uint32_t *order, size_t i) {
+    Link link;
+    if (a->workers == 0 || i == 0 || order[i] == order[i - 1]) return 0;
+    return link_between(links, order[i], order[i - 1], 1e-14, &link);
+}
+
 /* The rows of the transmitters in `order`, each asked for with its own floor. */
 EXPORT int link_rows(const Town *town, const Model *model, size_t rows, const uint32_t *order,
-                     const double *floor, const LinkMatrix *out) {
+                     const double *floor, const Announced *announced, const LinkMatrix *out) {
     Scene scene = {0};
     Links links = {0};
     Parameters p = parameters(model);
+    p.workers = (uint32_t)announced->workers;
     int failed = build(&scene, town) || links_forget(&links, &scene, &p);
     for (size_t i = 0; i < rows && !failed; i++) {
         LinksFrom found = {0};
         int32_t rank = 0;
-        failed = links_from(&links, order[i], floor[i], &found);
+        failed = announce(&links, announced, i, rows, floor[i]) || ask_between(&links, announced, order, i)
+            || links_from(&links, order[i], floor[i], &found);
         for (size_t to = 0; to < town->vehicles && !failed; to++)
             out->rank[order[i] * town->vehicles + to] = -1;
         for (size_t k = 0; k < found.count && !failed; k++)
