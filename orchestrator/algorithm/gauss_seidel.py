@@ -66,10 +66,8 @@ class GaussSeidel(CosimulationAlgorithm):
 
     @override
     def depart(self, t: Time, due: Due) -> None:
-        # what reads nobody sees the same whenever it steps
         for participant in due.participants:
-            if participant.is_concurrent and not participant.sources:
-                participant.begin(t)
+            participant.begin_ahead(t)
 
     @override
     def arrive(self, t: Time, due: Due) -> None:

@@ -2,6 +2,7 @@
 
 import abc
 from collections.abc import Mapping
+from contextlib import nullcontext, suppress
 from time import perf_counter_ns
 from typing import Any, ClassVar, Final
 
@@ -96,6 +97,14 @@ class Participant(abc.ABC):
     @abc.abstractmethod
     def begin(self, t: Time) -> None:
         """Start the step from `t`, holding the inputs that are published now."""
+
+    @abc.abstractmethod
+    def begin_ahead(self, t: Time) -> None:
+        """Start the step from `t` before its turn comes, if it works elsewhere and reads nobody.
+
+        What it sees does not depend on when it steps. If the run ends before its step does, what
+        comes of the step is ignored, an error too.
+        """
 
     @abc.abstractmethod
     def finish(self) -> None:
@@ -238,6 +247,10 @@ class LocalParticipant(Participant):
             raise self._failure(t, error) from error
 
     @override
+    def begin_ahead(self, t: Time) -> None:
+        pass
+
+    @override
     def finish(self) -> None:
         pass
 
@@ -249,7 +262,7 @@ class LocalParticipant(Participant):
 class ConcurrentParticipant(Participant):
     """A component that steps elsewhere between `begin` and `finish`."""
 
-    __slots__ = ("_begun_at", "_concurrent")
+    __slots__ = ("_begun_at", "_concurrent", "_is_ahead")
 
     is_concurrent = True
 
@@ -263,6 +276,7 @@ class ConcurrentParticipant(Participant):
         super().__init__(name, component, connectors, step_size)
         self._concurrent = component
         self._begun_at: Time = 0
+        self._is_ahead = False
 
     @override
     def begin(self, t: Time) -> None:
@@ -273,7 +287,7 @@ class ConcurrentParticipant(Participant):
             self._concurrent.begin_step(inputs, t, self.step_size)
         except Exception as error:
             raise self._failure(t, error) from error
-        self.is_begun = True
+        self.is_begun, self._is_ahead = True, False
         self.wall_time_ns += perf_counter_ns() - before
 
     @override
@@ -289,9 +303,16 @@ class ConcurrentParticipant(Participant):
             raise self._failure(self._begun_at, error) from error
 
     @override
+    def begin_ahead(self, t: Time) -> None:
+        if not self.sources:
+            self.begin(t)
+            self._is_ahead = True
+
+    @override
     def settle(self) -> None:
         if self.is_begun:
-            self.finish()
+            with suppress(ComponentError) if self._is_ahead else nullcontext():
+                self.finish()
 
 
 def participant(
