@@ -56,13 +56,13 @@ TARGETS: Final = (
         platform="x86_64-linux",
         suffix=".so",
         zig=("-target", "x86_64-linux-gnu.2.17", "-mcpu=x86_64_v2"),
-        flags=(*ELF_FLAGS, "-lm", "-lpthread"),
+        flags=(*ELF_FLAGS, "-lm", "-Wl,--as-needed", "-lpthread"),
     ),
     Target(
         platform="aarch64-linux",
         suffix=".so",
         zig=("-target", "aarch64-linux-gnu.2.17"),
-        flags=(*ELF_FLAGS, "-lm", "-lpthread"),
+        flags=(*ELF_FLAGS, "-lm", "-Wl,--as-needed", "-lpthread"),
     ),
     Target(
         platform="x86_64-windows",
