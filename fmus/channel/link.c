@@ -114,25 +114,41 @@ static int reserve_batch(Batch *batch, size_t count) {
     return 0;
 }
 
-/* Begin to find those of the rows that are not known yet. */
-static int begin_batch(Links *s, const uint32_t *radio, size_t count, size_t workers) {
+/* Give turns to those of the rows that are not known yet. */
+static int plan_batch(Links *s, const uint32_t *radio, size_t count, size_t workers, size_t *wanted) {
     Batch *batch = &s->batch;
     if (end_batch(s) || reserve_batch(batch, count) || reserve_scratch(s, workers)) return 1;
     if (s->reach.floor != s->known.floor)
         street_cells_prepare(&s->cells, &s->reach, &s->models, s->known.floor,
                              s->models.parameters->maximum_range);
-    size_t wanted = 0;
+    *wanted = 0;
     for (size_t k = 0; k < count; k++) {
         if (s->turn[radio[k]] != LATER) continue;
-        batch->radio[wanted++] = radio[k];
-        s->turn[radio[k]] = (Turn)wanted;
+        batch->radio[(*wanted)++] = radio[k];
+        s->turn[radio[k]] = (Turn)*wanted;
     }
     batch->taken = 0;
     s->search = (Search){s->scene, &s->models, &s->cells, &s->reach, s->known.floor, s->turn};
+    return 0;
+}
+
+/* Have threads begin to find those of the rows that are not known yet. */
+static int begin_batch(Links *s, const uint32_t *radio, size_t count, size_t workers) {
+    size_t wanted;
+    if (plan_batch(s, radio, count, workers, &wanted)) return 1;
     if (wanted == 0) return 0;
     if (team_begin(s->team, workers, find, s, wanted)) return 1;
-    batch->count = wanted;
+    s->batch.count = wanted;
     return 0;
+}
+
+/* Find a row that nobody has expected. */
+static int find_alone(Links *s, uint32_t from) {
+    size_t wanted;
+    if (plan_batch(s, &from, 1, 1, &wanted)) return 1;
+    find(s, 0, 0);
+    s->turn[from] = DONE;
+    return take(s);
 }
 
 /* Half a row is none: the next call forgets it. */
@@ -218,7 +234,7 @@ int links_expect(Links *s, const uint32_t *radio, size_t count, double floor, do
 int links_rest(Links *s) { return end_batch(s) ? fail(s) : 0; }
 
 static int complete(Links *s, uint32_t from) {
-    if (s->turn[from] == LATER && begin_batch(s, &from, 1, 1)) return 1;
+    if (s->turn[from] == LATER) return find_alone(s, from);
     while (!s->known.row[from].is_complete) {
         team_wait(s->team, s->batch.taken);
         if (take(s)) return 1;
