@@ -35,7 +35,7 @@ from typing import Any, Final
 
 from typing_extensions import override
 
-from orchestrator.component import Component, DecidingComponent
+from orchestrator.component import Component, DecidingComponent, OncePerProcessComponent
 from orchestrator.errors import ParameterProblem
 from orchestrator.input_files import FileCheck, FileReadingComponent, named_files
 from orchestrator.kinds import FrozenMapping
@@ -105,6 +105,20 @@ class ComponentType(abc.ABC):
     def decides(self) -> bool:
         """Whether instances are `DecidingComponent`s."""
         return False
+
+    def once_per_process(self, values: Mapping[str, Any]) -> str | None:
+        """What an instance holds of which a process can have only one, such as `SUMO`.
+
+        Two instances, of whatever types, that hold the same cannot be in one process.
+
+        Args:
+            values: as for `create`.
+
+        Returns:
+            A name for messages; `None`, the default, if instances can be in one process.
+        """
+        del values
+        return None
 
     def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:
         """Every file that an instance reads, each once; `values` as for `create`."""
@@ -188,6 +202,12 @@ class PythonComponentType(ComponentType):
     @override
     def decides(self) -> bool:
         return issubclass(self._component, DecidingComponent)
+
+    @override
+    def once_per_process(self, values: Mapping[str, Any]) -> str | None:
+        if not issubclass(self._component, OncePerProcessComponent):
+            return None
+        return self._component.once_per_process(self._record(**values))
 
     @override
     def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:

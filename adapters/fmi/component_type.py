@@ -51,6 +51,11 @@ class FmuComponentType(ComponentType):
         return MappingProxyType(parameters(self._fmu, self._sizes.chosen))
 
     @override
+    def once_per_process(self, values: Mapping[str, Any]) -> str | None:
+        fmu = self._fmu
+        return f"the FMU `{fmu.name}` {fmu.token}" if fmu.is_once_per_process else None
+
+    @override
     def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:
         return self._fmu.path, *super().input_files(values)
 

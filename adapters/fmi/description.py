@@ -109,6 +109,7 @@ class FmuDescription:
         token: instantiation token (FMI 2.0: guid).
         variables: by name, in the order of the file.
         can_restore: it can return to an earlier state.
+        is_once_per_process: two instances of it cannot be in one process.
         log_categories: what the FMU can log.
     """
 
@@ -120,6 +121,7 @@ class FmuDescription:
     token: str
     variables: Mapping[str, FmuVariable]
     can_restore: bool
+    is_once_per_process: bool
     log_categories: tuple[str, ...]
 
     def of(self, *causalities: str) -> tuple[FmuVariable, ...]:
@@ -159,6 +161,7 @@ def read_description(path: Path) -> FmuDescription:
         token=parsed.guid,
         variables=_variables(parsed, root),
         can_restore=_flag(flags, "canGetAndSetFMUState") or _flag(flags, "canGetAndSetFMUstate"),
+        is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),
         log_categories=tuple(category.name for category in parsed.logCategories),
     )
 

@@ -24,6 +24,7 @@ from orchestrator.scenario.model import (
     PlugInUse,
     Scenario,
 )
+from orchestrator.scenario.processes import crowding
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.wiring import problems_of_sound_parts
 from orchestrator.suggestion import suggestion
@@ -71,6 +72,9 @@ class _Build:
             self._add((extension.KEY,), what, at_key=True)
         file = self._file()
         components = self._components()
+        self.problems += crowding(
+            self.document, {name: use for name, use in self.sound.items() if not use.process}
+        )
         if file is None:
             raise self._error(())
         self._check_times(file.time, components)
