@@ -39,6 +39,7 @@ from orchestrator.component import Component, DecidingComponent, OncePerProcessC
 from orchestrator.errors import ParameterProblem
 from orchestrator.input_files import FileCheck, FileReadingComponent, named_files
 from orchestrator.kinds import FrozenMapping
+from orchestrator.timebase import Duration
 
 REQUIRED: Final = dataclasses.MISSING
 """The default of a parameter that a scenario must set."""
@@ -118,6 +119,18 @@ class ComponentType(abc.ABC):
             A name for messages; `None`, the default, if instances can be in one process.
         """
         del values
+        return None
+
+    def step_problem(self, step: Duration) -> str | None:
+        """Why no instance can be stepped with this communication step size.
+
+        Args:
+            step: [ns].
+
+        Returns:
+            What is wrong with it, as a predicate; `None`, the default, if nothing is.
+        """
+        del step
         return None
 
     def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:

@@ -6,6 +6,7 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, Final
 from xml.etree import ElementTree as ET
@@ -14,6 +15,7 @@ import fmpy.model_description
 import numpy as np
 import numpy.typing as npt
 
+from adapters.fmi.step_size import internal_step
 from orchestrator.errors import ComponentTypeError
 
 DTYPES: Final[Mapping[str, npt.DTypeLike]] = {
@@ -110,6 +112,8 @@ class FmuDescription:
         variables: by name, in the order of the file.
         can_restore: it can return to an earlier state.
         is_once_per_process: two instances of it cannot be in one process.
+        internal_step: FMI 3.0: the fixed step of its solver [s], exactly as in the file, positive;
+            `None` if it does not say one.
         log_categories: what the FMU can log.
     """
 
@@ -122,6 +126,7 @@ class FmuDescription:
     variables: Mapping[str, FmuVariable]
     can_restore: bool
     is_once_per_process: bool
+    internal_step: Fraction | None
     log_categories: tuple[str, ...]
 
     def of(self, *causalities: str) -> tuple[FmuVariable, ...]:
@@ -162,6 +167,7 @@ def read_description(path: Path) -> FmuDescription:
         variables=_variables(parsed, root),
         can_restore=_flag(flags, "canGetAndSetFMUState") or _flag(flags, "canGetAndSetFMUstate"),
         is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),
+        internal_step=internal_step(flags.get("fixedInternalStepSize")),
         log_categories=tuple(category.name for category in parsed.logCategories),
     )
 
