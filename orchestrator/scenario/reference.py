@@ -11,8 +11,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from orchestrator import tables
-from orchestrator.scenario import unit_table
+from orchestrator import tables, unit_table
 from orchestrator.scenario.schema import json_schema, whole_schema
 
 SCHEMA_FILE: Final = "orchestrator/scenario/scenario.schema.json"

@@ -7,10 +7,10 @@ import pytest
 import scenarios
 from orchestrator.parameters import DRAWN, REQUIRED
 from orchestrator.registry import installed
-from orchestrator.scenario.units import parse_unit
 from orchestrator.scenario.values import convert, written
 from orchestrator.testing import check_component
 from orchestrator.timebase import nanoseconds
+from orchestrator.units import parse_unit
 from tests.adapters.traces import Sample, write_csv
 
 TYPES = sorted(installed())
