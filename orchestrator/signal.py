@@ -13,6 +13,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from orchestrator.units import Unit
+
 Array: TypeAlias = npt.NDArray[Any]
 Signal: TypeAlias = Array | bytes
 Signals: TypeAlias = Mapping[str, Signal]
@@ -73,6 +75,8 @@ class Connector:
     unit: str = "1"
     variability: Variability = Variability.DISCRETE
     start: Signal | np.generic | None = None
+    definition: Unit | None = None
+    is_relative: bool = False
     mime_type: str = "application/octet-stream"
     feedthrough: frozenset[str] = frozenset()
     description: str = ""
