@@ -1,4 +1,4 @@
-"""Elements of arrays as connections write them: `[2]`, `[1, 0]`, `[0:3]`; zero-based, as in Python."""
+"""Elements of arrays as connections write them: `[2]`, `[1, 0]`, `[0:3]`; counted from 0."""
 
 import re
 from collections.abc import Sequence
@@ -99,7 +99,7 @@ class Elements:
         return count
 
     def index(self) -> tuple[Any, ...]:
-        """The same as an index of NumPy, which gives an array also for a single element."""
+        """An index of NumPy for these elements, which gives an array also for a single one."""
         parts = (
             part if isinstance(part, int) else slice(part.start, part.stop, part.step)
             for part in self.axes

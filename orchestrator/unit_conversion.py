@@ -32,7 +32,7 @@ def conversion(output: Connector, input_: Connector) -> tuple[Operation, ...]:
     if same_name and (output.definition is None or input_.definition is None):
         return ()
     differ = f"units differ: {output.unit} and {input_.unit}"
-    source, target = _unit(output), _unit(input_)
+    source, target = unit_of(output), unit_of(input_)
     if source is None or target is None or source.exponents != target.exponents:
         raise UnitsDifferError(differ)
     if source.reference != target.reference:
@@ -48,8 +48,8 @@ def conversion(output: Connector, input_: Connector) -> tuple[Operation, ...]:
     return (*factors, *([add(float(shift / target.factor))] if is_shifted else []))
 
 
-def _unit(connector: Connector) -> Unit | None:
-    """The unit of a connector; `None` if nobody defines it."""
+def unit_of(connector: Connector) -> Unit | None:
+    """The unit of a connector, of the table if it does not define it; `None` if none is known."""
     if connector.definition is not None:
         return connector.definition
     try:

@@ -14,7 +14,7 @@ from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
 from orchestrator.measure import Measure, measure_type
 from orchestrator.parameters import ComponentType, Parameter, Parametrised, declared
 from orchestrator.report import Report, report_type
-from orchestrator.scenario import diagnosis, extension, schema
+from orchestrator.scenario import diagnosis, extension, routes, schema
 from orchestrator.scenario.conversion import Conversion
 from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.expansion import Expansion, overridden
@@ -71,6 +71,7 @@ class _Build:
             self._add((extension.KEY,), what, at_key=True)
         file = self._file()
         components = self._components()
+        self._check_sources()
         if file is None:
             raise self._error(())
         self._check_times(file.time, components)
@@ -79,7 +80,7 @@ class _Build:
         measures = self._measures(file)
         tables = self._tables(file)
         report = self._report(file, components)
-        connections = tuple(ConnectionUse(c.source, c.target) for c in file.connections)
+        connections, constants = routes.read(file.connections)
         if self.problems or self.expansion.problems or coupling is None:
             raise self._error(connections)
         return Scenario(
@@ -94,6 +95,7 @@ class _Build:
             coupling=coupling,
             components=MappingProxyType(components),
             connections=connections,
+            constants=constants,
             include=tuple(file.recording.include),
             exclude=tuple(file.recording.exclude),
             measures=measures,
@@ -320,8 +322,8 @@ class _Build:
         if file.time.until is not None:
             self._check_name(("time", "until"), file.time.until.partition(".")[0], names)
         for index, connection in enumerate(file.connections):
-            for key, end in (("from", connection.source), ("to", connection.target)):
-                self._check_name(("connections", index, key), end.partition(".")[0], names)
+            for inner, end in routes.ends(connection):
+                self._check_name(("connections", index, *inner), end.partition(".")[0], names)
         for key, patterns in (
             ("include", file.recording.include),
             ("exclude", file.recording.exclude),
@@ -330,6 +332,14 @@ class _Build:
                 first = pattern.partition(".")[0]
                 if not set(first) & set("*?["):
                     self._check_name(("recording", key, index), first, names)
+
+    def _check_sources(self) -> None:
+        """That every connection says one source; asked also where other parts are wrong."""
+        data = self.document.data
+        entries = data.get("connections") if isinstance(data, dict) else None
+        for index, entry in enumerate(entries if isinstance(entries, list) else ()):
+            for key, what in routes.problems(entry) if isinstance(entry, dict) else ():
+                self._add(("connections", index, *key), what, at_key=True)
 
     def _check_name(self, address: Address, name: str, names: Sequence[str]) -> None:
         if name not in names:

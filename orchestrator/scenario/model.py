@@ -3,7 +3,8 @@
 Nothing in here knows YAML; `document` serves only to say where an error found later belongs.
 """
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -14,12 +15,13 @@ from orchestrator.measure import Measure, defaults
 from orchestrator.parameters import DRAWN, REQUIRED, ComponentType, declared
 from orchestrator.questions import Questions
 from orchestrator.report import Report
-from orchestrator.scenario.document import Document
+from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.values import written
 from orchestrator.system import Endpoint
 from orchestrator.table_files import Format
 from orchestrator.timebase import Duration, Time
+from orchestrator.transformation import PLAIN, Transformation
 
 PlugIn = TypeVar("PlugIn")
 
@@ -88,10 +90,30 @@ class PlugInUse(Generic[PlugIn]):
 
 @dataclass(frozen=True, slots=True)
 class ConnectionUse:
-    """One connection, or group of connections, as written."""
+    """One connection, or group of connections, as written.
+
+    Attributes:
+        way: without the elements that the ends name.
+        address: of what says it in the document.
+    """
 
     source: str
     target: str
+    way: Transformation = PLAIN
+    address: Address = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantUse:
+    """A constant in place of a source, as written.
+
+    Attributes:
+        address: of what says it in the document.
+    """
+
+    value: Any
+    target: str
+    address: Address = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,6 +144,7 @@ class Scenario:
     coupling: PlugInUse[CosimulationAlgorithm]
     components: Mapping[str, ComponentUse]
     connections: tuple[ConnectionUse, ...]
+    constants: tuple[ConstantUse, ...]
     include: tuple[str, ...]
     exclude: tuple[str, ...]
     measures: Mapping[str, PlugInUse[Measure]] | None
@@ -170,12 +193,37 @@ class Scenario:
             "seed": self.seed,
             "coupling": self.coupling.resolved("algorithm"),
             "components": {name: _resolved(use) for name, use in self.components.items()},
-            "connections": [{"from": c.source, "to": c.target} for c in self.connections],
+            "connections": [
+                *_written(self.connections),
+                *({"value": c.value, "to": c.target} for c in self.constants),
+            ],
             "recording": {"include": list(self.include), "exclude": list(self.exclude)},
             **({} if measures is None else {"measures": measures}),
             **({} if self.tables is None else {"tables": list(self.tables)}),
             **({} if self.report is None else {"report": _report(self.report)}),
         }
+
+
+def _written(connections: Sequence[ConnectionUse]) -> Iterator[dict[str, Any]]:
+    """Connections as a scenario file writes them; those that are added to others as a sum."""
+    for k, use in enumerate(connections):
+        following = itertools.takewhile(lambda each: each.way.adds, connections[k + 1 :])
+        added = [_source(each) for each in following]
+        if added and not use.way.adds:
+            yield {"sum": [_source(use), *added], "to": use.target}
+        elif not use.way.adds:
+            yield {**_source(use), "to": use.target}
+
+
+def _source(use: ConnectionUse) -> dict[str, Any]:
+    way = use.way
+    return {
+        "from": use.source,
+        **({} if way.gain == 1.0 else {"gain": way.gain}),
+        **({} if way.offset == 0.0 else {"offset": way.offset}),
+        **({"delay": format_duration(way.delay)} if way.delay else {}),
+        **({"sample": format_duration(way.sample)} if way.sample else {}),
+    }
 
 
 def _resolved(use: ComponentUse) -> dict[str, Any]:

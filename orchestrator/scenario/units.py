@@ -3,7 +3,7 @@
 import math
 from fractions import Fraction
 
-from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration
+from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, format_duration
 from orchestrator.units import Quantity, UnitError, parse_quantity, parse_unit
 
 
@@ -30,14 +30,6 @@ def duration(value: str | float) -> Duration:
     return int(exact)
 
 
-def format_duration(time: Duration) -> str:
-    """`time` in the largest unit that keeps it a whole number, e.g. `50 ms`."""
-    for symbol, length in (("s", 10**9), ("ms", 10**6), ("us", 10**3)):
-        if time % length == 0:
-            return f"{time // length} {symbol}"
-    return f"{time} ns"
-
-
 def difference(symbol: str) -> str:
     """The unit of differences of values in the unit `symbol`: `dB` for levels, `K` for `degC`.
 
@@ -48,3 +40,6 @@ def difference(symbol: str) -> str:
     if unit.reference is not None:
         return "dB"
     return "K" if unit.offset else symbol
+
+
+__all__ = ["difference", "duration", "format_duration"]

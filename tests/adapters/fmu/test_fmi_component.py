@@ -235,7 +235,7 @@ def test_two_fmus_in_a_cycle_are_stepped_until_they_agree(fmu: Fmu) -> None:
     """Each lag follows the other one's new value: both are the solution of two linear equations."""
     parts = {"a": component(fmu("lag"), initial=1.0), "b": component(fmu("lag"), initial=-3.0)}
     wires = [("a.x", "b.u"), ("b.x", "a.u")]
-    links = [Connection(*map(Endpoint.parse, wire)) for wire in wires]
+    links = [Connection(Endpoint.parse(a), Endpoint.parse(b)) for a, b in wires]
     system = System(parts, dict.fromkeys(parts, STEP), links)
     result = simulate(system, FixedPoint(), start=0, stop=3 * STEP, seed=0)
     decay = math.exp(-0.1 / 2)
