@@ -26,6 +26,7 @@ from typing_extensions import Buffer
 
 from orchestrator.errors import ComponentTypeError
 from orchestrator.kinds import FrozenMapping
+from orchestrator.local_module import local_type
 from orchestrator.parameters import DRAWN
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError, padding
 from orchestrator.signal import Causality, Connector, Variability
@@ -116,8 +117,8 @@ class ComponentSpec:
 
     Attributes:
         name: of the component in its system.
-        type: the name of an installed component type; or `module:Class`; or the path of an
-            FMU, as a `Path`.
+        type: the name of an installed component type; or `module:Class`; or the same with the path
+            of a file, `/path/module.py:Class`; or the path of an FMU, as a `Path`.
         values: parameter values, as `ComponentType.create` wants them: bool, int, float,
             str, `Path`, records, distributions, and tuples and mappings of these.
     """
@@ -150,8 +151,11 @@ class ComponentSpec:
         Raises:
             ComponentTypeError: a record is not what the sender has; the releases differ.
         """
+        kind = _rich(document["type"])
+        if isinstance(kind, str) and kind.rpartition(":")[0].endswith(".py"):
+            local_type(kind, Path())  # whose records may be among the values
         values = {name: _rich(value) for name, value in document["values"].items()}
-        return cls(name=document["name"], type=_rich(document["type"]), values=values)
+        return cls(name=document["name"], type=kind, values=values)
 
 
 def connectors_to_message(

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from orchestrator import registry
 from orchestrator.algorithm.base import CosimulationAlgorithm, algorithm_type
 from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
+from orchestrator.local_module import file_of, is_reference, local_type
 from orchestrator.measure import Measure, measure_type
 from orchestrator.parameters import ComponentType, Parameter, Parametrised, declared
 from orchestrator.report import Report, report_type
@@ -158,7 +159,7 @@ class _Build:
         if entry.fmu is not None:
             fmu = (self.document.folder((*address, "fmu")) / entry.fmu).absolute()
         try:
-            found = _type(entry.type, fmu)
+            found = _type(entry.type, fmu, self.document.folder((*address, "type")))
         except ComponentTypeError as error:
             self._add((*address, "type" if fmu is None else "fmu"), str(error))
             return None
@@ -167,6 +168,7 @@ class _Build:
             type_name=entry.type,
             fmu=fmu,
             type=found,
+            module=_module(entry.type, self.document.folder((*address, "type"))),
             step=entry.step,
             process=entry.process,
             values=self._values((*address, "parameters"), found.parameters, entry.parameters),
@@ -346,8 +348,15 @@ class _Build:
             self._add(address, f"there is no component `{name}`; {suggestion(name, names)}")
 
 
-def _type(name: str | None, fmu: Path | None) -> ComponentType:
+def _module(name: str | None, folder: Path) -> Path | None:
+    """The file of a type that is named by a class in it."""
+    return file_of(name, folder) if name is not None and is_reference(name) else None
+
+
+def _type(name: str | None, fmu: Path | None, folder: Path) -> ComponentType:
     if fmu is not None:
         return registry.fmu_type(fmu)
     assert name is not None  # noqa: S101 - one of the two is given, checked by the caller
+    if is_reference(name):
+        return local_type(name, folder)
     return registry.component_type(name)

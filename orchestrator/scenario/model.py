@@ -31,7 +31,9 @@ class ComponentUse:
     """One component of a scenario.
 
     Attributes:
-        type_name: the installed type, or `None` for an FMU given by its path.
+        type_name: the installed type, or a class in a file, `module:Class`; or `None` for an FMU
+            given by its path.
+        module: the absolute path of the file with the class, or `None`.
         fmu: the FMU's absolute path, or `None`.
         type: what creates it.
         step: communication step size [ns].
@@ -46,6 +48,13 @@ class ComponentUse:
     step: Duration
     process: bool
     values: Mapping[str, Any]
+    module: Path | None = None
+
+    def reference(self) -> str | None:
+        """The type's name, which for a class in a file has the whole path of it."""
+        if self.module is None or self.type_name is None:
+            return self.type_name
+        return f"{self.module}:{self.type_name.rpartition(':')[2]}"
 
     def all_values(self) -> Mapping[str, Any]:
         """The parameters that the scenario sets, and the defaults of all others.
@@ -229,7 +238,7 @@ def _source(use: ConnectionUse) -> dict[str, Any]:
 def _resolved(use: ComponentUse) -> dict[str, Any]:
     declared = use.type.parameters
     return {
-        **({"type": use.type_name} if use.fmu is None else {"fmu": str(use.fmu)}),
+        **({"type": use.reference()} if use.fmu is None else {"fmu": str(use.fmu)}),
         "step": format_duration(use.step),
         "process": use.process,
         "parameters": {n: written(declared[n], v) for n, v in use.all_values().items()},

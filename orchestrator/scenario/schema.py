@@ -138,8 +138,9 @@ class ComponentEntry(_Mapping):
 
     model_config = ConfigDict(json_schema_extra={"not": {"required": ["type", "fmu"]}})
 
-    type: Annotated[Text | None, Field(examples=["sumo-traffic", "channel"])] = None
-    """The name of an installed component type; `nlosim components` lists them."""
+    type: Annotated[Text | None, Field(examples=["sumo-traffic", "my_parts:Wheel"])] = None
+    """The name of an installed component type; `nlosim components` lists them. Or `module:Class`:
+    a subclass of `Component` in `module.py` beside this file."""
 
     fmu: Annotated[Text | None, Field(examples=["units/channel.fmu"])] = None
     """Instead of `type`: an FMU for co-simulation (FMI 2.0 or 3.0), relative to this file."""

@@ -25,6 +25,7 @@ from orchestrator.signal import Causality, Connector, Signal, Signals, Variabili
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
 from orchestrator.testing import check_component
+from orchestrator.units import parse_unit
 
 STEP = 100_000_000
 Fmu = Callable[[str], Path]
@@ -77,6 +78,7 @@ def test_connectors_are_those_of_the_description(fmu: Fmu) -> None:
         dtype=np.float64,
         shape=("row", 4),
         unit="m",
+        definition=parse_unit("m"),
         feedthrough=frozenset({"row.value"}),
         description="gain * row + offset",
     )
