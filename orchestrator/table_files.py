@@ -74,6 +74,20 @@ def write_tables(
             yield path
 
 
+def write_table(table: Table, path: Path) -> None:
+    """Write a table as a file.
+
+    Args:
+        table: columns by their headings.
+        path: of the file, `.csv` or `.parquet`.
+
+    Raises:
+        MissingParquetError: it is a Parquet file, and pyarrow is not installed.
+        OSError: it cannot be written.
+    """
+    (_write_parquet if path.suffix == ".parquet" else _write_csv)(table, path)
+
+
 def read_table(path: Path) -> dict[str, Array]:
     """A table in a CSV or Parquet file that `write_tables` wrote.
 
