@@ -167,8 +167,7 @@ def is_widening(source: "np.dtype[Any]", target: "np.dtype[Any]") -> bool:
     if "b" in {source.kind, target.kind}:
         return False
     if target.kind == "f" and source.kind in "iu":
-        bits = np.iinfo(source).bits - (source.kind == "i")
-        return bits <= _EXACT_BITS[target.str[1:]]
+        return np.iinfo(source).bits <= _EXACT_BITS[target.str[1:]]
     return bool(np.can_cast(source, target, "safe"))
 
 

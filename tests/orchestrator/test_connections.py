@@ -207,6 +207,31 @@ def test_a_sample_is_held_until_the_next_one(tmp_path: Path, algorithm: str, lag
     assert seen(path, "w").tolist() == [max(k - lag, 0) // 3 * 3 for k in range(11)]
 
 
+def test_what_was_not_there_at_the_start_is_sampled_as_soon_as_it_is(tmp_path: Path) -> None:
+    path = wired(
+        tmp_path,
+        "{from: b.w, to: b.v, offset: 1, sample: 300 ms}",
+        algorithm="gauss-seidel, order: [a, b]",
+    )
+    assert seen(path, "w").tolist() == [-1, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3]
+
+
+def test_steps_that_are_repeated_sample_again(tmp_path: Path) -> None:
+    """The loop `w = w / 2 + 1` has the solution 2 at every point at which it is sampled."""
+    path = wired(
+        tmp_path,
+        "{from: b.w, to: b.v, gain: 0.5, offset: 1, sample: 100 ms}",
+        algorithm="fixed-point",
+    )
+    assert seen(path, "w")[1:] == pytest.approx([2.0] * 10, abs=1e-5)
+
+
+def test_whole_numbers_are_not_added(tmp_path: Path) -> None:
+    path = wired(tmp_path, "{sum: [a.x, a.x], to: b.u}", a="dtype: int32", b="dtype: int32")
+    (found,) = refused(path)
+    assert "a gain, offset or sum takes a floating-point input, not int32" in found
+
+
 @pytest.mark.parametrize("algorithm", ["gauss-seidel", "jacobi", "fixed-point"])
 def test_runs_over_the_loopback_transport_have_the_same_bytes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], algorithm: str

@@ -1,12 +1,13 @@
 """What FMUs say of their units, and connections that convert by it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
+from typing_extensions import override
 
 from adapters.fmi import FmuComponentType
 from adapters.fmi.unit_definitions import read_definitions
@@ -14,12 +15,16 @@ from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.errors import SystemStructureError
+from orchestrator.operation import spelled
 from orchestrator.recording.recorder import Recorder
 from orchestrator.remote.protocol import _connector, _describe
+from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
 from orchestrator.transformation import PLAIN, Transformation
 from orchestrator.unit_table import exponents
+from orchestrator.units import Unit, parse_unit
+from tests.idle import Idle
 
 MS = 1_000_000
 
@@ -50,6 +55,37 @@ def test_the_connectors_of_an_fmu_have_its_definitions_also_elsewhere(lag2: Path
     sent = _connector(_describe(connector), connector.start)
     assert sent.definition == connector.definition
     assert sent.is_relative == connector.is_relative
+
+
+def test_units_of_one_name_are_converted_if_they_are_defined_in_two_ways() -> None:
+    def ends(factor: int) -> System:
+        metre = parse_unit("m")
+        other = Unit("m", Fraction(factor), metre.exponents)
+        output = Connector(causality=Causality.OUTPUT, unit="m", definition=other)
+        input_ = Connector(causality=Causality.INPUT, unit="m", definition=metre)
+        parts = {"a": Fixed({"y": output}), "b": Fixed({"u": input_})}
+        wire = Connection(Endpoint("a", "y"), Endpoint("b", "u"))
+        return System(parts, dict.fromkeys(parts, MS), [wire])
+
+    assert ends(1).mixes["b"] == ()
+    (mix,) = ends(3).mixes["b"]
+    assert spelled(mix.parts[0].terms[0].operations) == "* 3"
+
+
+class Fixed(Idle):
+    """Has these connectors."""
+
+    def __init__(self, connectors: Mapping[str, Connector]) -> None:
+        self._connectors = connectors
+
+    @property
+    @override
+    def connectors(self) -> Mapping[str, Connector]:
+        return self._connectors
+
+    @override
+    def outputs(self) -> Signals:
+        return {}
 
 
 def _wired(kind: FmuComponentType, way: Transformation, size: int = 3) -> System:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from typing_extensions import override
 
-from orchestrator.component import Component
+from orchestrator.component import Component, RestorableComponent
 from orchestrator.parameters import parameter
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.timebase import Duration, Time
@@ -53,7 +53,7 @@ class Counting(Component):
         }
 
 
-class Keeping(Component):
+class Keeping(RestorableComponent[dict[str, np.ndarray[Any, Any]]]):
     """Shows what it has seen."""
 
     @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,3 +102,11 @@ class Keeping(Component):
     @override
     def outputs(self) -> Signals:
         return {"y": self._seen["u"].copy(), "w": self._seen["v"].copy()}
+
+    @override
+    def save(self) -> dict[str, np.ndarray[Any, Any]]:
+        return self._seen
+
+    @override
+    def restore(self, state: dict[str, np.ndarray[Any, Any]]) -> None:
+        self._seen = state
