@@ -70,6 +70,9 @@ def test_a_difference_has_no_offset() -> None:
     _, input_ = _pair("degC", "K")
     with pytest.raises(UnitsDifferError, match=r"one is a difference \(relativeQuantity\)"):
         conversion(output, input_)
+    output, _ = _pair("km", "m", relative=True)
+    _, input_ = _pair("km", "m")
+    assert spelled(conversion(output, input_)) == "* 1000"
 
 
 @pytest.mark.parametrize(("source", "target"), [("dBm", "W"), ("mW", "dBm"), ("dBm", "dBW")])
