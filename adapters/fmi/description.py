@@ -16,7 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from adapters.fmi.step_size import internal_step
+from adapters.fmi.unit_definitions import read_definitions
 from orchestrator.errors import ComponentTypeError
+from orchestrator.units import Unit
 
 DTYPES: Final[Mapping[str, npt.DTypeLike]] = {
     "Float32": np.float32,
@@ -65,6 +67,8 @@ class FmuVariable:
         type: of the functions that access it, e.g. `Float64`, `Real`, `Binary`, `String`.
         causality, variability: as in the file, defaults filled in.
         unit: `"1"` if the file is silent.
+        definition: of the unit, if the file has one.
+        is_relative: whether it is a difference of quantities (`relativeQuantity`).
         start: the start values in row-major order, one value for all elements, or none.
         minimum, maximum: inclusive bounds.
         items: of an Enumeration, the values within the bounds by their names, in the order of
@@ -83,6 +87,8 @@ class FmuVariable:
     causality: str
     variability: str
     unit: str
+    definition: Unit | None
+    is_relative: bool
     start: tuple[Any, ...]
     minimum: float | None
     maximum: float | None
@@ -213,9 +219,14 @@ def _variables(parsed: Any, root: ET.Element) -> dict[str, FmuVariable]:
         for unknown in parsed.outputs
         if unknown.dependencies is not None
     }
+    definitions = read_definitions(root)
     return {
         variable.name: _variable(
-            variable, raw.get(variable.name, {}), dependencies, enumeration=enumeration
+            variable,
+            raw.get(variable.name, {}),
+            dependencies,
+            enumeration=enumeration,
+            definitions=definitions,
         )
         for variable in parsed.modelVariables
     }
@@ -236,6 +247,7 @@ def _variable(
     dependencies: Mapping[str, list[Any]],
     *,
     enumeration: str,
+    definitions: Mapping[str, Unit],
 ) -> FmuVariable:
     declared = parsed.declaredType
     unit = parsed.unit or (declared.unit if declared is not None else None) or "1"
@@ -251,6 +263,8 @@ def _variable(
         causality=parsed.causality,
         variability=parsed.variability,
         unit=unit,
+        definition=definitions.get(unit),
+        is_relative=_is_relative(raw, declared),
         start=_start(parsed),
         minimum=minimum,
         maximum=maximum,
@@ -261,6 +275,13 @@ def _variable(
         is_clocked="clocks" in raw,
         description=parsed.description or "",
     )
+
+
+def _is_relative(raw: Mapping[str, str], declared: Any) -> bool:
+    """FMI 2.0.4, 2.2.7, and 3.0.2, 2.4.7.5: what a variable says overrides its type."""
+    if "relativeQuantity" in raw:
+        return _flag(raw, "relativeQuantity")
+    return declared is not None and bool(declared.relativeQuantity)
 
 
 def _items(declared: Any, minimum: float | None, maximum: float | None) -> dict[str, int]:
