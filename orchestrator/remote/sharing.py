@@ -1,0 +1,77 @@
+"""Memory that both ends of a link see, so that large values need not travel.
+
+A transport between processes of one machine offers `SharedMemory`; a value then travels as its
+place. `NothingShared` is the memory of all other transports.
+"""
+
+import abc
+import sys
+from typing import Any, Final
+
+import numpy as np
+from typing_extensions import override
+
+from orchestrator.errors import CosimError
+from orchestrator.signal import Array
+
+
+class PlaceError(CosimError):
+    """A place is not in memory that is shared."""
+
+
+class SharedMemory(abc.ABC):
+    """One end of the memory that a link shares.
+
+    Attributes:
+        least: the smallest value that is worth a place [byte].
+    """
+
+    least: int
+
+    @abc.abstractmethod
+    def place(self, value: Array | bytes) -> int:
+        """Have `value` where the peer can see it; it must not change any more.
+
+        Args:
+            value: an array of elements that are plain bytes, any shape; or bytes.
+
+        Returns:
+            Its place, which the peer gets once for every call.
+        """
+
+    @abc.abstractmethod
+    def array(self, place: int, shape: tuple[int, ...], dtype: "np.dtype[Any]") -> Array:
+        """The array that the peer has at `place`, read-only, where it is; call it once.
+
+        Raises:
+            PlaceError: there is no such place.
+        """
+
+    @abc.abstractmethod
+    def read(self, place: int, length: int) -> bytes:
+        """A copy of `length` bytes that the peer has at `place`; call it once.
+
+        Raises:
+            PlaceError: there is no such place.
+        """
+
+
+class NothingShared(SharedMemory):
+    """Every value travels."""
+
+    least = sys.maxsize
+
+    @override
+    def place(self, value: Array | bytes) -> int:
+        raise AssertionError
+
+    @override
+    def array(self, place: int, shape: tuple[int, ...], dtype: "np.dtype[Any]") -> Array:
+        raise PlaceError("no memory is shared with the peer")
+
+    @override
+    def read(self, place: int, length: int) -> bytes:
+        raise PlaceError("no memory is shared with the peer")
+
+
+NOTHING_SHARED: Final = NothingShared()
