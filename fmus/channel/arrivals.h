@@ -3,6 +3,10 @@
 #define ARRIVALS_H
 #include "state.h"
 
+/* Have threads look for the links of the frames that will probably go on air until `end`. Nonzero if
+ * memory is short. */
+int expect_arrivals(Channel *, int64_t end);
+
 /* Add the arrivals of a new frame at the radios that notice it, or are told of it at least. Nonzero if
  * memory is short. */
 int add_arrivals(Channel *, AirFrame *);
