@@ -20,7 +20,7 @@ import subprocess
 import sys
 import threading
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -49,6 +49,7 @@ class HostProcess:
         channel: how the child connects; it is imported there by its name.
         options: arguments of `channel`, in terms of JSON.
         on_exit: called from another thread, once, after the child has ended.
+        descriptors: that the child inherits, under the same numbers (POSIX).
     """
 
     def __init__(
@@ -57,6 +58,8 @@ class HostProcess:
         channel: type[HostChannel],
         options: Mapping[str, Any],
         on_exit: Callable[[], None],
+        *,
+        descriptors: Sequence[int] = (),
     ) -> None:
         self._component = component
         self._on_exit = on_exit
@@ -71,6 +74,7 @@ class HostProcess:
             env=child_environment(),
             # Ctrl-C in a terminal goes to all processes of its session; ours are ended in order
             start_new_session=True,
+            pass_fds=tuple(descriptors),
         )
         self._reader = threading.Thread(target=self._read, name=f"{component} output", daemon=True)
         self._reader.start()
