@@ -2,6 +2,8 @@
 
 import functools
 import json
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -27,11 +29,16 @@ NAMED = "component `bad` at t = 0.3 s: "
 
 
 @pytest.fixture
-def scenario(lag2: Path, tmp_path: Path) -> Path:
+def scenario(lag2: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A scenario with both; afterwards no temporary file may be left, wherever one crashed."""
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
     (tmp_path / "lag2.fmu").write_bytes(lag2.read_bytes())
     path = tmp_path / "two.yaml"
     path.write_text(SCENARIO)
-    return path
+    yield path
+    assert list(temporary.iterdir()) == []
 
 
 def run(scenario: Path, deed: int) -> int:
