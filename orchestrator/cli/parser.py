@@ -28,7 +28,7 @@ Ctrl-C stops the run at the next communication point; what was recorded can be r
 examples:
   nlosim run red_light
   nlosim run red_light --seed 3 --out results/seed-3
-  nlosim run my_scenario.yaml --transport zenoh"""
+  nlosim run my_scenario.yaml --transport local"""
 
 _SCENARIOS: Final = """\
 Packages offer theirs by entry points of the group `orchestrator.scenarios`. A copy has the files
@@ -168,8 +168,9 @@ def _add_run(commands: _Commands) -> None:
         "--transport",
         default="in-process",
         metavar="NAME",
-        help="how components marked `process` are reached: in-process (default), loopback,\n"
-        "zenoh; the results are the same bytes",
+        help="where components marked `process: true` run: in this process (in-process, the\n"
+        "default, or loopback), or each in a process of its own on this machine (local, zenoh),\n"
+        "whose crash ends the run with a message; the results are the same bytes",
     )
     run.add_argument("--no-figure", action="store_true", help="do not draw the report's figure")
     run.add_argument("--quiet", action="store_true", help="no progress bar, no warnings")

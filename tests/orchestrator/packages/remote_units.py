@@ -207,6 +207,21 @@ def _leave_a_child() -> None:
     print(f"child {child.pid}", flush=True)  # noqa: T201
 
 
+def _fork_and_quit() -> None:
+    if os.fork() == 0:
+        time.sleep(60)
+    os._exit(3)
+
+
+def _hand_down() -> None:
+    listing = ["ls", "-l", "/proc/self/fd"]
+    if (
+        b"socket"
+        in subprocess.run(listing, close_fds=False, capture_output=True, check=False).stdout
+    ):
+        raise RuntimeError("a child has a socket of its parent")
+
+
 def _read_input() -> None:
     sys.stdin.read()
 
@@ -226,6 +241,9 @@ DEEDS = {
     "print": lambda: print("hello from the unit"),  # noqa: T201
     "log": _log,
     "leave_a_child": _leave_a_child,
+    "fork_and_quit": _fork_and_quit,
+    "close_all": lambda: os.closerange(3, 200),
+    "hand_down": _hand_down,
     "read_input": _read_input,
 }
 
