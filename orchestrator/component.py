@@ -19,6 +19,7 @@ from orchestrator.signal import Connector, Signals
 from orchestrator.timebase import Duration, Time
 
 State = TypeVar("State")
+Capability = TypeVar("Capability")
 
 
 class Component(abc.ABC):
@@ -73,12 +74,20 @@ class Component(abc.ABC):
         Args:
             inputs: every input connector by name; unconnected ones carry start values.
             t: the current communication point.
-            h: the communication step size, constant over the run.
+            h: the communication step size; the same at every step unless the component says that
+                it may differ (`orchestrator.capabilities.VariableSteps`).
         """
 
     @abc.abstractmethod
     def outputs(self) -> Signals:
         """Every output connector by name, at the current communication point. No effect."""
+
+    def capability(self, kind: type[Capability]) -> Capability | None:
+        """This component as a `kind` of `orchestrator.capabilities`; `None` if it is none.
+
+        A component that finds out by itself what it can do, such as an FMU, overrides this.
+        """
+        return self if isinstance(self, kind) else None
 
     def native(self) -> NativeUnit | None:
         """How compiled code can take the steps from here on; `None`, the default: it cannot.
@@ -93,7 +102,12 @@ class Component(abc.ABC):
 
 
 class RestorableComponent(Component, Generic[State]):
-    """A component that can return to an earlier state (FMI: `canGetAndSetFMUState`)."""
+    """A component that can return to an earlier state (FMI: `canGetAndSetFMUState`).
+
+    Both may be called between two steps. A component that does not say how it is evaluated at the
+    start (`orchestrator.capabilities.InitialEvaluation`) is saved in front of `initialise` as well,
+    and initialised again, where it takes part in an algebraic loop.
+    """
 
     @abc.abstractmethod
     def save(self) -> State:
@@ -150,6 +164,10 @@ class WrappedComponent(Component):
     @override
     def outputs(self) -> Signals:
         return self._wrapped.outputs()
+
+    @override
+    def capability(self, kind: type[Capability]) -> Capability | None:
+        return self._wrapped.capability(kind)
 
     @override
     def native(self) -> NativeUnit | None:

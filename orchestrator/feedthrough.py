@@ -38,15 +38,20 @@ def loops(system: System) -> tuple[Loop, ...]:
     return tuple(_loop(graph, knot) for knot in _knots(graph) if len(knot) > 1)
 
 
-def describe(loop: Loop, *, is_solved: bool = False) -> str:
-    """Say where an algebraic loop runs and what can be done about it, or that it is solved."""
+def describe_path(loop: Loop) -> str:
+    """Say where an algebraic loop runs."""
     path = " -> ".join(f"`{end}`" for end in (*loop.path, loop.path[0]))
     others = ", ".join(f"`{end}`" for end in loop.others)
-    also = f", entangled with {others}" if others else ""
+    return path + (f", entangled with {others}" if others else "")
+
+
+def describe(loop: Loop, *, is_solved: bool = False) -> str:
+    """Say where an algebraic loop runs and what can be done about it, or that it is solved."""
+    where = f"algebraic loop: {describe_path(loop)}"
     if is_solved:
-        return f"algebraic loop: {path}{also}; solved at every communication point"
+        return f"{where}; solved at every communication point"
     return (
-        f"algebraic loop: {path}{also}; solve it with `algorithm: fixed-point`, or give "
+        f"{where}; solve it with `algorithm: fixed-point`, or give "
         "Gauss-Seidel an explicit order, which breaks the loop with one step of delay, or use "
         "Jacobi, which delays every connection"
     )
@@ -61,6 +66,16 @@ def feedthrough_order(system: System) -> tuple[str, ...]:
     """
     graph = _components(system, by_feedthrough=True)
     return tuple(_ordered(list(graph), graph))
+
+
+def start_groups(system: System) -> tuple[tuple[str, ...], ...]:
+    """The components in the order of `feedthrough_order`, those of a cycle together.
+
+    A component is in a cycle if its outputs affect its inputs at the same time, be it through others.
+    """
+    graph = _components(system, by_feedthrough=True)
+    knots = _condensed(list(graph), graph)
+    return tuple((first, *_ordered(rest, graph)) for first, *rest in knots)
 
 
 def dependent_groups(system: System, *, by_feedthrough: bool) -> tuple[tuple[str, ...], ...]:

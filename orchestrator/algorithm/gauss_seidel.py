@@ -26,8 +26,6 @@ class GaussSeidel(CosimulationAlgorithm):
     feedthrough in this order has no delay.
     """
 
-    pattern = Pattern.SEQUENTIAL
-
     order: tuple[str, ...] | None = parameter(
         None,
         doc="the names of all components, first to step first; without, the order of direct "
@@ -47,6 +45,11 @@ class GaussSeidel(CosimulationAlgorithm):
         if absent:
             what = f"{', '.join(absent)} missing; name every component, or leave `order` out"
             yield ParameterProblem(("order",), what, at_key=True)
+
+    @property
+    @override
+    def pattern(self) -> Pattern | None:
+        return Pattern.SEQUENTIAL
 
     @override
     def turns(self, system: System) -> tuple[str, ...]:

@@ -23,7 +23,10 @@ class Jacobi(CosimulationAlgorithm):
     run beside the local ones, also beside several shorter steps of them.
     """
 
-    pattern = Pattern.PARALLEL
+    @property
+    @override
+    def pattern(self) -> Pattern | None:
+        return Pattern.PARALLEL
 
     @override
     def turns(self, system: System) -> tuple[str, ...]:

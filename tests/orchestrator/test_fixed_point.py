@@ -184,7 +184,7 @@ def test_the_relative_tolerance_is_of_the_value() -> None:
     for scale in (1e-6, 1.0, 1e6):
         algorithm = FixedPoint(relative_tolerance=1e-3, absolute_tolerance=0)
         (end,) = (v for t, v in watched(factory(scale), algorithm, H).seen.items() if t == H)
-        assert 0 < abs(number(end["a"]["y"]) / (2 * scale) - 1) < 1e-3
+        assert 0 < abs(number(end["a"]["y"]) / (4 * scale) - 1) < 1e-3
 
 
 @settings(max_examples=40, deadline=None)
