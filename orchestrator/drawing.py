@@ -78,15 +78,15 @@ def write(
     return written
 
 
-def draw_panels(panels: Mapping[str, Panel], path: Path) -> list[Path]:
-    """Draw panels, two side by side, each under its name, as a page in SVG and PNG.
+def draw_panels(panels: Mapping[str, Panel], path: Path) -> Path:
+    """Draw panels, two side by side, each under its name, as a page in SVG.
 
     Args:
         panels: by name, at least one.
         path: without suffix.
 
     Returns:
-        The files.
+        The file.
     """
     columns = min(_COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
@@ -96,4 +96,4 @@ def draw_panels(panels: Mapping[str, Panel], path: Path) -> list[Path]:
             axes = figure.add_subplot(rows, columns, k + 1)
             axes.set_title(name, loc="left")
             panel(axes)
-        return write(figure, path)
+        return write(figure, path, (".svg",))[0]
