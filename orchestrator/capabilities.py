@@ -70,7 +70,7 @@ class OutputSlopes(abc.ABC):
         """
 
 
-class VariableSteps(abc.ABC):
+class VariableSteps:
     """Steps may differ in length (FMI: `canHandleVariableCommunicationStepSize`).
 
     A step may also be made as several shorter ones.

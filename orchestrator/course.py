@@ -41,8 +41,8 @@ class Course:
     def projected(self, degree: int) -> "Course":
         """The course of this degree with the same moments, of order 0 to `degree`, over the step.
 
-        A linear subsystem that follows it makes an error of order `degree` + 2 in one step, as small
-        as that of the whole course would be after an interpolation of degree `degree` + 1.
+        A linear subsystem that follows it makes an error of order `degree` + 2 in one step, as
+        small as that of the whole course would be after an interpolation of degree `degree` + 1.
 
         Args:
             degree: 0 to 2; 0 is the mean over the step.
@@ -57,7 +57,7 @@ class Course:
         return Course(tuple(found))
 
     def halves(self, x: float) -> tuple[Array, Array]:
-        """Two constants, up to a share `x` of the step and behind it, with the moments 0 and 1 of it.
+        """Two constants, up to a share `x` of the step and behind it, with its moments 0 and 1.
 
         Args:
             x: between 0 and 1.

@@ -71,7 +71,8 @@ def feedthrough_order(system: System) -> tuple[str, ...]:
 def start_groups(system: System) -> tuple[tuple[str, ...], ...]:
     """The components in the order of `feedthrough_order`, those of a cycle together.
 
-    A component is in a cycle if its outputs affect its inputs at the same time, be it through others.
+    A component is in a cycle if its outputs affect its inputs at the same time, if need be
+    through others.
     """
     graph = _components(system, by_feedthrough=True)
     knots = _condensed(list(graph), graph)

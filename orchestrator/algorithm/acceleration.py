@@ -41,17 +41,20 @@ class Relaxation(Acceleration):
 
     @override
     def following(self, seen: Array, computed: Array, scale: Array) -> Array:
-        return computed if self._share == 1.0 else np.asarray(seen + self._share * (computed - seen))
+        return (
+            computed if self._share == 1.0 else np.asarray(seen + self._share * (computed - seen))
+        )
 
 
 class QuasiNewton(Acceleration):
     """Interface quasi-Newton, inverse and by least squares (IQN-ILS).
 
-    Differences of residuals r = g(x) - x of the repetitions so far, as columns of V, and those of g(x), as
-    columns of W, tell how residuals depend on x: the next x is g(x) + W c, where c minimises
-    |V c + r| (Degroote, Bathe, Vierendeels, "Performance of a new partitioned procedure versus a monolithic
-    procedure in fluid-structure interaction", Comput. Struct. 87, 2009, equations 24 to 28). Of a
-    linear loop of n unknowns it finds the solution after n + 2 repetitions, whatever the loop gain.
+    Differences of residuals r = g(x) - x of the repetitions so far, as columns of V, and those of
+    g(x), as columns of W, tell how residuals depend on x: the next x is g(x) + W c, where c
+    minimises |V c + r| (Degroote, Bathe, Vierendeels, "Performance of a new partitioned procedure
+    versus a monolithic procedure in fluid-structure interaction", Comput. Struct. 87, 2009,
+    equations 24 to 28). Of a linear loop of n unknowns it finds the solution after n + 2
+    repetitions, whatever the loop gain.
 
     Sums are exact before they are rounded, so that the result is the same on every machine.
 

@@ -41,11 +41,11 @@ class CosimulationAlgorithm(Parametrised, Stepping):
     """Decides who steps when, and which values it sees.
 
     An algorithm is a frozen dataclass; its fields, each made with `parameter`, are what a scenario
-    may say beside `algorithm` under `coupling`. It is immutable and keeps no state of a run; one that
-    needs some returns another object in `of_run`. At every communication point `t` the simulation calls `arrive` with those whose steps end at `t`
-    (not at the first point), shows the published outputs to the observers, and calls `depart`
-    with those whose steps start at `t` (not at the last point; they are the same, as every step
-    starts where the last ended).
+    may say beside `algorithm` under `coupling`. It is immutable and keeps no state of a run; one
+    that needs some returns another object in `of_run`. At every communication point `t` the
+    simulation calls `arrive` with those whose steps end at `t` (not at the first point), shows the
+    published outputs to the observers, and calls `depart` with those whose steps start at `t` (not
+    at the last point; they are the same, as every step starts where the last ended).
 
     A participant's step takes three calls: `begin` reads its inputs as published now and starts,
     `finish` waits for the end and checks the outputs, `publish` shows them to others. Every

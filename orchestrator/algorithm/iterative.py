@@ -31,9 +31,9 @@ class IterativeAlgorithm(CosimulationAlgorithm):
 
     The others take turns as with Gauss-Seidel, in an order without delay. Those of a cycle step
     over the same interval, see the newest outputs of each other, return to the state before the
-    step, and repeat that until no output changes by more than the tolerance. What is published is what
-    the last repetition gave. So a connection within a cycle has no delay either, and an algebraic loop
-    is solved at every communication point.
+    step, and repeat that until no output changes by more than the tolerance. What is published is
+    what the last repetition gave. So a connection within a cycle has no delay either, and an
+    algebraic loop is solved at every communication point.
     """
 
     iterate: Literal["cycles", "algebraic-loops"] = parameter(
@@ -136,9 +136,7 @@ class IterativeAlgorithm(CosimulationAlgorithm):
             turn.participants,
             sweep,
             again,
-            tolerance=Tolerance(
-                relative=self.relative_tolerance, absolute=self.absolute_tolerance
-            ),
+            tolerance=Tolerance(relative=self.relative_tolerance, absolute=self.absolute_tolerance),
             maximum=self.maximum_iterations,
             acceleration=self.acceleration(),
         )

@@ -6,6 +6,7 @@ from time import perf_counter_ns
 from typing import Any, ClassVar, Final
 
 import numpy as np
+
 from orchestrator.algorithm.history import History, InputCourses, is_approximated, real
 from orchestrator.algorithm.outputs import OutputCheck
 from orchestrator.algorithm.pieces import Piece, Pieces
@@ -36,8 +37,8 @@ class Participant(abc.ABC):
         wall_time_ns: time spent in calls of the component so far [ns].
     """
 
-    __slots__ = ("_check_outputs", "_component", "_continuous", "_feeds", "_history", "_pending", "_pieces",
-                 "_reached", "_starts", "_used", "name", "published", "reads", "sources",
+    __slots__ = ("_check_outputs", "_component", "_continuous", "_feeds", "_history", "_pending",
+                 "_pieces", "_reached", "_starts", "_used", "name", "published", "reads", "sources",
                  "step_size", "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
@@ -160,8 +161,8 @@ class Participant(abc.ABC):
     def refresh(self, t: Time) -> None:
         """Publish the outputs at `t` anew, for the inputs that are published now.
 
-        Called at the end of a step, if `can_refresh`. Where no input has another value than the step
-        had, there is nothing to do.
+        Called at the end of a step, if `can_refresh`. Where no input has another value than the
+        step had, there is nothing to do.
         """
         inputs = self._inputs()
         if all(inputs[name] is self._used.get(name) for name, _, _ in self._feeds):
@@ -221,7 +222,8 @@ class Participant(abc.ABC):
         self.show(
             {
                 output: real(
-                    history.course(output, t, self.step_size, degree).at(0.0), self.published[output]
+                    history.course(output, t, self.step_size, degree).at(0.0),
+                    self.published[output],
                 )
                 for output in self._continuous
                 if output in self.published

@@ -31,10 +31,10 @@ class Piece:
 class Pieces:
     """Makes of a step with changing inputs what a component can do.
 
-    A polynomial is followed, if the component can follow one of its degree; else it becomes the best
-    one that it can follow, or its mean over the step; or two constants over one half each, where
-    the polynomial is of degree 2 and the component may be stepped so. All of these have the moments of
-    the polynomial that the order of the coupling takes.
+    A polynomial is followed, if the component can follow one of its degree; else it becomes the
+    best one that it can follow, or its mean over the step; or two constants over one half each,
+    where the polynomial is of degree 2 and the component may be stepped so. All of these have the
+    moments of the polynomial that the order of the coupling takes.
 
     Args:
         component: the one that steps.
@@ -51,6 +51,8 @@ class Pieces:
 
         Args:
             inputs: as they would be held.
+            t: where it starts [ns].
+            h: its length [ns].
         """
         courses = self._courses.over(t, h)
         if self._follower is not None:

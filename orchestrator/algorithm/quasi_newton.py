@@ -13,9 +13,10 @@ from orchestrator.parameters import parameter
 class InterfaceQuasiNewton(IterativeAlgorithm):
     """Components that depend on each other step again until they agree, by interface quasi-Newton.
 
-    See `IterativeAlgorithm`; what a repetition sees is computed from all repetitions before it in the
-    same step (IQN-ILS, see `orchestrator.algorithm.acceleration.QuasiNewton`). It needs no loop that
-    contracts: a linear one of `n` real signals is solved by `n` + 2 repetitions, whatever its gain.
+    See `IterativeAlgorithm`; what a repetition sees is computed from all repetitions before it in
+    the same step (IQN-ILS, see `orchestrator.algorithm.acceleration.QuasiNewton`). It needs no
+    loop that contracts: a linear one of `n` real signals is solved by `n` + 2 repetitions,
+    whatever its gain.
     """
 
     relaxation: float = parameter(

@@ -25,9 +25,9 @@ def initialise(
     """Initialise and publish every component, in the order of direct feedthrough.
 
     Components whose outputs affect each other at the same time are evaluated until they agree, by
-    interface quasi-Newton, and then initialised. Where one of them can only be initialised, or where
-    they do not agree, each is initialised once, and reads of those behind it the start values of its
-    inputs.
+    interface quasi-Newton, and then initialised. Where one of them can only be initialised, or
+    where they do not agree, each is initialised once, and reads of those behind it the start
+    values of its inputs.
 
     Args:
         system: the components.
@@ -36,8 +36,8 @@ def initialise(
         solved: sets of components that the algorithm solves at all other communication points.
 
     Raises:
-        ComponentError: a component failed; or those of an algebraic loop that is solved later do not
-            agree.
+        ComponentError: a component failed; or those of an algebraic loop that is solved later do
+            not agree.
     """
     for group in start_groups(system):
         participants = [exchange.participants[name] for name in group]
