@@ -1,6 +1,6 @@
 """How all figures look and are written, and the page of panels that measures draw.
 
-Whoever draws enters `styled`, takes colours from here, and writes with `write`.
+Whoever draws enters `styled`, takes colours from `orchestrator.palette`, and writes with `write`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,24 +26,6 @@ _SETTINGS: Final[Any] = {  # matplotlib's types list every name as a literal
 }
 DPI: Final = 200
 """Pixels per inch of pictures in pixels."""
-
-BLUE: Final = "#0072B2"
-VERMILLION: Final = "#D55E00"
-GREEN: Final = "#009E73"
-PURPLE: Final = "#CC79A7"
-ORANGE: Final = "#E69F00"
-SKY: Final = "#56B4E9"
-BLACK: Final = "#000000"
-COLOURS: Final = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
-"""Okabe and Ito's palette, which readers with colour blindness can tell apart."""
-
-GREY: Final = "#7F7F7F"
-LIGHT: Final = "#D9D9D9"
-GROUND: Final = "#A89F91"
-"""What is around: those of whom nothing is said, roads, buildings."""
-
-LINK_COLOURS: Final = {"all": BLACK, "LOS": GREEN, "NLOSv": ORANGE, "NLOSb": VERMILLION}
-"""The colour of each link class."""
 
 _COLUMNS: Final = 2
 _WIDTH: Final = 4.8
