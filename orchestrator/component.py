@@ -102,12 +102,7 @@ class Component(abc.ABC):
 
 
 class RestorableComponent(Component, Generic[State]):
-    """A component that can return to an earlier state (FMI: `canGetAndSetFMUState`).
-
-    Both may be called between two steps. A component that does not say how it is evaluated at the
-    start (`orchestrator.capabilities.InitialEvaluation`) is saved in front of `initialise` as well,
-    and initialised again, where it takes part in an algebraic loop.
-    """
+    """A component that can return to an earlier state (FMI: `canGetAndSetFMUState`)."""
 
     @abc.abstractmethod
     def save(self) -> State:

@@ -13,7 +13,7 @@ _BEST: Final = {
     1: ((1.0,), (0.0, 1.0), (-1 / 6, 1.0), (-1 / 5, 9 / 10)),
     2: ((1.0,), (0.0, 1.0), (0.0, 0.0, 1.0), (1 / 20, -3 / 5, 3 / 2)),
 }
-"""By degree: the best approximation of 1, x, x^2, x^3 in the mean square over [0, 1]."""
+"""The best approximation of 1, x, x^2, x^3 in the mean square over [0, 1], by degree."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +27,7 @@ class Course:
     coefficients: tuple[Array, ...]
 
     def at(self, x: float) -> Array:
-        """The value at a share `x` of the step: 0 is its start, 1 its end."""
+        """The value at a share `x` of the step, of the shape of the signal: 0 is its start."""
         value = self.coefficients[-1]
         for c in reversed(self.coefficients[:-1]):
             value = value * x + c
@@ -61,6 +61,9 @@ class Course:
 
         Args:
             x: between 0 and 1.
+
+        Returns:
+            Both of the shape of the signal.
         """
         mean = sum((c / (k + 1) for k, c in enumerate(self.coefficients)), np.zeros(()))
         moment = sum((c / (k + 2) for k, c in enumerate(self.coefficients)), np.zeros(()))

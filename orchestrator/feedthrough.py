@@ -51,7 +51,7 @@ def describe(loop: Loop, *, is_solved: bool = False) -> str:
     if is_solved:
         return f"{where}; solved at every communication point"
     return (
-        f"{where}; solve it with `algorithm: fixed-point`, or give "
+        f"{where}; solve it with `algorithm: quasi-newton` or `fixed-point`, or give "
         "Gauss-Seidel an explicit order, which breaks the loop with one step of delay, or use "
         "Jacobi, which delays every connection"
     )

@@ -58,11 +58,6 @@ class CosimulationAlgorithm(Parametrised, Stepping):
         """What `depart` and `arrive` amount to, if it is one of these; else they are called."""
         return None
 
-    @property
-    def degree(self) -> int:
-        """Of the polynomials by which continuous real inputs run over a step; 0: they are held."""
-        return 0
-
     @abc.abstractmethod
     def turns(self, system: System) -> tuple[str, ...]:
         """The order in which the components of `system` take turns, each named once.

@@ -1,4 +1,4 @@
-"""The Gauss-Seidel (sequential) algorithm with held inputs."""
+"""The Gauss-Seidel (sequential) algorithm."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from typing_extensions import override
 
 from orchestrator.algorithm.age import Age, ages_by_turn
-from orchestrator.algorithm.base import CosimulationAlgorithm, Pattern
+from orchestrator.algorithm.base import Pattern
 from orchestrator.algorithm.exchange import Due
+from orchestrator.algorithm.extrapolation import ExtrapolatingAlgorithm
 from orchestrator.errors import SystemStructureError
 from orchestrator.feedthrough import describe, feedthrough_order, loops
 from orchestrator.parameters import ParameterProblem, parameter
@@ -17,7 +18,7 @@ from orchestrator.timebase import Time
 
 
 @dataclass(frozen=True, slots=True)
-class GaussSeidel(CosimulationAlgorithm):
+class GaussSeidel(ExtrapolatingAlgorithm):
     """Components take turns; each sees the newest outputs of those before it.
 
     A component whose step ends at `t` steps when `t` is reached, over `t - H` to `t`. It sees
@@ -49,7 +50,7 @@ class GaussSeidel(CosimulationAlgorithm):
     @property
     @override
     def pattern(self) -> Pattern | None:
-        return Pattern.SEQUENTIAL
+        return Pattern.SEQUENTIAL if self.is_held else None
 
     @override
     def turns(self, system: System) -> tuple[str, ...]:

@@ -41,7 +41,7 @@ class Tolerance:
         return float(np.max(np.where(a == b, 0.0, ratio), initial=0.0))
 
     def allowed(self, value: Array) -> Array:
-        """The accepted change of each element of `value`."""
+        """The accepted change of each element of `value`, of its shape."""
         return np.asarray(self.absolute + self.relative * np.abs(value))
 
 

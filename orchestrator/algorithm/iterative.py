@@ -3,7 +3,7 @@
 import abc
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final, Literal, TypeAlias
+from typing import Literal
 
 from typing_extensions import override
 
@@ -11,6 +11,7 @@ from orchestrator.algorithm.acceleration import Acceleration
 from orchestrator.algorithm.age import Age, ages_by_turn
 from orchestrator.algorithm.base import CosimulationAlgorithm, Stepping
 from orchestrator.algorithm.exchange import Due, Exchange, Turn
+from orchestrator.algorithm.extrapolation import DEGREES, Extrapolation
 from orchestrator.algorithm.iteration import Disagreement, Tolerance, repeat
 from orchestrator.component import DecidingComponent, RestorableComponent
 from orchestrator.errors import ComponentError, SystemStructureError
@@ -18,11 +19,6 @@ from orchestrator.feedthrough import dependent_groups
 from orchestrator.parameters import parameter
 from orchestrator.system import System
 from orchestrator.timebase import Time
-
-Interpolation: TypeAlias = Literal["hold", "linear", "quadratic"]
-
-DEGREES: Final[Mapping[str, int]] = {"hold": 0, "linear": 1, "quadratic": 2}
-"""The degree of the polynomials by which inputs run over a step."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,7 +37,7 @@ class IterativeAlgorithm(CosimulationAlgorithm):
         doc="what is repeated: every cycle of connections, or only the components of algebraic "
         "loops; other connections against the order are then delayed, as with Gauss-Seidel",
     )
-    interpolation: Interpolation = parameter(
+    interpolation: Extrapolation = parameter(
         "hold",
         doc="how continuous real inputs run over a step: held at their value at its end, or as "
         "polynomials through that and the one or two before",
@@ -65,8 +61,8 @@ class IterativeAlgorithm(CosimulationAlgorithm):
         """What to try where components do not agree."""
 
     @property
-    @override
     def degree(self) -> int:
+        """The degree of the polynomials as which real inputs run over a step; 0: they are held."""
         return DEGREES[self.interpolation]
 
     @override
@@ -166,7 +162,7 @@ def in_order(system: System, names: frozenset[str]) -> list[str]:
 
 
 def path(names: frozenset[str], name: str) -> str:
-    """Through whom a component of a cycle depends on itself."""
+    """The components through which one of a cycle depends on itself."""
     others = ", ".join(f"`{other}`" for other in sorted(names - {name}))
     return others or "a connection of its own"
 

@@ -1,4 +1,4 @@
-"""The Jacobi (parallel) algorithm with held inputs."""
+"""The Jacobi (parallel) algorithm."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,15 +6,16 @@ from dataclasses import dataclass
 from typing_extensions import override
 
 from orchestrator.algorithm.age import Age, connected
-from orchestrator.algorithm.base import CosimulationAlgorithm, Pattern
+from orchestrator.algorithm.base import Pattern
 from orchestrator.algorithm.exchange import Due
+from orchestrator.algorithm.extrapolation import ExtrapolatingAlgorithm
 from orchestrator.component import ConcurrentComponent
 from orchestrator.system import System
 from orchestrator.timebase import Time
 
 
 @dataclass(frozen=True, slots=True)
-class Jacobi(CosimulationAlgorithm):
+class Jacobi(ExtrapolatingAlgorithm):
     """All step at once; every step sees the outputs of the communication point where it starts.
 
     A component that steps from `t` to `t + H` reads its inputs at `t`; its outputs are published
@@ -26,7 +27,7 @@ class Jacobi(CosimulationAlgorithm):
     @property
     @override
     def pattern(self) -> Pattern | None:
-        return Pattern.PARALLEL
+        return Pattern.PARALLEL if self.is_held else None
 
     @override
     def turns(self, system: System) -> tuple[str, ...]:

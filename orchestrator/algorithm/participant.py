@@ -37,7 +37,8 @@ class Participant(abc.ABC):
         wall_time_ns: time spent in calls of the component so far [ns].
     """
 
-    __slots__ = ("_check_outputs", "_component", "_continuous", "_feeds", "_history", "_pending",
+    __slots__ = ("_check_outputs", "_component", "_continuous", "_evaluation", "_feeds",
+                 "_history", "_pending",
                  "_pieces", "_reached", "_starts", "_used", "name", "published", "reads", "sources",
                  "step_size", "wall_time_ns")  # fmt: skip
 
@@ -57,6 +58,7 @@ class Participant(abc.ABC):
         self.reads: frozenset[tuple[str, str]] = frozenset()
         self.wall_time_ns = 0
         self._component = component
+        self._evaluation = component.capability(InitialEvaluation)  # type: ignore[type-abstract]
         self._check_outputs = OutputCheck(connectors).problems
         self._starts = {
             input_: connector.start_value()
@@ -114,36 +116,22 @@ class Participant(abc.ABC):
     @property
     def can_be_tried(self) -> bool:
         """Whether `try_out` can be called before `initialise`."""
-        return self._evaluation() is not None or isinstance(self._component, RestorableComponent)
+        return self._evaluation is not None
 
     def try_out(self, start: Time) -> None:
         """Publish what the outputs at `start` would be with the inputs known so far.
 
         Called before `initialise`, any number of times, if `can_be_tried`.
         """
-        inputs = self._known_inputs()
+        inputs, evaluation = self._known_inputs(), self._evaluation
         before = perf_counter_ns()
         try:
-            outputs = self._tried(inputs)
+            outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
             self._accept(outputs, start)
         except Exception as error:
             raise self._failure(start, error) from error
         self.published.update(self._pending)
-
-    def _tried(self, inputs: Signals) -> Signals:
-        evaluation = self._evaluation()
-        if evaluation is not None:
-            return evaluation.evaluate(inputs)
-        component = self._restorable()
-        state = component.save()
-        component.initialise(inputs)
-        outputs = component.outputs()
-        component.restore(state)
-        return outputs
-
-    def _evaluation(self) -> InitialEvaluation | None:
-        return self._component.capability(InitialEvaluation)  # type: ignore[type-abstract]
 
     def _known_inputs(self) -> dict[str, Signal]:
         """The inputs; those whose source has not published yet carry their start values."""
@@ -303,6 +291,10 @@ class Participant(abc.ABC):
     def _follow(self, piece: Piece) -> None:
         if self._pieces is not None:
             self._pieces.follow(piece)
+
+    def _outputs(self) -> Signals:
+        """The outputs at the end of the step just made."""
+        return self._component.outputs() if self._pieces is None else self._pieces.outputs()
 
     def native(self) -> NativeUnit | None:
         """How to step it without Python, once it is initialised; `None` if that cannot be."""

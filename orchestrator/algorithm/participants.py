@@ -31,7 +31,7 @@ class LocalParticipant(Participant):
             for piece in pieces:
                 self._follow(piece)
                 self._component.step(piece.inputs, piece.t, piece.h)
-            outputs = self._component.outputs()
+            outputs = self._outputs()
             self.wall_time_ns += perf_counter_ns() - before
             self._accept(outputs, t)
         except Exception as error:
@@ -87,7 +87,7 @@ class ConcurrentParticipant(Participant):
         before = perf_counter_ns()
         try:
             self._concurrent.finish_step()
-            outputs = self._concurrent.outputs()
+            outputs = self._outputs()
             self.wall_time_ns += perf_counter_ns() - before
             self._accept(outputs, self._begun_at)
         except Exception as error:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from orchestrator.algorithm.history import InputCourses, real
-from orchestrator.capabilities import CourseFollowing, VariableSteps
+from orchestrator.capabilities import CourseFollowing, PointEvaluation, VariableSteps
 from orchestrator.component import Component
 from orchestrator.course import Course
 from orchestrator.signal import Signals
@@ -42,7 +42,10 @@ class Pieces:
     """
 
     def __init__(self, component: Component, courses: InputCourses) -> None:
+        self._component = component
         self._courses = courses
+        self._point = component.capability(PointEvaluation)  # type: ignore[type-abstract]
+        self._ends: Signals | None = None
         self._follower = component.capability(CourseFollowing)  # type: ignore[type-abstract]
         self._may_cut = component.capability(VariableSteps) is not None
 
@@ -59,6 +62,8 @@ class Pieces:
             courses = {n: c.projected(self._follower.input_degree) for n, c in courses.items()}
             starts = {n: real(c.at(0.0), inputs[n]) for n, c in courses.items()}
             return (Piece({**inputs, **starts}, t, h, courses),)
+        ends = {n: real(c.at(1.0), inputs[n]) for n, c in courses.items()}
+        self._ends = {**inputs, **ends}
         if self._may_cut and h > 1 and any(c.degree > 1 for c in courses.values()):
             first = h // 2
             halves = {n: c.halves(first / h) for n, c in courses.items()}
@@ -69,6 +74,15 @@ class Pieces:
             return Piece(before, t, first), Piece(behind, t + first, h - first)
         means = {n: real(c.projected(0).at(0.0), inputs[n]) for n, c in courses.items()}
         return (Piece({**inputs, **means}, t, h),)
+
+    def outputs(self) -> Signals:
+        """The outputs at the end of the step, for the inputs there, if the component can say so.
+
+        Without, direct feedthrough would publish what belongs to the means.
+        """
+        if self._ends is None or self._point is None:
+            return self._component.outputs()
+        return self._point.evaluate(self._ends)
 
     def follow(self, piece: Piece) -> None:
         """Tell the component how its inputs run over a piece that comes next."""

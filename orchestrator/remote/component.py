@@ -20,7 +20,8 @@ from typing import Any, NoReturn
 import numpy as np
 from typing_extensions import Buffer, override
 
-from orchestrator.component import ConcurrentComponent, WrappedRestorableComponent
+from orchestrator.capabilities import InitialEvaluation
+from orchestrator.component import Capability, ConcurrentComponent, WrappedRestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError
 from orchestrator.remote.protocol import (
     ComponentSpec,
@@ -161,7 +162,7 @@ class RemoteState:
         self.values = values
 
 
-class RemoteComponent(ConcurrentComponent):
+class RemoteComponent(ConcurrentComponent, InitialEvaluation):
     """A component hosted at the other end of a link; `launch` creates it."""
 
     def __init__(self, dialogue: _Dialogue, created: _Reply, deadlines: Deadlines) -> None:
@@ -173,6 +174,7 @@ class RemoteComponent(ConcurrentComponent):
         self._inputs = SignalEncoder({})
         self._outputs = SignalDecoder({})
         self._values: Signals = {}
+        self._is_evaluable = bool(created.message.document.get("evaluable", False))
         self._is_set_up = False
         self._forgotten: list[int] = []
 
@@ -192,6 +194,18 @@ class RemoteComponent(ConcurrentComponent):
         document = {"rng": generator_to_document(rng)}
         self._dialogue.ask(Kind.SETUP, t=start, document=document)
         self._dialogue.answer(self._deadlines.create)
+
+    @override
+    def capability(self, kind: type[Capability]) -> Capability | None:
+        if kind is InitialEvaluation and not self._is_evaluable:
+            return None
+        return super().capability(kind)
+
+    @override
+    def evaluate(self, inputs: Signals) -> Signals:
+        self._dialogue.ask(Kind.EVALUATE, block=self._inputs.parts(inputs))
+        reply = self._dialogue.answer(self._deadlines.create)
+        return self._outputs.decode(reply.raw, reply.offset)
 
     @override
     def initialise(self, inputs: Signals) -> None:

@@ -16,6 +16,7 @@ import numpy as np
 from typing_extensions import Buffer
 
 from orchestrator import registry
+from orchestrator.capabilities import InitialEvaluation
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError, CosimError
 from orchestrator.parameters import ComponentType, PythonComponentType
@@ -27,7 +28,7 @@ from orchestrator.remote.protocol import (
     generator_from_document,
 )
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
-from orchestrator.signal import Causality, Connector
+from orchestrator.signal import Causality, Connector, Signals
 
 _log = logging.getLogger(__name__)
 
@@ -96,6 +97,7 @@ class ComponentHost:
             Kind.CLOSE: self._close,
             Kind.SAVE: self._save,
             Kind.RESTORE: self._restore,
+            Kind.EVALUATE: self._evaluate,
         }
 
     def handle(self, message: bytes) -> bytes:
@@ -131,7 +133,12 @@ class ComponentHost:
             for causality in Causality
         }
         is_restorable = isinstance(self._component, RestorableComponent)
-        document = {"restorable": is_restorable, **self._log_document()}
+        evaluation = self._component.capability(InitialEvaluation)  # type: ignore[type-abstract]
+        document = {
+            "restorable": is_restorable,
+            "evaluable": evaluation is not None,
+            **self._log_document(),
+        }
         return connectors_to_message(connectors, command, document)
 
     def _setup(self, command: Message, message: bytes, offset: int) -> bytes:
@@ -148,6 +155,14 @@ class ComponentHost:
     def _initialise(self, command: Message, message: bytes, offset: int) -> bytes:
         self._created().initialise(self._inputs.decode(message, offset))
         return self._done(command).encode(self._output_block())
+
+    def _evaluate(self, command: Message, message: bytes, offset: int) -> bytes:
+        component = self._created()
+        evaluation = component.capability(InitialEvaluation)  # type: ignore[type-abstract]
+        if evaluation is None:
+            raise WireError("the component cannot be evaluated before it is initialised")
+        outputs = evaluation.evaluate(self._inputs.decode(message, offset))
+        return self._done(command).encode(self._block(outputs))
 
     def _step(self, command: Message, message: bytes, offset: int) -> bytes:
         self._created().step(self._inputs.decode(message, offset), command.t, command.h)
@@ -188,7 +203,9 @@ class ComponentHost:
         return self._component
 
     def _output_block(self) -> list[Buffer]:
-        outputs = self._created().outputs()
+        return self._block(self._created().outputs())
+
+    def _block(self, outputs: Signals) -> list[Buffer]:
         try:
             block = self._outputs.parts(outputs)
         except WireError as error:

@@ -44,6 +44,7 @@ class Kind(enum.IntEnum):
     CLOSE = 5
     SAVE = 6
     RESTORE = 7
+    EVALUATE = 8
     DONE = 16
     FAILED = 17
 

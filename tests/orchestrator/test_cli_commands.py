@@ -76,7 +76,8 @@ def test_graph_is_text_and_drawing(
         "  base: y depends on u, vehicle.x\n\n"
         "algebraic loops:\n"
         "  algebraic loop: `base.u` -> `base.y` -> `base.u`; solve it with "
-        "`algorithm: fixed-point`, or give Gauss-Seidel an explicit order, which breaks the loop "
+        "`algorithm: quasi-newton` or `fixed-point`, or give Gauss-Seidel "
+        "an explicit order, which breaks the loop "
         "with one step of delay, or use Jacobi, which delays every connection\n\n"
         f"drawn in {drawing}\n"
     )

@@ -78,7 +78,8 @@ def test_a_loop_is_reported_with_every_connector_on_it_and_a_way_out() -> None:
     (loop,) = loops(looped)
     assert describe(loop) == (
         "algebraic loop: `gain.u` -> `gain.y` -> `sum.u` -> `sum.y` -> `gain.u`; solve it with "
-        "`algorithm: fixed-point`, or give Gauss-Seidel an explicit order, which breaks the loop "
+        "`algorithm: quasi-newton` or `fixed-point`, or give Gauss-Seidel "
+        "an explicit order, which breaks the loop "
         "with one step of delay, or use Jacobi, which delays every connection"
     )
     with pytest.raises(SystemStructureError) as error:

@@ -14,6 +14,7 @@ from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.fixed_point import FixedPoint
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
+from orchestrator.capabilities import InitialEvaluation
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, SystemStructureError
 from orchestrator.observer import Observer, SimulationResult
@@ -55,7 +56,7 @@ def algebraic(function: Callable[[float, float], float]) -> FunctionComponent:
     )
 
 
-class Plant(RestorableComponent[float]):
+class Plant(RestorableComponent[float], InitialEvaluation):
     """x' = -x + u, exact for constant u; w = x + u / 2; counts its steps."""
 
     def __init__(self) -> None:
@@ -85,6 +86,14 @@ class Plant(RestorableComponent[float]):
     @override
     def outputs(self) -> Signals:
         return {"x": np.array(self._x), "w": np.array(self._x + 0.5 * self._u)}
+
+    @override
+    def evaluate(self, inputs: Signals) -> Signals:
+        return {"x": np.array(self._x), "w": np.array(self._x + 0.5 * number(inputs["u"]))}
+
+    @override
+    def initialise(self, inputs: Signals) -> None:
+        self._u = number(inputs["u"])
 
     @override
     def save(self) -> float:
@@ -138,7 +147,7 @@ def watched(system: System, algorithm: CosimulationAlgorithm, stop: Time) -> Wat
     return watch
 
 
-def loop_residual(algorithm: CosimulationAlgorithm, h: Duration, since: float = 0.0) -> float:
+def loop_residual(algorithm: CosimulationAlgorithm, h: Duration, since: float = -1.0) -> float:
     """How far the control signal is from closing the loop, at worst, after `since` [s]."""
     seen = watched(controlled(h), algorithm, nanoseconds("2")).seen
     return max(
