@@ -189,9 +189,7 @@ def test_smooth_inputs_do_not_jump() -> None:
 def test_known_slopes_are_used_from_the_first_step_on() -> None:
     """With them linear extrapolation needs one value only."""
     without, known = (
-        largest_error(
-            lags(), Jacobi(extrapolation="linear"), H, H, outputs=("b.x",), kinds=kinds
-        )
+        largest_error(lags(), Jacobi(extrapolation="linear"), H, H, outputs=("b.x",), kinds=kinds)
         for kinds in (FOLLOWS, SLOPES)
     )
     assert 5 * known < without
