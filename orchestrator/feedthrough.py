@@ -45,16 +45,35 @@ def describe_path(loop: Loop) -> str:
     return path + (f", entangled with {others}" if others else "")
 
 
-def describe(loop: Loop, *, is_solved: bool = False) -> str:
-    """Say where an algebraic loop runs and what can be done about it, or that it is solved."""
+def describe(loop: Loop) -> str:
+    """Say where an algebraic loop runs that is an error, and what can be done about it."""
+    return (
+        f"algebraic loop: {describe_path(loop)}; solve it with `algorithm: quasi-newton` or "
+        "`fixed-point`, or give Gauss-Seidel an explicit order, which breaks the loop with one "
+        "step of delay, or use Jacobi, which delays every connection"
+    )
+
+
+def describe_outcome(loop: Loop, *, is_solved: bool) -> str:
+    """Say where an algebraic loop runs, and what an algorithm makes of it.
+
+    Args:
+        loop: an algebraic loop.
+        is_solved: whether the algorithm solves it; otherwise it is left with a delay.
+    """
     where = f"algebraic loop: {describe_path(loop)}"
     if is_solved:
         return f"{where}; solved at every communication point"
     return (
-        f"{where}; solve it with `algorithm: quasi-newton` or `fixed-point`, or give "
-        "Gauss-Seidel an explicit order, which breaks the loop with one step of delay, or use "
-        "Jacobi, which delays every connection"
+        f"{where}; not solved: a delay breaks it, so its signals agree at the start only; "
+        "solve it with `algorithm: quasi-newton` or `fixed-point`"
     )
+
+
+def is_within(loop: Loop, solved: Iterable[frozenset[str]]) -> bool:
+    """Whether one of these sets has all components of a loop."""
+    names = {end.component for end in (*loop.path, *loop.others)}
+    return any(names <= each for each in solved)
 
 
 def feedthrough_order(system: System) -> tuple[str, ...]:

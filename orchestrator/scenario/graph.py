@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from orchestrator.feedthrough import describe, loops
+from orchestrator.feedthrough import describe_outcome, is_within, loops
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.wiring import Assembly
 from orchestrator.timebase import Duration
@@ -88,8 +88,7 @@ def graph_of(scenario: Scenario, assembly: Assembly) -> Graph:
     )
     solved = assembly.algorithm.solved(assembly.system)
     sentences = [
-        describe(loop, is_solved=any({end.component for end in loop.path} <= s for s in solved))
-        for loop in loops(assembly.system)
+        describe_outcome(loop, is_solved=is_within(loop, solved)) for loop in loops(assembly.system)
     ]
     return Graph(nodes, edges, tuple(sentences))
 
