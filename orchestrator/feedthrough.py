@@ -87,6 +87,12 @@ def feedthrough_order(system: System) -> tuple[str, ...]:
     return tuple(_ordered(list(graph), graph))
 
 
+def has_feedthrough(system: System, name: str) -> bool:
+    """Whether an output of a component depends on one of its driven inputs at the same time."""
+    driven = {feed.input for feed in system.feeds[name]}
+    return any(driven & c.feedthrough for c in system.connectors[name].values())
+
+
 def start_groups(system: System) -> tuple[tuple[str, ...], ...]:
     """The components in the order of `feedthrough_order`, those of a cycle together.
 

@@ -20,10 +20,11 @@ from typing import Any, NoReturn
 import numpy as np
 from typing_extensions import Buffer, override
 
-from orchestrator.capabilities import InitialEvaluation
+from orchestrator.capabilities import PointEvaluation, VariableSteps
 from orchestrator.component import Capability, ConcurrentComponent, WrappedRestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError
 from orchestrator.remote.protocol import (
+    CAPABILITIES,
     ComponentSpec,
     Kind,
     Message,
@@ -162,7 +163,7 @@ class RemoteState:
         self.values = values
 
 
-class RemoteComponent(ConcurrentComponent, InitialEvaluation):
+class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
     """A component hosted at the other end of a link; `launch` creates it."""
 
     def __init__(self, dialogue: _Dialogue, created: _Reply, deadlines: Deadlines) -> None:
@@ -174,7 +175,8 @@ class RemoteComponent(ConcurrentComponent, InitialEvaluation):
         self._inputs = SignalEncoder({})
         self._outputs = SignalDecoder({})
         self._values: Signals = {}
-        self._is_evaluable = bool(created.message.document.get("evaluable", False))
+        offered = created.message.document.get("capabilities", ())
+        self._capabilities = {CAPABILITIES[name] for name in offered}
         self._is_set_up = False
         self._forgotten: list[int] = []
 
@@ -197,9 +199,7 @@ class RemoteComponent(ConcurrentComponent, InitialEvaluation):
 
     @override
     def capability(self, kind: type[Capability]) -> Capability | None:
-        if kind is InitialEvaluation and not self._is_evaluable:
-            return None
-        return super().capability(kind)
+        return super().capability(kind) if kind in self._capabilities else None
 
     @override
     def evaluate(self, inputs: Signals) -> Signals:

@@ -21,6 +21,7 @@ from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError, CosimError
 from orchestrator.parameters import ComponentType, PythonComponentType
 from orchestrator.remote.protocol import (
+    CAPABILITIES,
     ComponentSpec,
     Kind,
     Message,
@@ -133,10 +134,13 @@ class ComponentHost:
             for causality in Causality
         }
         is_restorable = isinstance(self._component, RestorableComponent)
-        evaluation = self._component.capability(InitialEvaluation)  # type: ignore[type-abstract]
         document = {
             "restorable": is_restorable,
-            "evaluable": evaluation is not None,
+            "capabilities": [
+                name
+                for name, kind in CAPABILITIES.items()
+                if self._component.capability(kind) is not None
+            ],
             **self._log_document(),
         }
         return connectors_to_message(connectors, command, document)

@@ -23,6 +23,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from typing_extensions import Buffer
 
+from orchestrator.capabilities import InitialEvaluation, PointEvaluation, VariableSteps
 from orchestrator.errors import ComponentTypeError
 from orchestrator.kinds import FrozenMapping
 from orchestrator.parameters import DRAWN
@@ -32,6 +33,12 @@ from orchestrator.signal import Causality, Connector, Variability
 _HEADER: Final = struct.Struct("<4sHHIIQqq8x")
 _MAGIC: Final = b"NLOS"
 _VERSION: Final = 2
+
+
+CAPABILITIES: Final[Mapping[str, type]] = {
+    each.__name__: each for each in (InitialEvaluation, PointEvaluation, VariableSteps)
+}
+"""What a component in another process can do as well as here, by name."""
 
 
 class Kind(enum.IntEnum):

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from typing_extensions import override
 
-from orchestrator.capabilities import InitialEvaluation
+from orchestrator.capabilities import InitialEvaluation, PointEvaluation
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
@@ -355,3 +355,37 @@ class Follower(RestorableComponent[float]):
     @override
     def restore(self, state: float) -> None:
         self._y = state
+
+
+class Anew(Component, PointEvaluation):
+    """x' = u / 4 - x by Euler, from 1; y = x - u / 2, at every time for every u."""
+
+    connectors: Mapping[str, Connector] = {
+        "u": Connector(causality=INPUT),
+        "x": Connector(causality=OUTPUT),
+        "y": Connector(causality=OUTPUT, feedthrough=frozenset({"u"})),
+    }
+
+    def __init__(self) -> None:
+        self._x, self._u = 1.0, 0.0
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._x, self._u = 1.0, 0.0
+
+    @override
+    def initialise(self, inputs: Signals) -> None:
+        self._u = float(np.asarray(inputs["u"]))
+
+    @override
+    def evaluate(self, inputs: Signals) -> Signals:
+        return {"x": np.array(self._x), "y": np.array(self._x - np.asarray(inputs["u"]) / 2)}
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._u = float(np.asarray(inputs["u"]))
+        self._x += 1e-9 * h * (0.25 * self._u - self._x)
+
+    @override
+    def outputs(self) -> Signals:
+        return {"x": np.array(self._x), "y": np.array(self._x - self._u / 2)}
