@@ -31,6 +31,7 @@ class Participant(abc.ABC):
         name: of the component in its system.
         step_size: communication step size [ns].
         is_concurrent: whether the step runs elsewhere between `begin` and `finish`.
+        is_begun: whether a step has been begun that has not been waited for yet.
         sources: the names of the components it reads.
         reads: component and name of each output that it reads.
         published: the outputs that others may see now; updated in place by `publish`.
@@ -38,9 +39,9 @@ class Participant(abc.ABC):
     """
 
     __slots__ = ("_check_outputs", "_component", "_continuous", "_evaluation", "_feeds",
-                 "_history", "_pending",
-                 "_pieces", "_reached", "_starts", "_used", "name", "published", "reads", "sources",
-                 "step_size", "wall_time_ns")  # fmt: skip
+                 "_history", "_pending", "_pieces", "_reached", "_starts", "_used", "is_begun",
+                 "name", "published", "reads", "sources", "step_size",
+                 "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
 
@@ -56,6 +57,7 @@ class Participant(abc.ABC):
         self.published: Final[dict[str, Signal]] = {}
         self.sources: frozenset[str] = frozenset()
         self.reads: frozenset[tuple[str, str]] = frozenset()
+        self.is_begun = False
         self.wall_time_ns = 0
         self._component = component
         self._evaluation = component.capability(InitialEvaluation)  # type: ignore[type-abstract]
@@ -173,6 +175,14 @@ class Participant(abc.ABC):
         Args:
             t: where it starts [ns].
             h: its length [ns]; without, the communication step size.
+        """
+
+    @abc.abstractmethod
+    def begin_ahead(self, t: Time) -> None:
+        """Start the step from `t` before its turn comes, if it works elsewhere and reads nobody.
+
+        What it sees does not depend on when it steps. If the run ends before its step does, what
+        comes of the step is ignored, an error too.
         """
 
     @abc.abstractmethod

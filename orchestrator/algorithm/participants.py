@@ -1,12 +1,14 @@
 """Where a participant steps: in the calling thread, or elsewhere."""
 
 from collections.abc import Mapping
+from contextlib import nullcontext, suppress
 from time import perf_counter_ns
 
 from typing_extensions import override
 
 from orchestrator.algorithm.participant import Participant
 from orchestrator.component import Component, ConcurrentComponent
+from orchestrator.errors import ComponentError
 from orchestrator.native import NativeUnit
 from orchestrator.signal import Connector
 from orchestrator.timebase import Duration, Time
@@ -38,6 +40,10 @@ class LocalParticipant(Participant):
             raise self._failure(t, error) from error
 
     @override
+    def begin_ahead(self, t: Time) -> None:
+        pass
+
+    @override
     def finish(self) -> None:
         pass
 
@@ -49,7 +55,7 @@ class LocalParticipant(Participant):
 class ConcurrentParticipant(Participant):
     """A component that steps elsewhere between `begin` and `finish`."""
 
-    __slots__ = ("_begun_at", "_concurrent", "_is_begun")
+    __slots__ = ("_begun_at", "_concurrent", "_is_ahead")
 
     is_concurrent = True
 
@@ -63,7 +69,7 @@ class ConcurrentParticipant(Participant):
         super().__init__(name, component, connectors, step_size)
         self._concurrent = component
         self._begun_at: Time = 0
-        self._is_begun = False
+        self._is_ahead = False
 
     @override
     def begin(self, t: Time, h: Duration | None = None) -> None:
@@ -78,12 +84,12 @@ class ConcurrentParticipant(Participant):
             self._concurrent.begin_step(last.inputs, last.t, last.h)
         except Exception as error:
             raise self._failure(t, error) from error
-        self._is_begun = True
+        self.is_begun, self._is_ahead = True, False
         self.wall_time_ns += perf_counter_ns() - before
 
     @override
     def finish(self) -> None:
-        self._is_begun = False
+        self.is_begun = False
         before = perf_counter_ns()
         try:
             self._concurrent.finish_step()
@@ -94,9 +100,16 @@ class ConcurrentParticipant(Participant):
             raise self._failure(self._begun_at, error) from error
 
     @override
+    def begin_ahead(self, t: Time) -> None:
+        if not self.sources:
+            self.begin(t)
+            self._is_ahead = True
+
+    @override
     def settle(self) -> None:
-        if self._is_begun:
-            self.finish()
+        if self.is_begun:
+            with suppress(ComponentError) if self._is_ahead else nullcontext():
+                self.finish()
 
 
 def participant(
