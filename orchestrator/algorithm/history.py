@@ -1,7 +1,7 @@
 """What a component published lately, and how its signals run over a step."""
 
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from orchestrator.course import Course, Sample, course_through
 from orchestrator.signal import Array, Connector, Signal, Signals, Variability
-from orchestrator.system import Endpoint, Feed, System
+from orchestrator.system import Feed, System
 from orchestrator.timebase import Duration, Time
 
 _LONGEST: Final = 4
@@ -126,16 +126,6 @@ def approximated(system: System, name: str) -> tuple[Feed, ...]:
         for feed in system.feeds[name]
         if is_approximated(system.connectors[feed.component][feed.output], own[feed.input])
     )
-
-
-def held(system: System) -> Iterable[tuple[Endpoint, Endpoint]]:
-    """Real signals that are held all the same, because an end of them is not continuous."""
-    for link in system.connections:
-        output = system.connectors[link.source.component][link.source.connector]
-        input_ = system.connectors[link.target.component][link.target.connector]
-        is_real = not output.is_binary and np.dtype(output.dtype).kind == "f"
-        if is_real and not is_approximated(output, input_):
-            yield link.source, link.target
 
 
 def real(value: Signal, like: Signal) -> Signal:
