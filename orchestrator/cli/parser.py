@@ -49,11 +49,12 @@ examples:
 
 _CHECK: Final = """\
 Prints FILE:LINE:COLUMN: PROBLEM for each, and exits with code 2 if there are any.
-The components are created, to see whether their connections fit, but nothing runs."""
+The components are created, to see whether their connections fit, but nothing runs.
+Remarks say what may not be meant, such as an algebraic loop that the algorithm leaves unsolved."""
 
 _GRAPH: Final = """\
 Components in the order in which they step, connections and how old the values that travel
-along them are, direct feedthrough and algebraic loops."""
+along them are, direct feedthrough and algebraic loops: whether the algorithm solves them."""
 
 _REPORT: Final = """\
 Of a run: writes metrics.json, measures/, measures.svg and the report's figure.png
