@@ -11,7 +11,9 @@ from orchestrator.remote.component import launch
 from orchestrator.remote.local import LocalTransport
 from orchestrator.remote.protocol import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport, Transport
+from orchestrator.scenario.diagnosis import once
 from orchestrator.scenario.model import ComponentUse, Scenario
+from orchestrator.scenario.processes import crowding
 from orchestrator.scenario.wiring import Place, in_process
 
 GROUP: Final = "orchestrator.transports"
@@ -46,15 +48,21 @@ def placing(transport: str, scenario: Scenario) -> Iterator[Place]:
 
     Raises:
         ComponentTypeError: there is no such transport.
-        ScenarioError: a component type refuses its parameters.
+        ScenarioError: a component type refuses its parameters, or components that the transport
+            puts into this process cannot be in one.
         ComponentError: a host did not start.
     """
-    if transport == IN_PROCESS:
+    hosts = None if transport == IN_PROCESS else transport_type(transport)
+    if hosts is None or not hosts.makes_processes:
+        crowded = crowding(scenario.document, scenario.components)
+        if crowded:
+            raise ScenarioError(once(scenario.document, crowded))
+    if hosts is None:
         yield in_process
         return
     specs = [_spec(use) for use in scenario.components.values() if use.process]
     with ExitStack() as stack:
-        launching = launch(specs, transport_type(transport)())
+        launching = launch(specs, hosts())
         try:
             remote: Mapping[str, Component] = stack.enter_context(launching)
         except ComponentTypeError as error:
@@ -73,6 +81,6 @@ def _located(scenario: Scenario, errors: str) -> list[Problem]:
 
 
 def _spec(use: ComponentUse) -> ComponentSpec:
-    source = use.type_name if use.fmu is None else use.fmu
+    source = use.reference() if use.fmu is None else use.fmu
     assert source is not None  # noqa: S101 - a component has one of the two
     return ComponentSpec(name=use.name, type=source, values=use.values)

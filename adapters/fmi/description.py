@@ -6,6 +6,7 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, Final
 from xml.etree import ElementTree as ET
@@ -15,7 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 from adapters.fmi.archive import opened
+from adapters.fmi.step_size import internal_step
+from adapters.fmi.unit_definitions import read_definitions
 from orchestrator.errors import ComponentTypeError
+from orchestrator.units import Unit
 
 DTYPES: Final[Mapping[str, npt.DTypeLike]] = {
     "Float32": np.float32,
@@ -64,6 +68,8 @@ class FmuVariable:
         type: of the functions that access it, e.g. `Float64`, `Real`, `Binary`, `String`.
         causality, variability: as in the file, defaults filled in.
         unit: `"1"` if the file is silent.
+        definition: of the unit, if the file has one.
+        is_relative: whether it is a difference of quantities (`relativeQuantity`).
         start: the start values in row-major order, one value for all elements, or none.
         minimum, maximum: inclusive bounds.
         items: of an Enumeration, the values within the bounds by their names, in the order of
@@ -82,6 +88,8 @@ class FmuVariable:
     causality: str
     variability: str
     unit: str
+    definition: Unit | None
+    is_relative: bool
     start: tuple[Any, ...]
     minimum: float | None
     maximum: float | None
@@ -110,6 +118,9 @@ class FmuDescription:
         token: instantiation token (FMI 2.0: guid).
         variables: by name, in the order of the file.
         can_restore: it can return to an earlier state.
+        is_once_per_process: two instances of it cannot be in one process.
+        internal_step: FMI 3.0: the fixed step of its solver [s], exactly as in the file, positive;
+            `None` if it does not say one.
         log_categories: what the FMU can log.
     """
 
@@ -121,6 +132,8 @@ class FmuDescription:
     token: str
     variables: Mapping[str, FmuVariable]
     can_restore: bool
+    is_once_per_process: bool
+    internal_step: Fraction | None
     log_categories: tuple[str, ...]
 
     def of(self, *causalities: str) -> tuple[FmuVariable, ...]:
@@ -160,6 +173,8 @@ def read_description(path: Path) -> FmuDescription:
         token=parsed.guid,
         variables=_variables(parsed, root),
         can_restore=_flag(flags, "canGetAndSetFMUState") or _flag(flags, "canGetAndSetFMUstate"),
+        is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),
+        internal_step=internal_step(flags.get("fixedInternalStepSize")),
         log_categories=tuple(category.name for category in parsed.logCategories),
     )
 
@@ -201,9 +216,14 @@ def _variables(parsed: Any, root: ET.Element) -> dict[str, FmuVariable]:
         for unknown in parsed.outputs
         if unknown.dependencies is not None
     }
+    definitions = read_definitions(root)
     return {
         variable.name: _variable(
-            variable, raw.get(variable.name, {}), dependencies, enumeration=enumeration
+            variable,
+            raw.get(variable.name, {}),
+            dependencies,
+            enumeration=enumeration,
+            definitions=definitions,
         )
         for variable in parsed.modelVariables
     }
@@ -224,6 +244,7 @@ def _variable(
     dependencies: Mapping[str, list[Any]],
     *,
     enumeration: str,
+    definitions: Mapping[str, Unit],
 ) -> FmuVariable:
     declared = parsed.declaredType
     unit = parsed.unit or (declared.unit if declared is not None else None) or "1"
@@ -239,6 +260,8 @@ def _variable(
         causality=parsed.causality,
         variability=parsed.variability,
         unit=unit,
+        definition=definitions.get(unit),
+        is_relative=_is_relative(raw, declared),
         start=_start(parsed),
         minimum=minimum,
         maximum=maximum,
@@ -249,6 +272,13 @@ def _variable(
         is_clocked="clocks" in raw,
         description=parsed.description or "",
     )
+
+
+def _is_relative(raw: Mapping[str, str], declared: Any) -> bool:
+    """FMI 2.0.4, 2.2.7, and 3.0.2, 2.4.7.5: what a variable says overrides its type."""
+    if "relativeQuantity" in raw:
+        return _flag(raw, "relativeQuantity")
+    return declared is not None and bool(declared.relativeQuantity)
 
 
 def _items(declared: Any, minimum: float | None, maximum: float | None) -> dict[str, int]:

@@ -1,68 +1,59 @@
-"""Two simulations of SUMO in one run: what the error advises is what helps."""
+"""SUMO is in a process once: a second one is refused before the run."""
 
 import json
 from pathlib import Path
 
 import pytest
 
-import scenarios
 from orchestrator.cli import main
 
-SCENE = Path(scenarios.__file__).parent / "assets" / "red_light" / "red_light.sumocfg"
-TEXT = f"""\
+SCENE = Path(__file__).parents[2] / "scenarios" / "assets" / "red_light" / "red_light.sumocfg"
+SCENARIO = f"""\
 schema: 1
-title: Two streets
-time: {{stop: 1 s}}
+title: Two scenes
+time: {{stop: 50 ms}}
 components:
-  here:
+  one:
     type: sumo-traffic
-    step: 100 ms
+    step: 50 ms
     parameters: {{scene: {SCENE}}}
-  there:
+  other:
     type: sumo-traffic
-    step: 100 ms
-    process: true
+    step: 50 ms
     parameters: {{scene: {SCENE}}}
 """
 
 
 @pytest.fixture
-def two(tmp_path: Path) -> Path:
-    path = tmp_path / "two.yaml"
-    path.write_text(TEXT)
-    return path
+def path(tmp_path: Path) -> Path:
+    file = tmp_path / "two.yaml"
+    file.write_text(SCENARIO)
+    return file
 
 
-def test_one_process_is_not_enough_and_the_error_says_what_is(
-    two: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_the_second_is_refused_at_its_line(
+    path: Path, capsys: pytest.CaptureFixture[str], command: str
 ) -> None:
-    assert main(["run", str(two), "--out", str(tmp_path / "run"), "--quiet"]) == 3
-    said = capsys.readouterr().err
-    assert "component `there` at t = 0 s: SUMO can run once per process" in said
-    assert "`program: sumo`; or mark them `process: true` and run with `--transport local`" in said
+    assert main([command, str(path)]) == 2
+    captured = capsys.readouterr()
+    assert (
+        f"{path}:9:3: components.other: SUMO can be in a process once, and it is in `one`; write "
+        "`process: true` here and run with a transport that makes processes (`--transport local`)"
+    ) in captured.out + captured.err
 
 
-@pytest.mark.parametrize(
-    "advice",
-    [("--transport", "local"), ("--set", "components.there.parameters.program=sumo")],
-    ids=["transport", "program"],
-)
+@pytest.mark.parametrize("key", ["program: sumo", "traci: 'localhost:8813'"])
+def test_a_sumo_that_is_a_program_is_in_no_process_of_ours(path: Path, key: str) -> None:
+    head, _, tail = SCENARIO.rpartition("}")
+    path.write_text(f"{head}, {key}}}{tail}")
+    assert main(["check", str(path)]) == 0
+
+
 def test_what_it_advises_helps(
-    two: Path, tmp_path: Path, advice: tuple[str, str], capsys: pytest.CaptureFixture[str]
+    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Both simulate the same street with the same seed of their own name."""
-    assert main(["run", str(two), "--out", str(tmp_path / "run"), "--json", *advice]) == 0
-    assert json.loads(capsys.readouterr().out)["simulated_s"] == 1.0
-
-
-def test_check_says_when_the_mark_takes_effect(
-    two: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["check", str(two)]) == 0
-    assert capsys.readouterr().out.splitlines()[-2:] == [
-        f"{two}: ok, 2 components, 0 connections",
-        (
-            f"{two}:12:5: `there`: `process: true` takes effect with `nlosim run --transport "
-            "local` (or `zenoh`); without it they run in the orchestrator's process"
-        ),
-    ]
+    path.write_text(SCENARIO + "    process: true\n")
+    out = str(tmp_path / "run")
+    assert main(["run", str(path), "--out", out, "--transport", "local", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["simulated_s"] == 0.05
