@@ -33,7 +33,7 @@ def execute(arguments: Namespace) -> Outcome:
     lines = [
         *(f"{remark} (a remark)" for remark in found),
         f"{arguments.scenario}: ok, {components} components, {connections} connections",
-        *([] if crowded else _marked(scenario)),
+        *_marked(scenario),
     ]
     return Outcome(
         text="\n".join(lines),

@@ -50,10 +50,15 @@ def test_a_sumo_that_is_a_program_is_in_no_process_of_ours(path: Path, key: str)
     assert main(["check", str(path)]) == 0
 
 
+@pytest.mark.parametrize(
+    "advice",
+    [("--transport", "local"), ("--set", "components.other.parameters.program=sumo")],
+    ids=["transport", "program"],
+)
 def test_what_it_advises_helps(
-    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    path: Path, tmp_path: Path, advice: tuple[str, str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path.write_text(SCENARIO + "    process: true\n")
-    out = str(tmp_path / "run")
-    assert main(["run", str(path), "--out", out, "--transport", "local", "--json"]) == 0
+    """Both simulate the same street with the same seed of their own name."""
+    path.write_text(SCENARIO.replace("  other:", "  other:\n    process: true"))
+    assert main(["run", str(path), "--out", str(tmp_path / "run"), "--json", *advice]) == 0
     assert json.loads(capsys.readouterr().out)["simulated_s"] == 0.05
