@@ -1,5 +1,6 @@
 """The archive of an FMU: opened only if it can be unpacked without harm."""
 
+import io
 import stat
 import zipfile
 from collections import Counter
@@ -50,14 +51,16 @@ def opened(path: Path) -> Iterator[zipfile.ZipFile]:
     except OSError as error:
         raise ComponentTypeError(f"{path}: cannot be read: {error}") from error
     with archive:
-        if problems := _problems(archive, path.stat().st_size):
+        if problems := archive_problems(archive):
             raise ComponentTypeError(f"{path}: is refused: {'; '.join(problems)}")
         yield archive
 
 
-def _problems(archive: zipfile.ZipFile, packed: int) -> list[str]:
-    """Everything that speaks against an archive of `packed` bytes."""
+def archive_problems(archive: zipfile.ZipFile) -> list[str]:
+    """Everything that speaks against an archive, as far as its directory tells."""
     entries = archive.infolist()
+    assert archive.fp is not None  # noqa: S101 - it is open
+    packed = archive.fp.seek(0, io.SEEK_END)
     found = {
         "leaves the folder it is unpacked to": [e for e in entries if _leaves(e.orig_filename)],
         "is an absolute name": [e for e in entries if _is_absolute(e.orig_filename)],

@@ -14,7 +14,7 @@ from adapters.zenoh.channel import ZenohChannel
 from adapters.zenoh.session import Keys, is_matched
 from orchestrator.errors import ComponentError
 from orchestrator.remote.process import HostProcess
-from orchestrator.remote.transport import Link, LinkLostError
+from orchestrator.remote.transport import LinkLostError, ProcessLink
 
 _EXIT_AFTER_DISCONNECT: Final = 0.5
 """How long to wait for a better reason than a lost connection [s]."""
@@ -30,7 +30,7 @@ class _News(enum.Enum):
 _Event: TypeAlias = tuple[_News, bytes]
 
 
-class ZenohLink(Link):
+class ZenohLink(ProcessLink):
     """The link to one host. Declares its keys and spawns its process; does not wait for it.
 
     Args:
@@ -101,14 +101,10 @@ class ZenohLink(Link):
         self._process.kill()
         self._obituary = self._obituary or "its process was ended by the orchestrator"
 
+    @override
     def dismiss(self) -> None:
-        """Ask the host to leave; it will once it has answered what it was asked before."""
         if not self._obituary:
             self._commands.put(b"")
-
-    def has_left(self, timeout: float) -> bool:
-        """Wait up to `timeout` [s] for the process to end; whether it has."""
-        return self._process.wait(timeout)
 
     def _next(self, timeout: float) -> _Event:
         """The next event but the end of the host, which raises `LinkLostError`."""

@@ -14,12 +14,9 @@ from typing_extensions import override
 
 from adapters.zenoh.link import ZenohLink
 from adapters.zenoh.session import Keys, close_session, open_session
-from orchestrator.remote.transport import Link, Transport
+from orchestrator.remote.transport import Link, Transport, dismiss
 
 _USER: Final = "host"
-_GRACE: Final = 0.5
-"""How long hosts may take, together, to leave in their own way [s]."""
-
 _PORT_ATTEMPTS: Final = 20
 
 
@@ -63,14 +60,8 @@ class ZenohTransport(Transport):
     def close(self) -> None:
         links, self._links = self._links, {}
         try:
-            for link in links.values():
-                link.dismiss()
-            deadline = monotonic() + _GRACE
-            for link in links.values():
-                link.has_left(max(0.0, deadline - monotonic()))
+            dismiss(links.values())
         finally:
-            for link in links.values():
-                link.abandon()
             if self._session is not None:
                 close_session(self._session)
                 self._session = None

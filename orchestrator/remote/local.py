@@ -19,7 +19,7 @@ from typing_extensions import override
 from orchestrator.errors import ComponentTypeError
 from orchestrator.remote.host import HostChannel
 from orchestrator.remote.process import HostProcess
-from orchestrator.remote.transport import Link, LinkLostError, Transport
+from orchestrator.remote.transport import Link, LinkLostError, ProcessLink, Transport, dismiss
 
 _HEAD: Final = struct.Struct("<Q")
 _PIECE: Final = 1 << 20
@@ -36,9 +36,6 @@ _SEND_TIMEOUT: Final = 60.0
 
 _EXIT_AFTER_DISCONNECT: Final = 1.0
 """How long to wait for a better reason than a closed connection [s]."""
-
-_GRACE: Final = 0.5
-"""How long hosts may take, together, to leave in their own way [s]."""
 
 
 class _Messages:
@@ -127,7 +124,7 @@ class LocalChannel(HostChannel):
         self._socket.close()
 
 
-class LocalLink(Link):
+class LocalLink(ProcessLink):
     """The link to one host, whose process it starts and does not wait for.
 
     Args:
@@ -178,14 +175,10 @@ class LocalLink(Link):
         with self._lock:
             self._socket.close()
 
+    @override
     def dismiss(self) -> None:
-        """Tell the host that there are no more commands; it leaves once it has answered."""
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_WR)
-
-    def has_left(self, timeout: float) -> bool:
-        """Wait up to `timeout` [s] for the process to end; whether it has."""
-        return self._process.wait(timeout)
 
     def _lost(self) -> LinkLostError:
         if not self._obituary:
@@ -226,12 +219,4 @@ class LocalTransport(Transport):
     @override
     def close(self) -> None:
         links, self._links = self._links, {}
-        try:
-            for link in links.values():
-                link.dismiss()
-            deadline = monotonic() + _GRACE
-            for link in links.values():
-                link.has_left(max(0.0, deadline - monotonic()))
-        finally:
-            for link in links.values():
-                link.abandon()
+        dismiss(links.values())

@@ -5,14 +5,19 @@ here, Zenoh in `adapters`. Entry points in the group `orchestrator.transports` o
 """
 
 import abc
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from time import monotonic
 from types import MappingProxyType, TracebackType
-from typing import ClassVar, Self
+from typing import ClassVar, Final, Self
 
 from typing_extensions import override
 
 from orchestrator.errors import CosimError
 from orchestrator.remote.host import ComponentHost
+from orchestrator.remote.process import HostProcess
+
+GRACE: Final = 0.5
+"""How long hosts may take, together, to leave in their own way [s]."""
 
 
 class LinkLostError(CosimError):
@@ -45,6 +50,33 @@ class Link(abc.ABC):
     @abc.abstractmethod
     def abandon(self) -> None:
         """End the host at once, without asking it: it hangs, or was interrupted."""
+
+
+class ProcessLink(Link):
+    """The link to a host that is a process on this machine, started by this one."""
+
+    _process: HostProcess
+
+    @abc.abstractmethod
+    def dismiss(self) -> None:
+        """Tell the host that there are no more commands; it leaves once it has answered."""
+
+    def has_left(self, timeout: float) -> bool:
+        """Wait up to `timeout` [s] for the process to end; whether it has."""
+        return self._process.wait(timeout)
+
+
+def dismiss(links: Collection[ProcessLink]) -> None:
+    """Let the hosts leave in their own way, and end those that take longer than `GRACE`."""
+    try:
+        for link in links:
+            link.dismiss()
+        deadline = monotonic() + GRACE
+        for link in links:
+            link.has_left(max(0.0, deadline - monotonic()))
+    finally:
+        for link in links:
+            link.abandon()
 
 
 class Transport(abc.ABC):

@@ -4,11 +4,12 @@ import re
 import zipfile
 import zlib
 from collections.abc import Iterator
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Final
 
 import fmpy
 
+from adapters.fmi.archive import archive_problems
 from adapters.fmi.unpacked import host_folder
 from adapters.fmi.validation import definitions, names, structure, variables
 from adapters.fmi.validation.document import MarkupError, parse
@@ -52,7 +53,11 @@ def validate(path: Path) -> list[Finding]:
 
 
 def _findings(archive: zipfile.ZipFile, name: str) -> Iterator[Finding]:
-    yield from _entries(archive, name)
+    problems = archive_problems(archive)
+    for what in problems:
+        yield Finding(file=name, place=None, what=what, rule=_ANY)
+    if problems:
+        return  # what it holds is not to be unpacked
     if _DESCRIPTION not in archive.namelist():
         what = f"has no `{_DESCRIPTION}` at the top of the archive"
         yield Finding(file=name, place=None, what=what, rule=_ANY)
@@ -79,26 +84,6 @@ def _findings(archive: zipfile.ZipFile, name: str) -> Iterator[Finding]:
     for version, other in FILES:
         if version == model.version and other != _DESCRIPTION:
             yield from _other_file(archive, name, other, model)
-
-
-def _entries(archive: zipfile.ZipFile, name: str) -> Iterator[Finding]:
-    """Names in the archive that mean something else, or nothing."""
-    seen: set[str] = set()
-    for entry in archive.infolist():
-        path = PurePosixPath(entry.filename)
-        what = ""
-        is_windows = "\\" in entry.filename or entry.filename[1:2] == ":"
-        if path.is_absolute() or ".." in path.parts or is_windows:
-            what = f"the entry `{entry.filename}` leads out of the archive"
-        elif entry.filename in seen:
-            what = f"the entry `{entry.filename}` is there twice"
-        elif entry.flag_bits & 1:
-            what = f"the entry `{entry.filename}` is encrypted"
-        elif (entry.external_attr >> 16) & 0o170000 == 0o120000:
-            what = f"the entry `{entry.filename}` is a link"
-        seen.add(entry.filename)
-        if what:
-            yield Finding(file=name, place=None, what=what, rule=_ANY)
 
 
 def _instance(model: Model) -> Iterator[Finding]:

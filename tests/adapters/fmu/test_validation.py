@@ -255,10 +255,14 @@ def test_as_many_functions_are_asked_for_as_the_headers_of_the_standard_have() -
 @pytest.mark.parametrize(
     ("name", "flags", "said"),
     [
-        ("../out.txt", 0, "the entry `../out.txt` leads out of the archive"),
-        ("/etc/out.txt", 0, "the entry `/etc/out.txt` leads out of the archive"),
-        ("resources\\out.txt", 0, "the entry `resources\\out.txt` leads out of the archive"),
-        ("resources/link", 0o120777 << 16, "the entry `resources/link` is a link"),
+        ("../out.txt", 0, "`../out.txt` leaves the folder it is unpacked to"),
+        ("/etc/out.txt", 0, "`/etc/out.txt` is an absolute name"),
+        (
+            "resources\\out.txt",
+            0,
+            "`resources\\out.txt` has a character that names in an FMU cannot have",
+        ),
+        ("resources/link", 0o120777 << 16, "`resources/link` is a link or a device, no file"),
     ],
 )
 def test_an_archive_that_reaches_out_is_refused(
