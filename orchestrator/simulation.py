@@ -61,7 +61,7 @@ def simulate(
     plan: RunPlan | None = None
     with run.guarded("simulating"), branching.confined():
         audience.begin(system, start, stop)
-        exchange.start(feedthrough_order(system), start, seed)
+        exchange.start(feedthrough_order(system), start, stop, seed)
         wanted = None if branching.has_decisions else audience.wants(system)
         if compiled and wanted is not None:
             plan = plan_of(

@@ -98,10 +98,10 @@ class Exchange:
             {name: MappingProxyType(values) for name, values in published.items()}
         )
 
-    def start(self, order: Sequence[str], start: Time, seed: int) -> None:
+    def start(self, order: Sequence[str], start: Time, stop: Time, seed: int) -> None:
         """Set every component up, then initialise and publish each in `order`."""
         for name, each in self.participants.items():
-            each.set_up(start, stream(seed, name))
+            each.set_up(start, stop, stream(seed, name))
         for name in order:
             self.participants[name].initialise(start)
 

@@ -66,10 +66,11 @@ class Participant(abc.ABC):
         self.sources = frozenset(feed.component for feed in feeds)
         self._feeds = tuple((feed.input, published[feed.component], feed.output) for feed in feeds)
 
-    def set_up(self, start: Time, rng: np.random.Generator) -> None:
-        """Enter the initial state at `start`."""
+    def set_up(self, start: Time, stop: Time, rng: np.random.Generator) -> None:
+        """Enter the initial state at `start`, of a run that ends at `stop` at the latest."""
         before = perf_counter_ns()
         try:
+            self._component.expect_stop(stop)
             self._component.setup(start, rng)
         except Exception as error:
             raise self._failure(start, error) from error
