@@ -16,7 +16,8 @@ from benchmarks.table import markdown
 _HEAD = """\
 # Benchmarks
 
-This page is made by `make bench`. Times are CPU times of one process, user and system, one thread.
+This page is made by `make bench`. Times are CPU times of one process, user and system, one thread,
+unless the unit says otherwise.
 Repetitions of the cases take turns; shown are the median and, in brackets, the smallest and the
 largest. A ratio above 1 means that ours is better than the peer.
 """

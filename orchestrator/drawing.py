@@ -1,6 +1,6 @@
 """How all figures look and are written, and the page of panels that measures draw.
 
-Whoever draws enters `styled`, takes colours from here, and writes with `write`.
+Whoever draws enters `styled`, takes colours from `orchestrator.palette`, and writes with `write`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,24 +26,6 @@ _SETTINGS: Final[Any] = {  # matplotlib's types list every name as a literal
 }
 DPI: Final = 200
 """Pixels per inch of pictures in pixels."""
-
-BLUE: Final = "#0072B2"
-VERMILLION: Final = "#D55E00"
-GREEN: Final = "#009E73"
-PURPLE: Final = "#CC79A7"
-ORANGE: Final = "#E69F00"
-SKY: Final = "#56B4E9"
-BLACK: Final = "#000000"
-COLOURS: Final = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
-"""Okabe and Ito's palette, which readers with colour blindness can tell apart."""
-
-GREY: Final = "#7F7F7F"
-LIGHT: Final = "#D9D9D9"
-GROUND: Final = "#A89F91"
-"""What is around: those of whom nothing is said, roads, buildings."""
-
-LINK_COLOURS: Final = {"all": BLACK, "LOS": GREEN, "NLOSv": ORANGE, "NLOSb": VERMILLION}
-"""The colour of each link class."""
 
 _COLUMNS: Final = 2
 _WIDTH: Final = 4.8
@@ -78,15 +60,16 @@ def write(
     return written
 
 
-def draw_panels(panels: Mapping[str, Panel], path: Path) -> list[Path]:
-    """Draw panels, two side by side, each under its name, as a page in SVG and PNG.
+def draw_panels(panels: Mapping[str, Panel], path: Path, suffix: str = ".svg") -> Path:
+    """Draw panels, two side by side, each under its name, as a page.
 
     Args:
         panels: by name, at least one.
         path: without suffix.
+        suffix: `.svg` or `.png`.
 
     Returns:
-        The files.
+        The file.
     """
     columns = min(_COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
@@ -96,4 +79,4 @@ def draw_panels(panels: Mapping[str, Panel], path: Path) -> list[Path]:
             axes = figure.add_subplot(rows, columns, k + 1)
             axes.set_title(name, loc="left")
             panel(axes)
-        return write(figure, path)
+        return write(figure, path, (suffix,))[0]

@@ -44,7 +44,7 @@ def make_report(asked: Questions, directory: Path, *, figure: bool) -> Findings:
     """Ask a report and measures about the recording in `directory`; write what they found.
 
     Metrics go to `metrics.json`, tables of measures to `measures/`, the figure of the report to
-    `figure.png` and the panels of measures to the page `measures.svg` and `measures.png`.
+    `figure.png` and the panels of measures to the page `measures.svg`.
 
     Args:
         asked: what is to be answered.
@@ -82,7 +82,7 @@ def make_report(asked: Questions, directory: Path, *, figure: bool) -> Findings:
     if figure and panels:
         from orchestrator.drawing import draw_panels  # noqa: PLC0415 - matplotlib is slow to load
 
-        files += draw_panels(panels, directory / PANELS)
+        files.append(draw_panels(panels, directory / PANELS))
     summary = "" if report is None else report.summary(metrics, recording.manifest)
     lines = "\n".join(filter(None, [summary, *_lines(metrics, more)]))
     return Findings(metrics, lines, tuple(files))

@@ -5,7 +5,7 @@ manifest.json   the resolved scenario, versions, digests of the files that compo
 signals/        the recording; see `orchestrator.recording.layout`
 metrics.json    what the scenario's report and measures found in it
 measures/       tables of measures
-measures.svg    their page of panels, also as measures.png
+measures.svg    their page of panels
 figure.png      the report's figure
 log.txt         what components and the orchestrator logged
 """

@@ -1,7 +1,9 @@
 """What observers see of the points that the engine worked through."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from orchestrator.signal import Array, Signals
 from orchestrator.timebase import Time
@@ -13,12 +15,12 @@ class Rows:
 
     Attributes:
         data: of all samples, one after the other.
-        sizes: of each sample of a Binary [byte], int64, shape (sample,); `None` for arrays.
+        sizes: of each sample of a Binary [byte], int64, shape (sample,); empty for arrays.
         shape: of each sample of an array.
     """
 
     data: bytes
-    sizes: Array | None = None
+    sizes: Array = field(default_factory=lambda: np.empty(0, np.int64))
     shape: tuple[int, ...] = ()
 
 

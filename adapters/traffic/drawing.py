@@ -13,7 +13,8 @@ from matplotlib.patches import Patch
 
 from adapters.traffic.bodies import Body
 from adapters.traffic.geometry import Boxes, Float
-from orchestrator.drawing import (
+from orchestrator.drawing import styled
+from orchestrator.palette import (
     BLACK,
     BLUE,
     GREEN,
@@ -24,7 +25,6 @@ from orchestrator.drawing import (
     PURPLE,
     SKY,
     VERMILLION,
-    styled,
 )
 from orchestrator.signal import Array, Signal, Signals
 

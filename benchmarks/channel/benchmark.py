@@ -139,6 +139,7 @@ def _run(
             "building_shadowing": buildings,
             "vehicle_shadowing": vehicles,
             "weak_receptions": _REPORTED[reported],
+            "threads": 1,  # as Veins
         },
         silent=silent,
     )

@@ -3,6 +3,13 @@
 #define ARRIVALS_H
 #include "state.h"
 
+/* How long a packet is on air [ps]. */
+int64_t time_on_air(const Channel *, const Packet *);
+
+/* Have threads look for the links of the frames that will probably go on air from `now` to `end`.
+ * Nonzero if memory is short. */
+int expect_arrivals(Channel *, int64_t now, int64_t end);
+
 /* Add the arrivals of a new frame at the radios that notice it, or are told of it at least. Nonzero if
  * memory is short. */
 int add_arrivals(Channel *, AirFrame *);

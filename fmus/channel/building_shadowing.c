@@ -61,11 +61,9 @@ int buildings_set(Buildings *s, const double *corner, const int32_t *index, size
     if (BUFFER_RESERVE(s->corner, s->corner_capacity, corners)
         || BUFFER_RESERVE(s->wall, s->wall_capacity, corners)
         || BUFFER_RESERVE(s->is_opaque, s->opaque_capacity, count)
-        || BUFFER_RESERVE(s->crossing, s->crossing_capacity, corners)
         || BUFFER_RESERVE(s->first, s->first_capacity, count + 1)
         || BUFFER_RESERVE(s->height, s->height_capacity, count)
-        || BUFFER_RESERVE(s->area, s->area_capacity, count)
-        || BUFFER_RESERVE(s->near, s->near_capacity, count))
+        || BUFFER_RESERVE(s->area, s->area_capacity, count))
         return 1;
     for (size_t i = 0; i < corners; i++) {
         if (i == 0 || index[i] != index[i - 1]) s->first[index[i]] = i;
@@ -88,10 +86,20 @@ void buildings_free(Buildings *s) {
     free(s->first);
     free(s->height);
     free(s->area);
-    free(s->crossing);
-    free(s->near);
     area_index_free(&s->index);
     *s = (Buildings){0};
+}
+
+int building_scratch_reserve(BuildingScratch *scratch, const Buildings *s) {
+    size_t corners = s->count > 0 ? s->first[s->count] : 0;
+    return BUFFER_RESERVE(scratch->crossing, scratch->crossing_capacity, corners)
+        || BUFFER_RESERVE(scratch->near, scratch->near_capacity, s->count);
+}
+
+void building_scratch_free(BuildingScratch *scratch) {
+    free(scratch->crossing);
+    free(scratch->near);
+    *scratch = (BuildingScratch){0};
 }
 
 /* The part of the link a-b that runs below `height`. */
@@ -116,15 +124,16 @@ static bool is_before(const uint32_t *a, const uint32_t *b) { return *a < *b; }
 /* There are few near a link. */
 DEFINE_INSERTION_SORT(sort_indices, uint32_t, is_before)
 
-Nearby buildings_near(Buildings *s, Position a, Position b, const double margin[2]) {
-    size_t count = area_index_near(&s->index, a, b, margin, s->near);
-    sort_indices(s->near, count);
-    return (Nearby){s->near, count};
+Nearby buildings_near(const Buildings *s, BuildingScratch *scratch, Position a, Position b,
+                      const double margin[2]) {
+    size_t count = area_index_near(&s->index, a, b, margin, scratch->near);
+    sort_indices(scratch->near, count);
+    return (Nearby){scratch->near, count};
 }
 
 /* Add what the link penetrates of building k. */
-static void penetrate_building(Buildings *s, uint32_t k, Position a, Position b, double length,
-                               bool finite, Penetration *sum) {
+static void penetrate_building(const Buildings *s, double *crossing, uint32_t k, Position a,
+                               Position b, double length, bool finite, Penetration *sum) {
     Span below = finite ? span_below(s->height[k], a, b) : (Span){0, 1};
     if (!(below.enter < below.leave)) return;
     const double (*ring)[2] = (const double (*)[2])(s->corner + s->first[k]);
@@ -133,19 +142,19 @@ static void penetrate_building(Buildings *s, uint32_t k, Position a, Position b,
         if (ring_contains(ring, n, a)) penetrate(sum, (Span){0, 1}, below, length);
         return;
     }
-    size_t crossings = ring_crossings(ring, n, a, b, s->crossing);
+    size_t crossings = ring_crossings(ring, n, a, b, crossing);
     for (size_t c = 0; c + 1 < crossings; c += 2)
-        penetrate(sum, (Span){s->crossing[c], s->crossing[c + 1]}, below, length);
+        penetrate(sum, (Span){crossing[c], crossing[c + 1]}, below, length);
 }
 
-bool buildings_penetrate(Buildings *s, Position a, Position b, Nearby near, const WallModel *model,
-                         double limit_db, Penetration *sum) {
+bool buildings_penetrate(const Buildings *s, BuildingScratch *scratch, Position a, Position b,
+                         Nearby near, const WallModel *model, double limit_db, Penetration *sum) {
     *sum = (Penetration){0, 0};
     double length = distance_between(a, b);
     Corridor way = corridor(a, b, (double[]){0, 0});
     for (size_t i = 0; i < near.count; i++) {
         if (!area_meets(&s->area[near.index[i]], &way)) continue;
-        penetrate_building(s, near.index[i], a, b, length, model->finite, sum);
+        penetrate_building(s, scratch->crossing, near.index[i], a, b, length, model->finite, sum);
         if (penetration_db(model, sum) > limit_db) return false;
     }
     return true;

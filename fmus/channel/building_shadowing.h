@@ -21,11 +21,16 @@ typedef struct {
     double *height;      /* above z = 0 [m] */
     Area *area;
     AreaIndex index;
-    double *crossing; /* scratch of one query */
-    uint32_t *near;
-    size_t corner_capacity, first_capacity, height_capacity, area_capacity, crossing_capacity,
-        near_capacity, wall_capacity, opaque_capacity;
+    size_t corner_capacity, first_capacity, height_capacity, area_capacity, wall_capacity,
+        opaque_capacity;
 } Buildings;
+
+/* What a query writes to; each thread has its own. */
+typedef struct {
+    double *crossing;
+    uint32_t *near;
+    size_t crossing_capacity, near_capacity;
+} BuildingScratch;
 
 typedef struct {
     double wall_db, indoor_db; /* per wall, per metre indoors */
@@ -45,16 +50,21 @@ int buildings_set(Buildings *, const double *corner, const int32_t *index, size_
                   const double *height, size_t count);
 void buildings_free(Buildings *);
 
+/* Make room for queries among these buildings; nonzero if memory is short. */
+int building_scratch_reserve(BuildingScratch *, const Buildings *);
+void building_scratch_free(BuildingScratch *);
+
 /* All buildings whose areas the link from a to b comes nearer to than `margin` in x and y, ascending;
- * valid until the next query. */
-Nearby buildings_near(Buildings *, Position a, Position b, const double margin[2]);
+ * valid until the next query with the same scratch. */
+Nearby buildings_near(const Buildings *, BuildingScratch *, Position a, Position b,
+                      const double margin[2]);
 
 /* What the link from a to b penetrates of the nearby buildings, given in ascending order. `finite`:
  * buildings end at their height, and a link that passes over the roof is free; otherwise they are
  * infinitely high. The result does not depend on buildings among them that are not in the way.
  * False, and `sum` is incomplete, as soon as the loss is above `limit_db`. */
-bool buildings_penetrate(Buildings *, Position a, Position b, Nearby, const WallModel *,
-                         double limit_db, Penetration *sum);
+bool buildings_penetrate(const Buildings *, BuildingScratch *, Position a, Position b, Nearby,
+                         const WallModel *, double limit_db, Penetration *sum);
 
 /* What all links between two areas have in common, seen in the plane. */
 typedef struct {

@@ -31,6 +31,7 @@ static void destroy(Instance *i, void *state) {
     reports_free(&c->reports);
     waiting_free(&c->gone);
     free(c->interferer);
+    free(c->sender);
     free(c);
 }
 
@@ -83,7 +84,8 @@ static ModelStatus output(Instance *i, void *state, double t) {
     reports_free(&none);
     if (failed) return out_of_memory(i);
     tell_busy_ratios(i, c);
-    return probes_update(i, &c->scene, &c->links.models);
+    View view = links_view(&c->links);
+    return probes_update(i, &view);
 }
 
 static ModelStatus step(Instance *i, void *state, double t, double h) {
@@ -99,12 +101,15 @@ static ModelStatus step(Instance *i, void *state, double t, double h) {
     if (status == MODEL_OK)
         status = packets_accept(i, &c->waiting, &c->scene, c->parameters.mac_header, start);
     if (status != MODEL_OK) return status;
-    if (run_until(c, end) || complete_arrivals(c, end)) return out_of_memory(i);
+    bool failed = expect_arrivals(c, start, end) || run_until(c, end) || complete_arrivals(c, end);
+    failed |= links_rest(&c->links); /* in any case */
+    if (failed) return out_of_memory(i);
     if (reports_release(&c->reports, variable_binary(i, VR_receptions),
                         variable_binary(i, VR_transmissions)))
         return out_of_memory(i);
     tell_busy_ratios(i, c);
-    return probes_update(i, &c->scene, &c->links.models);
+    View view = links_view(&c->links);
+    return probes_update(i, &view);
 }
 
 static size_t save(Instance *i, void *state, uint8_t *bytes) {

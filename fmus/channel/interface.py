@@ -120,6 +120,14 @@ _RADIO: Final = (
         unit="dB",
     ),
     whole("seed", 1, None, None, "Of the draws of receptions, fading and backoff", kind="UInt64"),
+    whole(
+        "threads",
+        0,
+        0,
+        64,
+        "That look for links, without effect on results; 0: up to 4, one per core, where it pays",
+        kind="UInt32",
+    ),
 )
 
 _MEDIUM_ACCESS: Final = (
@@ -317,12 +325,16 @@ _OUTPUTS: Final = (
 
 _MODULES: Final = (
     "parameters", "scene", "geometry", "area_index", "sort", "path_loss", "antenna",
-    "building_shadowing", "knife_edge", "vehicle_shadowing", "pair", "gap", "street_cells", "link",
-    "probe", "modulation", "error_rate", "random", "packets", "queues", "radios", "access_category",
-    "medium_access", "frames", "fading", "events", "reports", "state", "arrivals", "interference",
-    "schedule", "carrier_sense", "transmission", "reception", "dispatch",
+    "building_shadowing", "knife_edge", "vehicle_shadowing", "pair", "gap", "street_cells",
+    "surroundings", "team", "link", "probe", "modulation", "error_rate", "random", "packets",
+    "queues", "radios", "access_category", "medium_access", "frames", "fading", "events", "reports",
+    "state", "arrivals", "interference", "schedule", "carrier_sense", "transmission", "reception",
+    "dispatch",
 )  # fmt: skip
 """Each has a header and a source of its name."""
+
+_HEADERS: Final = ("clock", "decibel", "buffer", "threads")
+"""They have no source."""
 
 INTERFACE: Final = Interface(
     name="channel",
@@ -339,5 +351,5 @@ INTERFACE: Final = Interface(
         *_OUTPUTS,
     ),
     sources=("channel.c", *(f"{module}.c" for module in _MODULES)),
-    headers=("clock.h", "decibel.h", "buffer.h", *(f"{module}.h" for module in _MODULES)),
+    headers=tuple(f"{header}.h" for header in (*_HEADERS, *_MODULES)),
 )

@@ -18,6 +18,16 @@ Propagation propagation_prepare(const Parameters *p) {
     };
 }
 
+int pair_scratch_reserve(PairScratch *s, const Scene *scene) {
+    return building_scratch_reserve(&s->buildings, &scene->buildings)
+        || body_scratch_reserve(&s->bodies, &scene->bodies);
+}
+
+void pair_scratch_free(PairScratch *s) {
+    building_scratch_free(&s->buildings);
+    body_scratch_free(&s->bodies);
+}
+
 bool is_before(const Antenna *a, const Antenna *b) {
     if (a->at.x != b->at.x) return a->at.x < b->at.x;
     if (a->at.y != b->at.y) return a->at.y < b->at.y;
@@ -84,15 +94,18 @@ static bool shade(const Propagation *m, const BodyShadow *shadow, unsigned ways,
 static bool is_strong(const Pair *pair, double floor) { return pair->gain[0][CENTER] >= floor; }
 
 /* Apply what the link penetrates; false if it falls below the floor. */
-static bool pass_buildings(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b,
-                           double floor, Pair *pair) {
+static bool pass_buildings(const View *v, const Antenna *a, const Antenna *b, double floor,
+                           Pair *pair) {
+    const Propagation *m = v->models;
+    const Buildings *buildings = &v->scene->buildings;
+    BuildingScratch *scratch = &v->scratch->buildings;
     if (!m->parameters->building_shadowing) return true;
-    Nearby near = buildings_near(&s->buildings, a->at, b->at, NO_MARGIN);
+    Nearby near = buildings_near(buildings, scratch, a->at, b->at, NO_MARGIN);
     if (near.count == 0) return true;
     /* too high rather than too low, so that what is exact decides */
     double limit_db = floor > 0 ? rough_db(pair->gain[0][CENTER] / floor) : INFINITY;
     Penetration found;
-    if (!buildings_penetrate(&s->buildings, a->at, b->at, near, &m->walls, limit_db, &found))
+    if (!buildings_penetrate(buildings, scratch, a->at, b->at, near, &m->walls, limit_db, &found))
         return false;
     if (!(found.walls > 0 || found.indoors > 0)) return true;
     attenuate(pair, from_db(-penetration_db(&m->walls, &found)));
@@ -100,12 +113,15 @@ static bool pass_buildings(Scene *s, const Propagation *m, const Antenna *a, con
     return is_strong(pair, floor);
 }
 
-static bool pass_bodies(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b,
-                        unsigned ways, double floor, Pair *pair) {
+static bool pass_bodies(const View *v, const Antenna *a, const Antenna *b, unsigned ways,
+                        double floor, Pair *pair) {
+    const Propagation *m = v->models;
+    const Bodies *bodies = &v->scene->bodies;
+    BodyScratch *scratch = &v->scratch->bodies;
     if (!m->parameters->vehicle_shadowing) return true;
-    Nearby near = bodies_near(&s->bodies, a->at, b->at, NO_MARGIN);
+    Nearby near = bodies_near(bodies, scratch, a->at, b->at, NO_MARGIN);
     if (near.count == 0) return true;
-    BodyShadow shadow = bodies_shadow(&s->bodies, a, b, near, &m->edges, ways);
+    BodyShadow shadow = bodies_shadow(bodies, scratch, a, b, near, &m->edges, ways);
     return shade(m, &shadow, ways, floor, pair);
 }
 
@@ -116,14 +132,16 @@ static bool end(Pair *pair) {
 }
 
 /* No factor is above 1: a gain below the floor stays there. */
-bool pair_evaluate(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b,
-                   unsigned ways, double floor, Pair *pair) {
-    start(m, a, b, pair);
-    return is_strong(pair, floor) && pass_buildings(s, m, a, b, floor, pair)
-        && pass_bodies(s, m, a, b, ways, floor, pair) && end(pair);
+bool pair_evaluate(const View *v, const Antenna *a, const Antenna *b, unsigned ways, double floor,
+                   Pair *pair) {
+    start(v->models, a, b, pair);
+    return is_strong(pair, floor) && pass_buildings(v, a, b, floor, pair)
+        && pass_bodies(v, a, b, ways, floor, pair) && end(pair);
 }
 
-Attenuation attenuation(Scene *s, const Propagation *m, const Antenna *a, const Antenna *b) {
+Attenuation attenuation(const View *v, const Antenna *a, const Antenna *b) {
+    const Scene *s = v->scene;
+    const Propagation *m = v->models;
     const Parameters *p = m->parameters;
     Attenuation found = {.antennas_db = antennas_gain_db(p, a, b)};
     double gain[BANDS];
@@ -131,8 +149,9 @@ Attenuation attenuation(Scene *s, const Propagation *m, const Antenna *a, const 
     path_gains(&m->path_loss, &path, gain);
     found.path_db = to_db(1 / gain[CENTER]);
     if (p->vehicle_shadowing) {
-        Nearby near = bodies_near(&s->bodies, a->at, b->at, NO_MARGIN);
-        BodyShadow shadow = bodies_shadow(&s->bodies, a, b, near, &m->edges, BOTH);
+        BodyScratch *scratch = &v->scratch->bodies;
+        Nearby near = bodies_near(&s->bodies, scratch, a->at, b->at, NO_MARGIN);
+        BodyShadow shadow = bodies_shadow(&s->bodies, scratch, a, b, near, &m->edges, BOTH);
         for (int way = 0; way < 2; way++) {
             EdgeLoss loss = edges_loss(&shadow.edges[way], m->edges.scale.at[CENTER]);
             found.vehicles_db[way] = edge_loss_db(loss);
@@ -140,9 +159,10 @@ Attenuation attenuation(Scene *s, const Propagation *m, const Antenna *a, const 
         }
     }
     if (p->building_shadowing) {
-        Nearby near = buildings_near(&s->buildings, a->at, b->at, NO_MARGIN);
+        BuildingScratch *scratch = &v->scratch->buildings;
+        Nearby near = buildings_near(&s->buildings, scratch, a->at, b->at, NO_MARGIN);
         Penetration inside;
-        buildings_penetrate(&s->buildings, a->at, b->at, near, &m->walls, INFINITY, &inside);
+        buildings_penetrate(&s->buildings, scratch, a->at, b->at, near, &m->walls, INFINITY, &inside);
         found.buildings_db = penetration_db(&m->walls, &inside);
         if (inside.walls > 0 || inside.indoors > 0) found.kind[0] = found.kind[1] = NLOSB;
     }

@@ -30,10 +30,27 @@ typedef struct {
  * that rounding and ties cannot make a link depend on which of its ends was looked at first. */
 bool is_before(const Antenna *a, const Antenna *b);
 
+/* What looking between two antennas writes to; each thread has its own. */
+typedef struct {
+    BuildingScratch buildings;
+    BodyScratch bodies;
+} PairScratch;
+
+/* Make room for looking around in this scene; nonzero if memory is short. */
+int pair_scratch_reserve(PairScratch *, const Scene *);
+void pair_scratch_free(PairScratch *);
+
+/* What it takes to look between two antennas. */
+typedef struct {
+    const Scene *scene;
+    const Propagation *models;
+    PairScratch *scratch;
+} View;
+
 /* Evaluate a pair in the directions `ways`, `a` not after `b`. False, and `pair` is incomplete, as soon
  * as these directions have gains below `floor` at the centre. */
-bool pair_evaluate(Scene *, const Propagation *, const Antenna *a, const Antenna *b,
-                   unsigned ways, double floor, Pair *pair);
+bool pair_evaluate(const View *, const Antenna *a, const Antenna *b, unsigned ways, double floor,
+                   Pair *pair);
 
 /* No link that is longer on the ground has a higher gain at the centre. A little too high rather than
  * too low. */
@@ -46,6 +63,6 @@ typedef struct {
 } Attenuation;
 
 /* `a` not after `b`; at any distance. */
-Attenuation attenuation(Scene *, const Propagation *, const Antenna *a, const Antenna *b);
+Attenuation attenuation(const View *, const Antenna *a, const Antenna *b);
 
 #endif

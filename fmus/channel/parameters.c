@@ -32,6 +32,7 @@ static void read_radio(Instance *i, Parameters *p) {
     p->relay_delay = duration(i, VR_relay_delay);
     p->seed = uint64(i, VR_seed);
     p->mac_header = uint32(i, VR_mac_header);
+    p->workers = uint32(i, VR_threads);
     p->certain_snir = from_db(certain_snir_db(p->mode));
     p->capture_ratio = boolean(i, VR_frame_capture) ? from_db(real(i, VR_capture_margin)) : INFINITY;
     p->weak_receptions = boolean(i, VR_weak_receptions);

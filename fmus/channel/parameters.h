@@ -32,6 +32,7 @@ typedef struct {
     uint32_t mac_header;         /* [byte] */
     double certain_snir;         /* factor; see certain_snir_db */
     double capture_ratio;        /* factor; infinite: never */
+    uint32_t workers;            /* threads that look for links, the caller among them; 0: automatic */
     bool antenna_in_front, weak_receptions, band_edges;
     double noticeable; /* weaker frames change nothing but the SNIR of others */
     double negligible; /* weaker frames change nothing at all */

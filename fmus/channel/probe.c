@@ -62,12 +62,13 @@ static void set(Instance *i, uint32_t output, size_t k, double value) {
     ((double *)variable_data(i, output))[k] = value;
 }
 
-static void probe(Instance *i, Scene *s, const Propagation *models, const Probes *probes, size_t k) {
-    const Parameters *p = models->parameters;
-    Antenna transmitter = antenna_of(probes, k, 0, s), receiver = antenna_of(probes, k, 1, s);
+static void probe(Instance *i, const View *view, const Probes *probes, size_t k) {
+    const Parameters *p = view->models->parameters;
+    Antenna transmitter = antenna_of(probes, k, 0, view->scene);
+    Antenna receiver = antenna_of(probes, k, 1, view->scene);
     int way = is_before(&receiver, &transmitter) ? 1 : 0;
     const Antenna *a = way ? &receiver : &transmitter, *b = way ? &transmitter : &receiver;
-    Attenuation found = attenuation(s, models, a, b);
+    Attenuation found = attenuation(view, a, b);
     double power_db = found.antennas_db - found.path_db - found.buildings_db - found.vehicles_db[way];
     double power = p->transmit_power * from_db(power_db), snir = power / p->noise;
     set(i, VR_probe_path_loss, k, found.path_db);
@@ -81,10 +82,10 @@ static void probe(Instance *i, Scene *s, const Propagation *models, const Probes
     ((int32_t *)variable_data(i, VR_probe_link))[k] = found.kind[way];
 }
 
-ModelStatus probes_update(Instance *i, Scene *s, const Propagation *models) {
+ModelStatus probes_update(Instance *i, const View *view) {
     Probes probes = probes_of(i);
-    ModelStatus status = check(i, &probes, s, models->parameters);
+    ModelStatus status = check(i, &probes, view->scene, view->models->parameters);
     if (status != MODEL_OK) return status;
-    for (size_t k = 0; k < probes.count; k++) probe(i, s, models, &probes, k);
+    for (size_t k = 0; k < probes.count; k++) probe(i, view, &probes, k);
     return MODEL_OK;
 }

@@ -6,6 +6,6 @@
 #include "scene.h"
 
 /* Compute the outputs `probe.*` from the inputs. An error names the element that is wrong. */
-ModelStatus probes_update(Instance *, Scene *, const Propagation *);
+ModelStatus probes_update(Instance *, const View *);
 
 #endif

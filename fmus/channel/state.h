@@ -32,7 +32,8 @@ typedef struct {
     Events events;
     Reports reports;
     Interferer *interferer; /* scratch */
-    size_t interferer_capacity;
+    uint32_t *sender;
+    size_t interferer_capacity, sender_capacity;
 } Channel;
 
 /* See ModelOps. */

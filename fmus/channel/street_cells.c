@@ -127,19 +127,22 @@ static Area area_of(const StreetCells *s, uint32_t cell) {
 static Position center_of(const Area *a) { return (Position){a->center[0], a->center[1], 0}; }
 
 /* Only a building on the line between the centres is in the way of all links. */
-LossCode street_cells_find_loss(StreetCells *s, Scene *scene, const Propagation *m, uint32_t a,
-                                uint32_t b) {
+LossCode street_cells_find_loss(const StreetCells *s, const View *v, uint32_t a, uint32_t b) {
     static const double NO_MARGIN[2] = {0, 0};
+    const Scene *scene = v->scene;
+    const Propagation *m = v->models;
     Area from = area_of(s, a), to = area_of(s, b);
     Gap gap = gap_between(&from, &to, s->top);
     if (m->parameters->building_shadowing) {
-        Nearby near = buildings_near(&scene->buildings, center_of(&from), center_of(&to), NO_MARGIN);
+        Nearby near = buildings_near(&scene->buildings, &v->scratch->buildings, center_of(&from),
+                                     center_of(&to), NO_MARGIN);
         double enough = highest_gain(m, gap.shortest) / s->floor;
         for (size_t i = 0; i < near.count && gap.loss <= enough; i++)
             gap_meets(&gap, scene, m, near.index[i]);
     }
     LossCode code = (LossCode)smaller(to_db(gap.loss), LOSSES - 1);
-    s->loss[a * s->side + b] = s->loss[b * s->side + a] = code;
+    atomic_store_explicit(&s->loss[a * s->side + b], code, memory_order_relaxed);
+    atomic_store_explicit(&s->loss[b * s->side + a], code, memory_order_relaxed);
     return code;
 }
 

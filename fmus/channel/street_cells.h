@@ -5,9 +5,13 @@
 #ifndef STREET_CELLS_H
 #define STREET_CELLS_H
 #include "gap.h"
+#include <stdatomic.h>
 
 /* A loss in whole decibels, rounded down: 0 to LOSSES - 1. */
 typedef uint8_t LossCode;
+
+/* Several threads may look for the same loss at the same time; they find the same one. */
+typedef _Atomic(LossCode) SharedLoss;
 enum { LOSSES = 128, UNKNOWN_LOSS = 255 };
 
 /* How far links reach. */
@@ -30,7 +34,7 @@ typedef struct {
     size_t count, side;
     CellPlace *place;
     uint32_t *table; /* cells by place: a hash table of 2 * side entries, NO_CELL if free */
-    LossCode *loss;  /* between cell a and cell b: at a * side + b */
+    SharedLoss *loss; /* between cell a and cell b: at a * side + b */
     /* the cell of each vehicle of the scene, NO_CELL without a radio or without room */
     uint32_t *cell_of;
     size_t cell_of_capacity;
@@ -46,18 +50,18 @@ void street_cells_free(StreetCells *);
 void street_cells_prepare(StreetCells *, Reach *, const Propagation *, double floor, double range);
 
 /* What buildings take at least from all links between two cells, as far as it matters. */
-LossCode street_cells_find_loss(StreetCells *, Scene *, const Propagation *, uint32_t a, uint32_t b);
+LossCode street_cells_find_loss(const StreetCells *, const View *, uint32_t a, uint32_t b);
 
 /* Whether the link between two radios is too weak for `reach` at any rate. */
-static inline bool is_out_of_reach(StreetCells *s, Scene *scene, const Propagation *m,
-                                   const Reach *reach, size_t from, size_t to) {
-    const Position *p = &scene->antenna[from].at, *q = &scene->antenna[to].at;
+static inline bool is_out_of_reach(const StreetCells *s, const View *v, const Reach *reach,
+                                   size_t from, size_t to) {
+    const Position *p = &v->scene->antenna[from].at, *q = &v->scene->antenna[to].at;
     double x = q->x - p->x, y = q->y - p->y, square = x * x + y * y;
     if (square > reach->square[0]) return true;
     uint32_t a = s->cell_of[from], b = s->cell_of[to];
     if (reach->floor == 0 || a == NO_CELL || b == NO_CELL) return false;
-    LossCode loss = s->loss[a * s->side + b];
-    if (loss == UNKNOWN_LOSS) loss = street_cells_find_loss(s, scene, m, a, b);
+    LossCode loss = atomic_load_explicit(&s->loss[a * s->side + b], memory_order_relaxed);
+    if (loss == UNKNOWN_LOSS) loss = street_cells_find_loss(s, v, a, b);
     return square > reach->square[loss];
 }
 

@@ -12,8 +12,15 @@ static const double SHORTEST = 1e-9;
 int bodies_resize(Bodies *s, size_t count) {
     s->count = 0;
     if (BUFFER_RESERVE(s->body, s->body_capacity, count)
-        || BUFFER_RESERVE(s->area, s->area_capacity, count)
-        || BUFFER_RESERVE(s->near, s->near_capacity, count)
+        || BUFFER_RESERVE(s->area, s->area_capacity, count))
+        return 1;
+    s->count = count;
+    return 0;
+}
+
+int body_scratch_reserve(BodyScratch *s, const Bodies *bodies) {
+    size_t count = bodies->count;
+    if (BUFFER_RESERVE(s->near, s->near_capacity, count)
         || BUFFER_RESERVE(s->major, s->major_capacity, count + 2))
         return 1;
     for (int way = 0; way < 2; way++) {
@@ -24,8 +31,19 @@ int bodies_resize(Bodies *s, size_t count) {
             || BUFFER_RESERVE(row->height, row->height_capacity, count + 2))
             return 1;
     }
-    s->count = count;
     return 0;
+}
+
+void body_scratch_free(BodyScratch *s) {
+    free(s->near);
+    free(s->major);
+    for (int way = 0; way < 2; way++) {
+        free(s->row[way].owner);
+        free(s->row[way].v);
+        free(s->row[way].distance);
+        free(s->row[way].height);
+    }
+    *s = (BodyScratch){0};
 }
 
 void bodies_put(Bodies *s, size_t k, Position center, double heading, const double size[3]) {
@@ -41,14 +59,6 @@ int bodies_index(Bodies *s) { return area_index_build(&s->index, s->area, s->cou
 void bodies_free(Bodies *s) {
     free(s->body);
     free(s->area);
-    free(s->near);
-    free(s->major);
-    for (int way = 0; way < 2; way++) {
-        free(s->row[way].owner);
-        free(s->row[way].v);
-        free(s->row[way].distance);
-        free(s->row[way].height);
-    }
     area_index_free(&s->index);
     *s = (Bodies){0};
 }
@@ -57,8 +67,9 @@ EdgeModel edge_model(const Parameters *p) {
     return (EdgeModel){edge_scale(p), p->wavelength[CENTER], p->reciprocal};
 }
 
-Nearby bodies_near(Bodies *s, Position a, Position b, const double margin[2]) {
-    return (Nearby){s->near, area_index_near(&s->index, a, b, margin, s->near)};
+Nearby bodies_near(const Bodies *s, BodyScratch *scratch, Position a, Position b,
+                   const double margin[2]) {
+    return (Nearby){scratch->near, area_index_near(&s->index, a, b, margin, scratch->near)};
 }
 
 /* A link, with what all its edges have in common. */
@@ -106,9 +117,8 @@ static void stand(EdgeRow *row, const Way *w, double from, double to, double t, 
 
 /* Reciprocal: the edge stands in the middle of the part of the link over the body, seen alike from
  * both ends. Otherwise: at the first face from the transmitter; a body above it does not count. */
-static void place(Bodies *s, const Way *w, uint32_t k, bool reciprocal, unsigned ways,
-                  BodyShadow *shadow) {
-    const Body *body = &s->body[k];
+static void place(EdgeRow row[2], const Way *w, const Body *body, uint32_t k, bool reciprocal,
+                  unsigned ways, BodyShadow *shadow) {
     const double *center = body->outline.center;
     Span span;
     /* most links pass by: the distance of the centre from the line against the circle */
@@ -119,13 +129,13 @@ static void place(Bodies *s, const Way *w, uint32_t k, bool reciprocal, unsigned
     if (reciprocal) {
         double enter = larger(span.enter, 0), leave = smaller(span.leave, 1);
         if (enter <= leave)
-            stand(&s->row[0], w, a, b, (enter + leave) / 2, body, k, &shadow->blocked[0]);
+            stand(&row[0], w, a, b, (enter + leave) / 2, body, k, &shadow->blocked[0]);
         return;
     }
     if (ways & FORTH && span.enter > 0 && span.enter < 1)
-        stand(&s->row[0], w, a, b, span.enter, body, k, &shadow->blocked[0]);
+        stand(&row[0], w, a, b, span.enter, body, k, &shadow->blocked[0]);
     if (ways & BACK && span.leave > 0 && span.leave < 1)
-        stand(&s->row[1], w, b, a, 1 - span.leave, body, k, &shadow->blocked[1]);
+        stand(&row[1], w, b, a, 1 - span.leave, body, k, &shadow->blocked[1]);
 }
 
 /* Of edges in one place one stays: the higher one; in the direction-dependent model the one of the
@@ -148,7 +158,8 @@ static void merge(EdgeRow *row, bool reciprocal) {
     row->n = last + 1;
 }
 
-static Edges edges_of(Bodies *s, EdgeRow *row, const Way *w, double from, double to, bool reciprocal) {
+static Edges edges_of(BodyScratch *s, EdgeRow *row, const Way *w, double from, double to,
+                      bool reciprocal) {
     Edges edges = {row->v, 0, {1, 0}};
     if (row->n == 1) return edges;
     merge(row, reciprocal);
@@ -161,14 +172,15 @@ static Edges edges_of(Bodies *s, EdgeRow *row, const Way *w, double from, double
     return edges;
 }
 
-BodyShadow bodies_shadow(Bodies *s, const Antenna *a, const Antenna *b, Nearby nearby,
-                         const EdgeModel *model, unsigned ways) {
+BodyShadow bodies_shadow(const Bodies *bodies, BodyScratch *s, const Antenna *a, const Antenna *b,
+                         Nearby nearby, const EdgeModel *model, unsigned ways) {
     BodyShadow shadow = {.blocked = {false, false}};
     Way w = way_of(a->at, b->at, model);
     s->row[0].n = s->row[1].n = 1;
     for (size_t i = 0; i < nearby.count && w.length >= 8 * SHORTEST; i++) {
         uint32_t k = nearby.index[i];
-        if (k != a->body && k != b->body) place(s, &w, k, model->reciprocal, ways, &shadow);
+        if (k != a->body && k != b->body)
+            place(s->row, &w, &bodies->body[k], k, model->reciprocal, ways, &shadow);
     }
     if (model->reciprocal) {
         shadow.edges[0] = shadow.edges[1] =

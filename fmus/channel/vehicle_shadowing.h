@@ -28,11 +28,16 @@ typedef struct {
     Body *body;
     Area *area;
     AreaIndex index;
-    /* scratch of one query: bodies near the link; edges in its two directions; rope */
+    size_t body_capacity, area_capacity;
+} Bodies;
+
+/* What a query writes to: bodies near the link; edges in its two directions; rope. Each thread has its
+ * own. */
+typedef struct {
     uint32_t *near, *major;
     EdgeRow row[2];
-    size_t body_capacity, area_capacity, near_capacity, major_capacity;
-} Bodies;
+    size_t near_capacity, major_capacity;
+} BodyScratch;
 
 /* How bodies are turned into knife edges, prepared for many links. */
 typedef struct {
@@ -44,7 +49,7 @@ typedef struct {
 /* Directions of a link, from a to b and back, as bits. */
 enum { FORTH = 1, BACK = 2, BOTH = 3 };
 
-/* Of the two directions of a link; valid until the next query. */
+/* Of the two directions of a link; valid until the next query with the same scratch. */
 typedef struct {
     Edges edges[2];
     bool blocked[2]; /* a body rises above the straight line between the antennas */
@@ -58,19 +63,23 @@ void bodies_put(Bodies *, size_t k, Position center, double heading, const doubl
 int bodies_index(Bodies *);
 void bodies_free(Bodies *);
 
+/* Make room for queries among these bodies; nonzero if memory is short. */
+int body_scratch_reserve(BodyScratch *, const Bodies *);
+void body_scratch_free(BodyScratch *);
+
 #define NO_BODY SIZE_MAX
 
 EdgeModel edge_model(const Parameters *);
 
 /* All bodies whose areas the link from a to b comes nearer to than `margin` in x and y; valid until
- * the next query. */
-Nearby bodies_near(Bodies *, Position a, Position b, const double margin[2]);
+ * the next query with the same scratch. */
+Nearby bodies_near(const Bodies *, BodyScratch *, Position a, Position b, const double margin[2]);
 
 /* Shadows on the link between a and b in the directions `ways`; in a reciprocal model they are equal,
  * and it is that of the first that counts. The bodies that carry the antennas never shadow. The
  * result does not depend on the order of the nearby bodies, nor on bodies among them that are not in
  * the way. */
-BodyShadow bodies_shadow(Bodies *, const Antenna *a, const Antenna *b, Nearby, const EdgeModel *,
-                         unsigned ways);
+BodyShadow bodies_shadow(const Bodies *, BodyScratch *, const Antenna *a, const Antenna *b, Nearby,
+                         const EdgeModel *, unsigned ways);
 
 #endif

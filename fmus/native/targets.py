@@ -28,6 +28,7 @@ COMMON_FLAGS: Final = (
     "-shared",
     "-s",
 )
+LINUX_LIBRARIES: Final = ("-lm", "-Wl,--as-needed", "-lpthread")  # threads: the channel's only
 ELF_FLAGS: Final = ("-fPIC", "-Wl,-Bsymbolic", "-Wl,--build-id=none")
 ZIG_FLAGS: Final = ("-fno-sanitize=undefined",)  # Zig's own default for C is to trap
 
@@ -56,13 +57,13 @@ TARGETS: Final = (
         platform="x86_64-linux",
         suffix=".so",
         zig=("-target", "x86_64-linux-gnu.2.17", "-mcpu=x86_64_v2"),
-        flags=(*ELF_FLAGS, "-lm"),
+        flags=(*ELF_FLAGS, *LINUX_LIBRARIES),
     ),
     Target(
         platform="aarch64-linux",
         suffix=".so",
         zig=("-target", "aarch64-linux-gnu.2.17"),
-        flags=(*ELF_FLAGS, "-lm"),
+        flags=(*ELF_FLAGS, *LINUX_LIBRARIES),
     ),
     Target(
         platform="x86_64-windows",

@@ -26,9 +26,10 @@ class Wave:
     participants: tuple[Participant, ...]
 
     def step_to(self, t: Time) -> None:
-        """Let each take its step that ends at `t`, and publish."""
+        """Let each take its step that ends at `t`, unless it has begun it already, and publish."""
         for each in self.participants:
-            each.begin(t - each.step_size)
+            if not each.is_begun:
+                each.begin(t - each.step_size)
         for each in self.participants:
             each.finish()
             each.publish()

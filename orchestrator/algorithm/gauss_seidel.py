@@ -65,6 +65,11 @@ class GaussSeidel(CosimulationAlgorithm):
         return ages_by_turn(system, self.turns(system))
 
     @override
+    def depart(self, t: Time, due: Due) -> None:
+        for participant in due.participants:
+            participant.begin_ahead(t)
+
+    @override
     def arrive(self, t: Time, due: Due) -> None:
         # a wave at a time gives the same values as one at a time, and lets concurrent
         # components work side by side

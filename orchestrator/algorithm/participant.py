@@ -2,6 +2,7 @@
 
 import abc
 from collections.abc import Mapping
+from contextlib import nullcontext, suppress
 from time import perf_counter_ns
 from typing import Any, ClassVar, Final
 
@@ -29,13 +30,14 @@ class Participant(abc.ABC):
         name: of the component in its system.
         step_size: communication step size [ns].
         is_concurrent: whether the step runs elsewhere between `begin` and `finish`.
+        is_begun: whether a step has been begun that has not been waited for yet.
         sources: the names of the components it reads.
         published: the outputs that others may see now; updated in place by `publish`.
         wall_time_ns: time spent in calls of the component so far [ns].
     """
 
-    __slots__ = ("_check_outputs", "_component", "_feeds", "_pending", "_starts", "name",
-                 "published", "sources", "step_size", "wall_time_ns")  # fmt: skip
+    __slots__ = ("_check_outputs", "_component", "_feeds", "_pending", "_starts", "is_begun",
+                 "name", "published", "sources", "step_size", "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
 
@@ -50,6 +52,7 @@ class Participant(abc.ABC):
         self.step_size: Final = step_size
         self.published: Final[dict[str, Signal]] = {}
         self.sources: frozenset[str] = frozenset()
+        self.is_begun = False
         self.wall_time_ns = 0
         self._component = component
         self._check_outputs = OutputCheck(connectors).problems
@@ -95,6 +98,14 @@ class Participant(abc.ABC):
     @abc.abstractmethod
     def begin(self, t: Time) -> None:
         """Start the step from `t`, holding the inputs that are published now."""
+
+    @abc.abstractmethod
+    def begin_ahead(self, t: Time) -> None:
+        """Start the step from `t` before its turn comes, if it works elsewhere and reads nobody.
+
+        What it sees does not depend on when it steps. If the run ends before its step does, what
+        comes of the step is ignored, an error too.
+        """
 
     @abc.abstractmethod
     def finish(self) -> None:
@@ -237,6 +248,10 @@ class LocalParticipant(Participant):
             raise self._failure(t, error) from error
 
     @override
+    def begin_ahead(self, t: Time) -> None:
+        pass
+
+    @override
     def finish(self) -> None:
         pass
 
@@ -248,7 +263,7 @@ class LocalParticipant(Participant):
 class ConcurrentParticipant(Participant):
     """A component that steps elsewhere between `begin` and `finish`."""
 
-    __slots__ = ("_begun_at", "_concurrent", "_is_begun")
+    __slots__ = ("_begun_at", "_concurrent", "_is_ahead")
 
     is_concurrent = True
 
@@ -262,7 +277,7 @@ class ConcurrentParticipant(Participant):
         super().__init__(name, component, connectors, step_size)
         self._concurrent = component
         self._begun_at: Time = 0
-        self._is_begun = False
+        self._is_ahead = False
 
     @override
     def begin(self, t: Time) -> None:
@@ -273,12 +288,12 @@ class ConcurrentParticipant(Participant):
             self._concurrent.begin_step(inputs, t, self.step_size)
         except Exception as error:
             raise self._failure(t, error) from error
-        self._is_begun = True
+        self.is_begun, self._is_ahead = True, False
         self.wall_time_ns += perf_counter_ns() - before
 
     @override
     def finish(self) -> None:
-        self._is_begun = False
+        self.is_begun = False
         before = perf_counter_ns()
         try:
             self._concurrent.finish_step()
@@ -289,9 +304,16 @@ class ConcurrentParticipant(Participant):
             raise self._failure(self._begun_at, error) from error
 
     @override
+    def begin_ahead(self, t: Time) -> None:
+        if not self.sources:
+            self.begin(t)
+            self._is_ahead = True
+
+    @override
     def settle(self) -> None:
-        if self._is_begun:
-            self.finish()
+        if self.is_begun:
+            with suppress(ComponentError) if self._is_ahead else nullcontext():
+                self.finish()
 
 
 def participant(

@@ -77,7 +77,12 @@ class Result:
 
 
 def perform(work: Work) -> Result:
-    """Run; errors become results, because not every exception survives the way back."""
+    """Run; errors become results, because not every exception survives the way back.
+
+    The workers keep all cores busy already, so components have no threads of their own in any run
+    of this process (`NLOSIM_THREADS`), unless the environment says otherwise.
+    """
+    os.environ.setdefault("NLOSIM_THREADS", "1")
     begin = time.perf_counter()
     try:
         scenario = load_scenario(Path(work.scenario), work.overrides)

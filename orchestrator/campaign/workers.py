@@ -137,6 +137,8 @@ def local_workers(count: int | None, scratch: Path) -> Iterator[Workers]:
             processes=True,
             memory_limit=0,
             dashboard_address=None,
+            # the port that Dask prefers may be taken by another experiment, of which it warns
+            scheduler_kwargs={"dashboard_address": ":0"},
             local_directory=str(scratch),
             silence_logs=logging.CRITICAL,
         ) as cluster,

@@ -22,7 +22,7 @@ VALUE is YAML. May be given several times."""
 
 _RUN: Final = """\
 The run directory holds the recording, manifest.json, metrics.json, log.txt, and what report and
-measures make: tables in measures/, figures in measures.svg, measures.png and figure.png.
+measures make: tables in measures/, figures in measures.svg and figure.png.
 Ctrl-C stops the run at the next communication point; what was recorded can be read.
 
 examples:
@@ -56,7 +56,7 @@ Components in the order in which they step, connections and how old the values t
 along them are, direct feedthrough and algebraic loops."""
 
 _REPORT: Final = """\
-Of a run: writes metrics.json, measures/, measures.svg, measures.png and the report's figure.png
+Of a run: writes metrics.json, measures/, measures.svg and the report's figure.png
 into its directory. If the scenario does not speak of measures, all are asked whose signals are
 recorded. Of an experiment, which may have been interrupted: runs.parquet, summary.csv, and the
 folder `report` of the experiment's report."""

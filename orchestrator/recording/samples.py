@@ -38,9 +38,9 @@ class SampleWriter(abc.ABC):
     def write(self, value: Any) -> None:
         """Append one sample, which fits the connector."""
 
+    @abc.abstractmethod
     def write_rows(self, rows: Rows, count: int) -> None:
         """Append `count` samples of one size, or of type Binary."""
-        raise NotImplementedError
 
 
 class _UniformWriter(SampleWriter):
@@ -132,8 +132,6 @@ class _BinaryWriter(_RowsWriter):
 
     @override
     def write_rows(self, rows: Rows, count: int) -> None:
-        if rows.sizes is None:
-            raise NotImplementedError
         values, sizes = self.parts
         values.append_samples(rows.data, rows.sizes)
         sizes.append_rows(rows.sizes.tobytes(), count)

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from matplotlib.axes import Axes
 from typing_extensions import override
 
 from orchestrator import Measure
@@ -19,6 +18,9 @@ from studies.measures.freshness import NEVER, instants_between, neighbours_at
 from studies.measures.radio import Kind
 from studies.measures.style import draw_shares
 from studies.measures.vehicles import beneath, vehicles_in
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,7 +89,7 @@ def _table(there: Array, aware: Array, edges: Sequence[float]) -> dict[str, Arra
     return {**bin_columns(edges), **counts, "nar": share, "low": low, "high": high}
 
 
-def _draw(axes: Axes, table: Mapping[str, Array]) -> None:
+def _draw(axes: "Axes", table: Mapping[str, Array]) -> None:
     place = (table["from_m"] + table["to_m"]) / 2
     draw_shares(axes, {"all": (place, table["nar"], table["low"], table["high"])})
     axes.set_ylabel("neighbour awareness ratio")

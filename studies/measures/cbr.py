@@ -2,20 +2,22 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from matplotlib.axes import Axes
 from typing_extensions import override
 
 from orchestrator import Measure
-from orchestrator.drawing import COLOURS
 from orchestrator.measure import Answer
+from orchestrator.palette import COLOURS
 from orchestrator.parameters import parameter
 from orchestrator.recording.reader import Recording, Series
 from orchestrator.signal import Array
 from studies.measures.bins import spread
 from studies.measures.vehicles import Vehicles, beneath, vehicles_in
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,7 +103,7 @@ def _over_time(times: Array, found: list[Array]) -> dict[str, Array]:
     return {"time_s": times, "radios": radios, "mean": mean, "p95": p95, "max": most}
 
 
-def _draw(axes: Axes, table: dict[str, Array]) -> None:
+def _draw(axes: "Axes", table: dict[str, Array]) -> None:
     for name, colour in zip(("mean", "p95", "max"), COLOURS, strict=False):
         axes.plot(table["time_s"], table[name], color=colour, label=name, lw=1.0)
     axes.set_xlabel("time [s]")

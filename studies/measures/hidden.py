@@ -2,10 +2,9 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
-from matplotlib.axes import Axes
 from typing_extensions import override
 
 from fmus.messages.records import LINKS
@@ -35,6 +34,9 @@ from studies.measures.radio import Kind
 from studies.measures.sight import LOS, Bodies, Walls
 from studies.measures.style import draw_shares, draw_survival
 from studies.measures.vehicles import beneath, near_pairs, plane_distance, vehicles_in
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _EDGES: Final = tuple(20.0 * k for k in range(6))
 _HIDDEN: Final = "hidden"
@@ -266,7 +268,7 @@ def _share(part: int, whole: int) -> float | None:
     return float(part / whole) if whole else None
 
 
-def _draw(axes: Axes, table: Mapping[str, Array]) -> None:
+def _draw(axes: "Axes", table: Mapping[str, Array]) -> None:
     place = (table["from_m"] + table["to_m"]) / 2
     rows = {}
     for name in _GROUPS:

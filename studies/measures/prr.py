@@ -2,10 +2,9 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
-from matplotlib.axes import Axes
 from typing_extensions import override
 
 from fmus.messages.records import FATES, LINKS, RECEPTION, TRANSMISSION
@@ -27,6 +26,9 @@ from studies.measures.intended import intended_ratio
 from studies.measures.radio import RECEIVED, Kind, batches, table_of, weak_recorded
 from studies.measures.style import draw_shares
 from studies.measures.vehicles import ABSENT, Vehicles, beneath, plane_distance, vehicles_in
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _SENT: Final = FATES.index("sent")
 _ALL: Final = "all"
@@ -157,7 +159,7 @@ def _total(name: str, tried: Any, heard: Any) -> dict[str, float | int | None]:
     return {**share(int(heard), int(tried), f"prr{ending}"), f"receivers{ending}": int(tried)}
 
 
-def _draw(axes: Axes, table: Mapping[str, Array], left_out: str | None) -> None:
+def _draw(axes: "Axes", table: Mapping[str, Array], left_out: str | None) -> None:
     place = (table["from_m"] + table["to_m"]) / 2
     rows = {}
     for name in (_ALL, *LINKS):

@@ -1,18 +1,20 @@
 """How the panels of all measures look."""
 
 from collections.abc import Mapping
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from matplotlib.axes import Axes
 
-from orchestrator.drawing import COLOURS, LINK_COLOURS
+from orchestrator.palette import COLOURS, LINK_COLOURS
 from orchestrator.signal import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _DISTANCE: Final = "distance [m]"
 
 
-def draw_shares(axes: Axes, rows: Mapping[str, tuple[Array, Array, Array, Array]]) -> None:
+def draw_shares(axes: "Axes", rows: Mapping[str, tuple[Array, Array, Array, Array]]) -> None:
     """Draw shares over distance with their intervals.
 
     Args:
@@ -31,7 +33,7 @@ def draw_shares(axes: Axes, rows: Mapping[str, tuple[Array, Array, Array, Array]
         axes.legend(fontsize="small")
 
 
-def draw_survival(axes: Axes, curve: tuple[Array, Array]) -> None:
+def draw_survival(axes: "Axes", curve: tuple[Array, Array]) -> None:
     """Draw what share of something has happened by a time.
 
     Args:
@@ -46,7 +48,7 @@ def draw_survival(axes: Axes, curve: tuple[Array, Array]) -> None:
     axes.set_ylim(-0.02, 1.02)
 
 
-def draw_quantiles(axes: Axes, table: Mapping[str, Array], label: str) -> None:
+def draw_quantiles(axes: "Axes", table: Mapping[str, Array], label: str) -> None:
     """Draw median, mean and 95th percentile over distance.
 
     Args:
@@ -69,7 +71,7 @@ def draw_quantiles(axes: Axes, table: Mapping[str, Array], label: str) -> None:
     axes.legend(fontsize="small")
 
 
-def draw_distribution(axes: Axes, values: Mapping[str, Array], label: str) -> None:
+def draw_distribution(axes: "Axes", values: Mapping[str, Array], label: str) -> None:
     """Draw empirical distribution functions.
 
     Args:

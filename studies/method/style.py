@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from orchestrator.drawing import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
 from orchestrator.intervals import Estimate
+from orchestrator.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,8 @@ from matplotlib.transforms import Bbox
 
 from fmus.messages.apm import Apm, decode, split
 from fmus.messages.records import LINKS, NO_VEHICLE, OUTCOMES
-from orchestrator.drawing import (
+from orchestrator.drawing import styled, write
+from orchestrator.palette import (
     BLACK,
     BLUE,
     GREEN,
@@ -25,8 +26,6 @@ from orchestrator.drawing import (
     PURPLE,
     SKY,
     VERMILLION,
-    styled,
-    write,
 )
 from studies.red_light.metrics import Metrics
 from studies.red_light.roles import BLOCKING, COLLISION, EGO, ROADSIDE, SHARING

@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
-from orchestrator.drawing import BLACK, BLUE, GREEN, VERMILLION, styled, write
+from orchestrator.drawing import styled, write
+from orchestrator.palette import BLACK, BLUE, GREEN, VERMILLION
 from studies.training.results import OUTCOMES, Findings, Row
 
 NAME: Final = "training"

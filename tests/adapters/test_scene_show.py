@@ -11,7 +11,7 @@ from matplotlib.text import Annotation
 from adapters.traffic.bodies import Body
 from adapters.traffic.drawing import View, draw
 from orchestrator.cli import main
-from orchestrator.drawing import GREEN, VERMILLION
+from orchestrator.palette import GREEN, VERMILLION
 
 
 def test_a_view_is_a_square_around_its_center_as_far_as_there_is_something() -> None:

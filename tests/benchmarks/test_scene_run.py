@@ -1,6 +1,8 @@
 """The benchmark of the city: what its cases give, and what is made of the measurements."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,7 +12,7 @@ from benchmarks.benchmark import Measurement
 from benchmarks.page import page
 from benchmarks.scene import SceneBenchmark, work
 from benchmarks.scene.benchmark import Adapter, CityRun, DurationError
-from benchmarks.scene.process import MeasurementError, apart
+from benchmarks.scene.process import MeasurementError, apart, peak_mib
 
 
 def test_a_run_says_what_it_took() -> None:
@@ -19,10 +21,24 @@ def test_a_run_says_what_it_took() -> None:
     assert found["radios"] == pytest.approx(100, rel=0.06)
     assert found["lidars"] == 0.0
     assert 0.0 < found["cpu_s"] < 60.0
+    assert 0.0 < found["loading_s"] < 60.0
     assert 20.0 < found["peak_mib"] < 2000.0
     assert found["recorded_bytes"] > 100_000
     parts = ("traffic_s", "channel_s", "facilities_s", "recording_s", "orchestrator_s")
-    assert sum(found[part] for part in parts) == pytest.approx(found["wall_s"], rel=1e-6)
+    spent = sum(found[part] for part in parts)
+    assert spent + found["loading_s"] == pytest.approx(found["wall_s"], rel=1e-6)
+
+
+BURNER = "import time\nx = b'x' * 300_000_000\nwhile time.process_time() < 0.5: pass"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows does not tell of other processes")
+def test_processes_that_were_started_count() -> None:
+    cpu = work.cpu_s()
+    subprocess.run([sys.executable, "-c", BURNER], check=True)
+    assert work.cpu_s() - cpu >= 0.45
+    if memory := peak_mib():  # only Linux tells
+        assert memory["peak_mib"] >= 3e8 / 2**20 + 20.0  # of that process and of this one
 
 
 def test_the_component_costs_more_than_sumo_alone() -> None:
@@ -37,16 +53,23 @@ def test_work_apart_says_what_failed() -> None:
 
 def test_rows_compare_with_targets_and_with_sumo() -> None:
     one = {"simulated_s": 20.0, "radios": 300.0, "peak_mib": 200.0, "channel_s": 4.0}
+    one |= {"loading_s": 1.5}
     measured: dict[str, list[Measurement]] = {
-        "radios/100": [{**one, "cpu_s": 1.0, "recorded_bytes": 2e7}],
-        "radios/300": [{**one, "cpu_s": cpu, "recorded_bytes": 2e8} for cpu in (8.0, 5.0, 10.0)],
+        "radios/100": [{**one, "wall_s": 1.0, "cpu_s": 2.0, "recorded_bytes": 2e7}],
+        "radios/300": [
+            {**one, "wall_s": wall, "cpu_s": 1.6 * wall, "recorded_bytes": 2e8}
+            for wall in (8.0, 5.0, 10.0)
+        ],
         "traffic/300": [{"simulated_s": 20.0, "cpu_s": 0.5, "sumo_cpu_s": 0.4}],
     }
     without, radios, traffic = SceneBenchmark().rows(measured)
     assert (without.ours, without.peer, without.ratio) == (20.0, None, None)
     assert (radios.ours, radios.low, radios.high) == (2.5, 2.0, 4.0)
     assert (radios.peer, radios.peer_name, radios.ratio) == (5.0, "target", 0.5)
+    assert (radios.unit, traffic.unit) == ("simulated s / s", "simulated s / CPU s")
     assert radios.details == {
+        "simulated_s_per_cpu_s": pytest.approx(20.0 / 12.8),
+        "loading_s": 1.5,
         "radios": 300.0,
         "peak_mib": 200.0,
         "channel_s_per_s": 0.2,

@@ -15,7 +15,7 @@ NEEDS_VALGRIND: Final = pytest.mark.skipif(
     shutil.which("valgrind") is None, reason="valgrind is not installed"
 )
 _NATIVE = Path(__file__).parent / "native"
-_ALLOCATORS = ("malloc", "calloc", "realloc", "free")
+_STARVED = [f"-D{name}=test_{name}" for name in ("malloc", "calloc", "realloc", "free")]
 
 
 def build_program(unit_name: str, driver: Path, folder: Path) -> Path:
@@ -26,12 +26,6 @@ def build_program(unit_name: str, driver: Path, folder: Path) -> Path:
     """
     unit = load_unit(unit_name)
     unit.write_generated(folder)
-    (folder / "declarations.h").write_text(
-        "#include <stdlib.h>\n"
-        "void *test_malloc(size_t);\nvoid *test_calloc(size_t, size_t);\n"
-        "void *test_realloc(void *, size_t);\nvoid test_free(void *);\n"
-        + "".join(f"#define {name} test_{name}\n" for name in _ALLOCATORS)
-    )
     compiler = [sys.executable, "-m", "ziglang", "cc", "-std=c11", "-O1", "-g", "-mcpu=baseline"]
     folders = [folder, SHELL, unit.folder, _NATIVE]
     include = [argument for path in folders for argument in ("-I", str(path))]
@@ -39,10 +33,9 @@ def build_program(unit_name: str, driver: Path, folder: Path) -> Path:
     objects = []
     for source in (*unit.sources(), folder / "variables.c"):
         objects.append(str(folder / f"{Path(source).stem}.o"))
-        starve = ["-include", str(folder / "declarations.h")]
-        _run([*compiler, *include, *starve, "-c", str(source), "-o", objects[-1]])
+        _run([*compiler, *include, *_STARVED, "-c", str(source), "-o", objects[-1]])
     program = folder / driver.stem
-    _run([*compiler, *include, str(driver), *objects, "-lm", "-o", str(program)])
+    _run([*compiler, *include, str(driver), *objects, "-lm", "-lpthread", "-o", str(program)])
     return program
 
 

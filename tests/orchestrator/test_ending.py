@@ -166,6 +166,23 @@ def test_a_step_that_was_begun_and_fails_beyond_the_end_fails_wherever_it_runs(
         run(Jacobi(), {"a": 10, "b": 60}, goal=1, until=OVER, place=place, fails_at=0)
 
 
+@pytest.mark.parametrize("fails_at", [0, None])
+@pytest.mark.parametrize("place", [InOnePiece, in_two_pieces])
+def test_a_step_that_gauss_seidel_need_not_take_fails_nowhere(
+    place: Callable[[Counter], Component], fails_at: Time | None
+) -> None:
+    """`b` reads nobody, so elsewhere it has begun its step from 0 to 60; the run ends at 10."""
+    counters = {"a": Counter(1), "b": Counter(fails_at=fails_at)}
+    system = System(
+        {name: place(counter) for name, counter in counters.items()},
+        {"a": 10, "b": 60},
+        [Connection(Endpoint("b", "sum"), Endpoint("a", "u"))],
+    )
+    result = simulate(system, GaussSeidel(), start=0, stop=60, seed=0, until=OVER)
+    assert (result.status, result.time) == ("done", 10)
+    assert int(np.asarray(result.values["b"]["sum"])) == 0
+
+
 @pytest.mark.parametrize(
     ("until", "message"),
     [

@@ -204,6 +204,17 @@ class CarelessWorkers:
             yield key, perform(each)
 
 
+@pytest.mark.parametrize(("before", "after"), [(None, "1"), ("3", "3")])
+def test_components_have_no_threads_of_their_own_in_workers(
+    before: str | None, after: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NLOSIM_THREADS", before or "")
+    if before is None:
+        monkeypatch.delenv("NLOSIM_THREADS")
+    perform(Work(scenario="nowhere.yaml", overrides=(), keep=None, scratch=None))
+    assert os.environ["NLOSIM_THREADS"] == after
+
+
 def test_an_interruption_that_falls_into_a_destructor_is_not_lost(
     scenario_file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from orchestrator.drawing import BLUE, COLOURS, GREY, LINK_COLOURS, VERMILLION
 from orchestrator.intervals import wilson
+from orchestrator.palette import BLUE, COLOURS, GREY, LINK_COLOURS, VERMILLION
 from orchestrator.signal import Array
 from studies.verification.channel.comparison import Comparison, ReceptionRatio
 from studies.verification.channel.fading import FADING_STATISTICS

@@ -13,7 +13,7 @@ from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 from shapely.geometry.polygon import orient
 
-from orchestrator.drawing import BLUE, COLOURS, GREEN, GREY, LIGHT, ORANGE, VERMILLION
+from orchestrator.palette import BLUE, COLOURS, GREEN, GREY, LIGHT, ORANGE, VERMILLION
 from studies.verification.drawing import Drawing
 from studies.verification.perception.parameter_set import (
     RECOMMENDED,

@@ -114,6 +114,10 @@ class _Town(ctypes.Structure):
     )  # fmt: skip
 
 
+class _Announced(ctypes.Structure):
+    _fields_ = (("workers", c_size_t), ("width", c_size_t), ("radio", POINTER(c_uint32)))
+
+
 class _Matrix(ctypes.Structure):
     _fields_ = (
         *((name, POINTER(c_double)) for name in ("gain", "distance")),
@@ -155,12 +159,32 @@ def _matrix(m: LinkMatrix) -> _Matrix:
     )  # fmt: skip
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Announced:
+    """What is announced while rows are asked for.
+
+    Attributes:
+        workers: threads that find them, the caller among them; 0: nothing is announced.
+        width: so many rows are announced in front of each so many rows that are asked for.
+        radios: whose rows are announced, at least as many as are asked for.
+    """
+
+    workers: int
+    width: int
+    radios: Sequence[int]
+
+
+NOTHING = Announced(workers=0, width=1, radios=())
+
+
 def link_rows(
     primitives: Primitives,
     town: Town,
     propagation: Propagation,
     floor: float | Sequence[float] = 0.0,
     order: Sequence[int] | None = None,
+    *,
+    announced: Announced = NOTHING,
 ) -> LinkMatrix:
     """The rows of the transmitters in `order`, each with its floor (or all with one)."""
     out = LinkMatrix.empty(town.vehicles)
@@ -168,7 +192,10 @@ def link_rows(
     floors = [float(x) for x in np.broadcast_to(np.asarray(floor, float), len(rows))]
     failed = primitives.library.link_rows(
         ctypes.byref(_town(town)), ctypes.byref(_model(propagation)), c_size_t(len(rows)),
-        (c_uint32 * len(rows))(*rows), _floats(floors), ctypes.byref(_matrix(out)),
+        (c_uint32 * len(rows))(*rows), _floats(floors),
+        ctypes.byref(_Announced(announced.workers, announced.width,
+                                (c_uint32 * len(announced.radios))(*announced.radios))),
+        ctypes.byref(_matrix(out)),
     )  # fmt: skip
     assert not failed
     return out

@@ -69,17 +69,20 @@ EXPORT int penetrations(size_t corners, const double *corner, const int32_t *ind
                         const double *height, bool finite, size_t n, const double *a,
                         const double *b, double *walls, double *indoors) {
     Buildings buildings = {0};
-    int failed = buildings_set(&buildings, corner, index, corners, height, count);
+    BuildingScratch scratch = {0};
+    int failed = buildings_set(&buildings, corner, index, corners, height, count)
+        || building_scratch_reserve(&scratch, &buildings);
     for (size_t i = 0; i < n && !failed; i++) {
         Position from = position(a + 3 * i), to = position(b + 3 * i);
-        Nearby near = buildings_near(&buildings, from, to, NO_MARGIN);
+        Nearby near = buildings_near(&buildings, &scratch, from, to, NO_MARGIN);
         WallModel model = {1, 1, finite};
         Penetration p;
-        buildings_penetrate(&buildings, from, to, near, &model, INFINITY, &p);
+        buildings_penetrate(&buildings, &scratch, from, to, near, &model, INFINITY, &p);
         walls[i] = p.walls;
         indoors[i] = p.indoors;
     }
     buildings_free(&buildings);
+    building_scratch_free(&scratch);
     return failed;
 }
 
@@ -89,24 +92,27 @@ EXPORT int shadows(size_t bodies, const double *center, const double *heading, c
                    const int64_t *own_a, const int64_t *own_b, const double *wavelength,
                    double (*loss)[2], bool (*blocked)[2]) {
     Bodies s = {0};
+    BodyScratch scratch = {0};
     int failed = bodies_resize(&s, bodies);
     if (!failed) {
         for (size_t k = 0; k < bodies; k++)
             bodies_put(&s, k, position(center + 3 * k), heading[k], size + 3 * k);
-        failed = bodies_index(&s);
+        failed = bodies_index(&s) || body_scratch_reserve(&scratch, &s);
     }
     for (size_t i = 0; i < n && !failed; i++) {
         double w = wavelength[i];
         Parameters p = {.wavelength = {w, w, w}, .knife_edge_factor = factor, .reciprocal = reciprocal};
         EdgeModel model = edge_model(&p);
         Antenna from = antenna(a + 3 * i, own_a[i]), to = antenna(b + 3 * i, own_b[i]);
-        BodyShadow shadow = bodies_shadow(&s, &from, &to, bodies_near(&s, from.at, to.at, NO_MARGIN), &model, BOTH);
+        Nearby near = bodies_near(&s, &scratch, from.at, to.at, NO_MARGIN);
+        BodyShadow shadow = bodies_shadow(&s, &scratch, &from, &to, near, &model, BOTH);
         for (int way = 0; way < 2; way++) {
             loss[i][way] = edge_loss_db(edges_loss(&shadow.edges[way], model.scale.at[CENTER]));
             blocked[i][way] = shadow.blocked[way];
         }
     }
     bodies_free(&s);
+    body_scratch_free(&scratch);
     return failed;
 }
 
@@ -216,21 +222,44 @@ static void put(const LinkMatrix *m, size_t n, size_t from, const Link *link, in
     m->rank[k] = rank;
 }
 
+/* What is announced while the rows are asked for: in front of each `width` of them, as many of
+ * `radio`, to so many workers; nothing if `workers` is 0. Between rows a single link is asked for. */
+typedef struct {
+    size_t workers, width;
+    const uint32_t *radio;
+} Announced;
+
+static int announce(Links *links, const Announced *a, size_t i, size_t rows, double floor) {
+    if (a->workers == 0 || i % a->width > 0) return 0;
+    size_t count = rows - i < a->width ? rows - i : a->width;
+    Expected expected = {a->radio + i, count, floor, floor / 100, (double)(count % 5)};
+    return links_rest(links) || links_expect(links, &expected);
+}
+
+static int ask_between(Links *links, const Announced *a, const uint32_t *order, size_t i) {
+    Link link;
+    if (a->workers == 0 || i == 0 || order[i] == order[i - 1]) return 0;
+    return link_between(links, order[i], order[i - 1], 1e-14, &link);
+}
+
 /* The rows of the transmitters in `order`, each asked for with its own floor. */
 EXPORT int link_rows(const Town *town, const Model *model, size_t rows, const uint32_t *order,
-                     const double *floor, const LinkMatrix *out) {
+                     const double *floor, const Announced *announced, const LinkMatrix *out) {
     Scene scene = {0};
     Links links = {0};
     Parameters p = parameters(model);
+    p.workers = (uint32_t)announced->workers;
     int failed = build(&scene, town) || links_forget(&links, &scene, &p);
     for (size_t i = 0; i < rows && !failed; i++) {
-        const Link *link;
-        size_t count;
-        failed = links_from(&links, &scene, order[i], floor[i], &link, &count);
+        LinksFrom found = {0};
+        int32_t rank = 0;
+        failed = announce(&links, announced, i, rows, floor[i]) || ask_between(&links, announced, order, i)
+            || links_from(&links, order[i], floor[i], &found);
         for (size_t to = 0; to < town->vehicles && !failed; to++)
             out->rank[order[i] * town->vehicles + to] = -1;
-        for (size_t k = 0; k < count && !failed; k++)
-            put(out, town->vehicles, order[i], &link[k], (int32_t)k);
+        for (size_t k = 0; k < found.count && !failed; k++)
+            if (found.link[k].gain[CENTER] >= floor[i])
+                put(out, town->vehicles, order[i], &found.link[k], rank++);
     }
     dismantle(&scene, &links);
     return failed;
@@ -249,15 +278,14 @@ EXPORT int link_rows_of_scenes(size_t scenes, const Town *town, const Model *mod
         failed = put_vehicles(&scene, t) || (t->buildings > 0 && put_buildings(&scene, t))
             || links_forget(&links, &scene, &p);
         for (size_t from = 0; from < t->vehicles && !failed; from++) {
-            const Link *link;
+            LinksFrom found = {0};
             Link alone;
-            size_t count;
-            failed = links_from(&links, &scene, from, floor, &link, &count);
-            for (size_t k = 0; k < count && !failed && i + 1 == scenes; k++)
-                put(out, t->vehicles, from, &link[k], (int32_t)k);
+            failed = links_from(&links, from, floor, &found);
+            for (size_t k = 0; k < found.count && !failed && i + 1 == scenes; k++)
+                put(out, t->vehicles, from, &found.link[k], (int32_t)k);
             for (size_t to = 0; to < t->vehicles && !failed; to++)
                 if (to != from && scene.equipped[from] && scene.equipped[to])
-                    failed = link_between(&links, &scene, from, to, negligible, &alone);
+                    failed = link_between(&links, from, to, negligible, &alone);
         }
         links.models.parameters = NULL; /* gone */
     }
@@ -275,18 +303,19 @@ EXPORT int least_loss(const Town *town, const Model *model, double floor) {
     if (!build(&scene, town) && !links_forget(&links, &scene, &p)) {
         StreetCells *s = &links.cells;
         street_cells_prepare(s, &reach, &links.models, floor, INFINITY);
-        loss = street_cells_find_loss(s, &scene, &links.models, s->cell_of[0], s->cell_of[1]);
+        View view = links_view(&links);
+        loss = street_cells_find_loss(s, &view, s->cell_of[0], s->cell_of[1]);
     }
     dismantle(&scene, &links);
     return loss;
 }
 
 /* A link whose obstacles are looked up for it alone. */
-static Link looked_up(Scene *scene, const Propagation *models, size_t from, size_t to) {
-    const Antenna *a = &scene->antenna[from], *b = &scene->antenna[to];
+static Link looked_up(const View *view, size_t from, size_t to) {
+    const Antenna *a = &view->scene->antenna[from], *b = &view->scene->antenna[to];
     int way = is_before(a, b) || (!is_before(b, a) && from < to) ? 0 : 1;
     Pair pair;
-    pair_evaluate(scene, models, way ? b : a, way ? a : b, BOTH, 0, &pair);
+    pair_evaluate(view, way ? b : a, way ? a : b, BOTH, 0, &pair);
     const double *gain = pair.gain[way];
     return (Link){{gain[0], gain[1], gain[2]}, pair.distance, (uint32_t)to, pair.kind[way]};
 }
@@ -301,9 +330,10 @@ EXPORT int link_pairs(const Town *town, const Model *model, bool by_views, doubl
     for (size_t from = 0; from < town->vehicles && !failed; from++)
         for (size_t to = 0; to < town->vehicles; to++) {
             if (to == from) continue;
-            Link link = looked_up(&scene, &links.models, from, to);
+            View view = links_view(&links);
+            Link link = looked_up(&view, from, to);
             if (by_views && scene.equipped[from] && scene.equipped[to])
-                failed |= link_between(&links, &scene, from, to, negligible, &link);
+                failed |= link_between(&links, from, to, negligible, &link);
             put(out, town->vehicles, from, &link, 0);
         }
     dismantle(&scene, &links);

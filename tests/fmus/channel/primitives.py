@@ -15,7 +15,8 @@ from .harness import LIGHT_SPEED
 
 FORMULAS: Final = (  # sources that need no FMI shell
     "geometry.c", "area_index.c", "sort.c", "path_loss.c", "antenna.c", "building_shadowing.c",
-    "knife_edge.c", "vehicle_shadowing.c", "pair.c", "gap.c", "street_cells.c", "link.c",
+    "knife_edge.c", "vehicle_shadowing.c", "pair.c", "gap.c", "street_cells.c", "surroundings.c",
+    "team.c", "link.c",
     "modulation.c", "error_rate.c",
     "random.c", "portable_math.c",
 )  # fmt: skip

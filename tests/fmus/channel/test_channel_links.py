@@ -10,6 +10,7 @@ from tests.fmus.scene import rectangle
 
 from .links import (
     VEINS,
+    Announced,
     LinkMatrix,
     Propagation,
     Town,
@@ -112,6 +113,24 @@ def test_rows_do_not_depend_on_the_order_in_which_they_are_asked_for(
     town = grid_town(seed, n)
     order = data.draw(st.permutations(range(n)))
     rows = link_rows(primitives, town, p, 10**level, order)
+    check_rows(rows, link_pairs(primitives, town, p), town, p.maximum_range, 10**level)
+
+
+@given(st.integers(0, 2**32), st.sampled_from(CASES), st.floats(-16, -6), st.data())
+@settings(deadline=None, max_examples=100)
+def test_nor_on_how_many_find_them_nor_on_what_was_announced(
+    primitives: Primitives, seed: int, p: Propagation, level: float, data: st.DataObject
+) -> None:
+    n = data.draw(st.integers(1, 60))
+    town = grid_town(seed, n)
+    order = data.draw(st.permutations(range(n)))
+    radios = data.draw(st.just(order) | st.lists(st.integers(0, n - 1), min_size=n, max_size=n))
+    announced = Announced(
+        workers=data.draw(st.sampled_from([1, 2, 3, 8])),
+        width=data.draw(st.integers(1, n)),
+        radios=radios,
+    )
+    rows = link_rows(primitives, town, p, 10**level, order, announced=announced)
     check_rows(rows, link_pairs(primitives, town, p), town, p.maximum_range, 10**level)
 
 

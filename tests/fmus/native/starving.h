@@ -3,6 +3,7 @@
  * tests/fmus/starving.py. */
 #ifndef STARVING_H
 #define STARVING_H
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +12,8 @@
 
 extern const char INSTANTIATION_TOKEN[];
 
-static long countdown, live;
+/* Units may have threads. */
+static atomic_long countdown, live;
 
 static int is_refused(void) { return countdown-- == 0; }
 void *test_malloc(size_t size) {
@@ -41,7 +43,7 @@ static inline int shall_starve(int count, char **arguments) {
 }
 
 static int is_starved;         /* whether allocations are refused, so that errors are no surprise */
-static int failures, messages; /* calls that failed; messages of errors */
+static atomic_int failures, messages; /* calls that failed; messages of errors */
 static void note(fmi3Status status) { failures += status > fmi3Warning; }
 
 static inline void on_message(fmi3InstanceEnvironment environment, fmi3Status status,
@@ -136,11 +138,11 @@ static inline int starve(void (*live_once)(void)) {
         failures = messages = 0;
         live_once();
         if (live != 0) {
-            printf("allocation %ld: %ld blocks leak\n", n, live);
+            printf("allocation %ld: %ld blocks leak\n", n, atomic_load(&live));
             return 1;
         }
         if (countdown >= 0) { /* nothing was refused */
-            printf("%ld allocations, %d failures with all of them\n", n, failures);
+            printf("%ld allocations, %d failures with all of them\n", n, atomic_load(&failures));
             return failures != 0;
         }
         if (failures == 0 || messages == 0) {

@@ -88,12 +88,13 @@ static void set_packets(fmi3Instance c, int64_t number, int64_t time) {
 
 /* ---- life ---- */
 
-static void begin(fmi3Instance c, uint64_t vehicles) {
-    const fmi3ValueReference fading = VR_fading, limit = VR_queue_limit;
+static void begin(fmi3Instance c, uint64_t vehicles, uint32_t threads) {
+    const fmi3ValueReference fading = VR_fading, limit = VR_queue_limit, workers = VR_threads;
     const int64_t nakagami = 2;
     const uint32_t two = 2;
     note(fmi3SetInt64(c, &fading, 1, &nakagami, 1));
     note(fmi3SetUInt32(c, &limit, 1, &two, 1));
+    note(fmi3SetUInt32(c, &workers, 1, &threads, 1));
     set_float(c, VR_packet_lifetime, 2e-3);
     note(fmi3EnterConfigurationMode(c));
     set_length(c, VR_n_building, 1);
@@ -105,8 +106,8 @@ static void begin(fmi3Instance c, uint64_t vehicles) {
 }
 
 static void live_together(fmi3Instance one, fmi3Instance two) {
-    begin(one, VEHICLES);
-    begin(two, 2);
+    begin(one, VEHICLES, 3); /* and nobody can tell */
+    begin(two, 2, 1);
     for (int k = 0; k < 6; k++) {
         double t = 1e-3 * k;
         if (k == 2) set_vehicles(one, 2, VEHICLES - 2);
@@ -131,6 +132,6 @@ int main(int count, char **arguments) {
     if (shall_starve(count, arguments)) return starve(live_once);
     live_once();
     printf("%zu bytes of receptions, %zu of transmissions, %d failures, %d differences\n", receptions,
-           transmissions, failures, differences);
+           transmissions, atomic_load(&failures), differences);
     return failures != 0 || differences != 0;
 }

@@ -97,6 +97,6 @@ static void live_once(void) {
 int main(int count, char **arguments) {
     if (shall_starve(count, arguments)) return starve(live_once);
     live_once();
-    printf("%zu bytes of points, %d failures\n", bytes, failures);
+    printf("%zu bytes of points, %d failures\n", bytes, atomic_load(&failures));
     return failures != 0;
 }
