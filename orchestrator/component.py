@@ -24,8 +24,8 @@ State = TypeVar("State")
 class Component(abc.ABC):
     """One subsystem of a co-simulation.
 
-    Guaranteed order of calls: `expect_stop`, `setup`, `initialise`, (`step`)*, `close`; `outputs` at any
-    point between `initialise` and `close`. `close` is called also after an error.
+    Guaranteed order of calls: `expect_stop`, `setup`, `initialise`, (`step`)*, `close`; `outputs`
+    at any point between `initialise` and `close`. `close` is called also after an error.
 
     Signals are handed over, not copied: an array given to a component is read-only, and an
     array returned by `outputs` is never written to again by the component (it becomes

@@ -4,35 +4,30 @@ import io
 import zipfile
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
 import fmpy.model_description
 
-from adapters.fmi.interface import Interface, Kind, interfaces
 from adapters.fmi.reading import variables
 from adapters.fmi.variable import FmuVariable
 from orchestrator.errors import ComponentTypeError
 
-__all__ = ["FmuDescription", "read_description"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FmuDescription:
-    """The FMU as a component, behind one of its interfaces.
+    """The FMU as a co-simulation component.
 
     Attributes:
         path: of the archive.
         version: 2 or 3.
         name, description: of the model.
+        identifier: file name of the binary without suffix.
         token: instantiation token (FMI 2.0: guid).
         variables: by name, in the order of the file.
-        interfaces: that it offers, the default first.
-        interface: that is used.
-        derivatives: names of the derivatives of continuous states, in the order of the states.
-        indicators: FMI 2.0: how many event indicators it has.
+        can_restore: it can return to an earlier state.
         log_categories: what the FMU can log.
     """
 
@@ -40,31 +35,15 @@ class FmuDescription:
     version: int
     name: str
     description: str
+    identifier: str
     token: str
     variables: Mapping[str, FmuVariable]
-    interfaces: Mapping[Kind, Interface]
-    interface: Interface
-    derivatives: tuple[str, ...]
-    indicators: int
+    can_restore: bool
     log_categories: tuple[str, ...]
 
     def of(self, *causalities: str) -> tuple[FmuVariable, ...]:
         """The variables of these causalities."""
         return tuple(v for v in self.variables.values() if v.causality in causalities)
-
-    @property
-    def identifier(self) -> str:
-        """File name of the binary without suffix."""
-        return self.interface.identifier
-
-    @property
-    def can_restore(self) -> bool:
-        """Whether it can return to an earlier state."""
-        return self.interface.can_restore
-
-    def behind(self, kind: Kind) -> "FmuDescription":
-        """The same FMU behind another interface, which it offers."""
-        return replace(self, interface=self.interfaces[kind])
 
 
 def read_description(path: Path) -> FmuDescription:
@@ -82,35 +61,25 @@ def read_description(path: Path) -> FmuDescription:
         parsed: Any = fmpy.model_description.read_model_description(_archive_of(xml))
     except Exception as error:
         raise ComponentTypeError(f"{path}: modelDescription.xml is invalid: {error}") from error
-    try:
-        offered = interfaces(root)
-    except ComponentTypeError as error:
-        raise ComponentTypeError(f"{path}: {error}") from error
-    if Kind.CO_SIMULATION not in offered:
-        offers = " and ".join(_NAMES[kind] for kind in offered) or "no interface"
+    kind = parsed.coSimulation
+    if kind is None:
+        offers = "Model Exchange" if parsed.modelExchange is not None else "Scheduled Execution"
         raise ComponentTypeError(
             f"{path}: offers {offers} only; export it for Co-Simulation to run it here"
         )
+    element = root.find("CoSimulation")
+    flags = {} if element is None else element.attrib
     return FmuDescription(
         path=path,
         version=int(version[0]),
         name=parsed.modelName,
         description=parsed.description or parsed.modelName,
+        identifier=kind.modelIdentifier,
         token=parsed.guid,
         variables=variables(parsed, root),
-        interfaces=offered,
-        interface=next(iter(offered.values())),
-        derivatives=tuple(each.variable.name for each in parsed.derivatives),
-        indicators=parsed.numberOfEventIndicators,
+        can_restore=_flag(flags, "canGetAndSetFMUState") or _flag(flags, "canGetAndSetFMUstate"),
         log_categories=tuple(category.name for category in parsed.logCategories),
     )
-
-
-_NAMES = {
-    Kind.CO_SIMULATION: "Co-Simulation",
-    Kind.MODEL_EXCHANGE: "Model Exchange",
-    Kind.SCHEDULED_EXECUTION: "Scheduled Execution",
-}
 
 
 def _archive_of(xml: bytes) -> io.BytesIO:
@@ -140,3 +109,7 @@ def _parse(path: Path, xml: bytes) -> ET.Element:
         return ET.fromstring(xml)  # noqa: S314  (whoever loads an FMU runs its code)
     except ET.ParseError as error:
         raise ComponentTypeError(f"{path}: modelDescription.xml is no XML: {error}") from error
+
+
+def _flag(attributes: Mapping[str, str], name: str) -> bool:
+    return attributes.get(name) in {"true", "1"}

@@ -65,6 +65,7 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             default=None,
             minimum=0.0,
             doc="relative tolerance for its solver; its own choice by default",
+            is_optional=True,
         )
     }
     if _recordable(description):
@@ -72,6 +73,7 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             type=tuple[str, ...],
             default=(),
             doc="variables inside that become outputs: names, or patterns with `*` and `?`",
+            is_optional=True,
         )
     named = {PREFIX + name: parameter for name, parameter in found.items()}
     return {n: p for n, p in named.items() if n not in description.variables}

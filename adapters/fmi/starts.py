@@ -57,11 +57,12 @@ def _parameter(variable: FmuVariable, *, is_state: bool) -> Parameter:
         minimum=variable.minimum if is_number else None,
         maximum=variable.maximum if is_number else None,
         doc=f"start value of this {what}{guess}{told}{size_note(variable)}",
+        is_optional=True,
     )
 
 
 def started(description: FmuDescription, starts: Mapping[str, Any]) -> FmuDescription:
-    """The same FMU, whose inputs start at other values; what an unconnected one keeps.
+    """An FMU whose inputs start at other values, which unconnected ones keep.
 
     Args:
         description: the FMU.
