@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from graphlib import TopologicalSorter
 from typing import TypeAlias, TypeVar
 
-from orchestrator.system import Endpoint, System
+from orchestrator.system import Connection, Endpoint, System
 
 Node = TypeVar("Node")
 Graph: TypeAlias = Mapping[Node, Sequence[Node]]
@@ -106,11 +106,16 @@ def _looped(system: System) -> list[set[str]]:
 def _components(system: System, *, by_feedthrough: bool) -> dict[str, list[str]]:
     """Which components each component affects; by its connections, or only at the same time."""
     graph: dict[str, list[str]] = {name: [] for name in system.components}
-    for link in system.connections:
+    for link in _immediate(system):
         own = system.connectors[link.target.component].values()
         if not by_feedthrough or any(link.target.connector in c.feedthrough for c in own):
             graph[link.source.component].append(link.target.component)
     return graph
+
+
+def _immediate(system: System) -> Iterator[Connection]:
+    """The connections without a delay of their own."""
+    return (link for link in system.connections if not link.way.delay)
 
 
 def _endpoints(system: System) -> dict[Endpoint, list[Endpoint]]:
@@ -124,7 +129,7 @@ def _endpoints(system: System) -> dict[Endpoint, list[Endpoint]]:
         for name, connector in connectors.items():
             for cause in sorted(connector.feedthrough):
                 graph[Endpoint(component, cause)].append(Endpoint(component, name))
-    for link in system.connections:
+    for link in _immediate(system):
         graph[link.source].append(link.target)
     return graph
 

@@ -171,10 +171,16 @@ def description(described: type) -> str:
 
 
 class PythonComponentType(ComponentType):
-    """The type of a `Component` subclass with a nested `Parameters` dataclass."""
+    """The type of a `Component` subclass with a nested `Parameters` dataclass.
 
-    def __init__(self, component: type[Component]) -> None:
+    Args:
+        component: the class.
+        files: that it is read from, where they are files of the user.
+    """
+
+    def __init__(self, component: type[Component], files: tuple[Path, ...] = ()) -> None:
         self._component = component
+        self._files = files
         self._record: Any = getattr(component, "Parameters", None)
 
     @property
@@ -194,7 +200,7 @@ class PythonComponentType(ComponentType):
 
     @override
     def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:
-        named = tuple(named_files(values))
+        named = (*self._files, *named_files(values))
         if issubclass(self._component, FileReadingComponent):
             named += tuple(self._component.input_files(self._record(**values)))
         return tuple(dict.fromkeys(named))

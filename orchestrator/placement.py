@@ -68,6 +68,6 @@ def _located(scenario: Scenario, errors: str) -> list[Problem]:
 
 
 def _spec(use: ComponentUse) -> ComponentSpec:
-    source = use.type_name if use.fmu is None else use.fmu
+    source = use.reference() if use.fmu is None else use.fmu
     assert source is not None  # noqa: S101 - a component has one of the two
     return ComponentSpec(name=use.name, type=source, values=use.values)

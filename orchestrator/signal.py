@@ -13,6 +13,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from orchestrator.units import Unit
+
 Array: TypeAlias = npt.NDArray[Any]
 Signal: TypeAlias = Array | bytes
 Signals: TypeAlias = Mapping[str, Signal]
@@ -52,6 +54,10 @@ class Connector:
             whose lengths may differ, both along sharers. Between components the last part
             counts, so either may be connected to an axis `sharer`.
         unit: an SI unit or `dBm`, `dB`; `"1"` for a pure number.
+        definition: what the unit means, where the component says so itself (FMI: its
+            UnitDefinitions); else the table of units is asked.
+        is_relative: whether the signal is a difference, so that conversions leave the offset of
+            its unit out (FMI: `relativeQuantity`).
         variability: when the signal may change.
         start: the value before the first communication step; `None` stands for zeros, with
             length 0 along named axes, and for empty Binary.
@@ -71,6 +77,8 @@ class Connector:
     dtype: npt.DTypeLike | None = np.float64
     shape: tuple[int | str, ...] = ()
     unit: str = "1"
+    definition: Unit | None = None
+    is_relative: bool = False
     variability: Variability = Variability.DISCRETE
     start: Signal | np.generic | None = None
     mime_type: str = "application/octet-stream"
@@ -127,7 +135,7 @@ class Connector:
             found.append(f"types differ: {self.kind()} and {target.kind()}")
         elif self.is_binary and self.mime_type != target.mime_type:
             found.append(f"contents differ: {self.mime_type} and {target.mime_type}")
-        elif _along(self.shape) != _along(target.shape):
+        elif along(self.shape) != along(target.shape):
             found.append(f"shapes differ: {self.shape} and {target.shape}")
         if self.unit != target.unit:
             found.append(f"units differ: {self.unit} and {target.unit}")
@@ -141,6 +149,6 @@ class Connector:
         return f"{np.dtype(self.dtype)}[{axes}]"
 
 
-def _along(shape: tuple[int | str, ...]) -> list[int | str]:
-    """What is along each axis: its length, or the last part of its name."""
+def along(shape: tuple[int | str, ...]) -> list[int | str]:
+    """What connections compare of each axis: its length, or the last part of its name."""
     return [axis.rpartition(".")[2] if isinstance(axis, str) else axis for axis in shape]

@@ -76,6 +76,7 @@ def simulate(
         t, is_last = start, False
         while True:
             due = schedule.at(t)
+            exchange.sources.now = t
             if t != start:
                 algorithm.arrive(t, due)
             run.time = t

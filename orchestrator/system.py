@@ -5,68 +5,33 @@ found when a `System` is created, and all of it is reported at once.
 """
 
 import re
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Final
 
-from typing_extensions import override
-
 from orchestrator.component import Component
+from orchestrator.connection import (
+    Claim,
+    Connection,
+    Connectors,
+    Endpoint,
+    Feed,
+    claim,
+    overlap,
+    routed,
+)
+from orchestrator.constant import Constant, with_constant
+from orchestrator.elements import WHOLE, Elements
 from orchestrator.errors import SystemStructureError
 from orchestrator.signal import Causality, Connector
 from orchestrator.suggestion import suggestion
 from orchestrator.timebase import Duration
-
-Connectors = Mapping[str, Connector]
+from orchestrator.transformation import PLAIN, Mix, Transformation, problems as problems_between
 
 _NAME: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]*")
 """Component names become folders of a recording and keys of a transport."""
-
-
-@dataclass(frozen=True, slots=True, order=True)
-class Endpoint:
-    """One connector of one component, written `component.connector`."""
-
-    component: str
-    connector: str
-
-    @classmethod
-    def parse(cls, text: str) -> "Endpoint":
-        """Split `text` at its first dot; the name of a connector may contain further ones.
-
-        Raises:
-            ValueError: there is nothing before or behind the first dot.
-        """
-        component, _, connector = text.partition(".")
-        if not component or not connector:
-            raise ValueError(f"`{text}` names no connector; write `component.connector`")
-        return cls(component, connector)
-
-    @override
-    def __str__(self) -> str:
-        return f"{self.component}.{self.connector}"
-
-
-@dataclass(frozen=True, slots=True, order=True)
-class Connection:
-    """The output `source` drives the input `target`."""
-
-    source: Endpoint
-    target: Endpoint
-
-    @override
-    def __str__(self) -> str:
-        return f"`{self.source}` to `{self.target}`"
-
-
-@dataclass(frozen=True, slots=True)
-class Feed:
-    """Where one driven input of a component comes from."""
-
-    input: str
-    component: str
-    output: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,9 +41,13 @@ class System:
     Attributes:
         components: by name; their order breaks ties wherever an order is needed.
         step_sizes: communication step size of each component [ns].
-        connections: at most one per input. Inputs without one keep their start value.
-        connectors: of each component, asked for once.
-        feeds: the driven inputs of each component, in the order of its connectors.
+        connections: at most one per element of an input, and those that are added to it. Elements
+            without one keep their start value.
+        constants: that inputs have in place of a source.
+        connectors: of each component, asked for once; constants are start values in them.
+        feeds: the inputs of each component that take an output as it is, in the order of its
+            connectors.
+        mixes: its inputs that are made of outputs in another way, in the same order.
 
     Raises:
         SystemStructureError: one sentence per problem, all of them.
@@ -87,52 +56,71 @@ class System:
     components: Mapping[str, Component]
     step_sizes: Mapping[str, Duration]
     connections: Sequence[Connection]
+    constants: Sequence[Constant] = ()
     connectors: Mapping[str, Connectors] = field(init=False, repr=False)
     feeds: Mapping[str, tuple[Feed, ...]] = field(init=False, repr=False)
+    mixes: Mapping[str, tuple[Mix, ...]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        connectors = {
-            name: MappingProxyType(dict(component.connectors))
-            for name, component in self.components.items()
-        }
+        own = {name: dict(component.connectors) for name, component in self.components.items()}
+        claims: dict[Endpoint, list[Claim]] = defaultdict(list)
+        wrong = list(_set_constants(own, self.constants, claims))
+        connectors = {name: MappingProxyType(each) for name, each in own.items()}
         drivers = {link.target: link.source for link in self.connections}
         problems = [
             *_component_problems(self.components, self.step_sizes),
             *_start_problems(connectors),
             *_feedthrough_problems(connectors),
-            *_connection_problems(connectors, self.connections),
+            *wrong,
+            *_connection_problems(connectors, self.step_sizes, self.connections, claims),
             *_axis_problems(connectors, drivers),
             *_event_problems(connectors, self.step_sizes, self.connections),
         ]
         if problems:
             raise SystemStructureError(problems)
+        feeds, mixes = routed(connectors, self.connections)
         for name, value in (
             ("components", MappingProxyType(dict(self.components))),
             ("step_sizes", MappingProxyType(dict(self.step_sizes))),
             ("connections", tuple(self.connections)),
+            ("constants", tuple(self.constants)),
             ("connectors", MappingProxyType(connectors)),
-            ("feeds", MappingProxyType(_feeds(connectors, drivers))),
+            ("feeds", MappingProxyType(feeds)),
+            ("mixes", MappingProxyType(mixes)),
         ):
             object.__setattr__(self, name, value)
 
+    def driven(self, component: str) -> frozenset[str]:
+        """The inputs of a component that have a source or a constant, at least in part."""
+        ends = (*(c.target for c in self.connections), *(c.target for c in self.constants))
+        return frozenset(end.connector for end in ends if end.component == component)
 
-def expand(components: Mapping[str, Component], source: str, target: str) -> tuple[Connection, ...]:
+
+def expand(
+    components: Mapping[str, Component], source: str, target: str, way: Transformation = PLAIN
+) -> tuple[Connection, ...]:
     """The connections that a scenario means by `from: source` and `to: target`.
 
-    If `target` names a connector, this is one connection. Otherwise it names a group: every
-    input beneath it (`channel.vehicle` has `channel.vehicle.position` beneath it) is connected
-    to the output of the same name beneath `source`.
+    If `target` names a connector, or elements of one, this is one connection. Otherwise
+    it names a group: every input beneath it (`channel.vehicle` has `channel.vehicle.position`
+    beneath it) is connected to the output of the same name beneath `source`.
+
+    Args:
+        components: by name.
+        source: a connector, elements of it such as `a.x[2]`, or a group.
+        target: the same.
+        way: of every value; without the elements that the ends name.
 
     Raises:
         SystemStructureError: an end does not exist, `target` has no inputs beneath it, or an
             input beneath it finds no output beneath `source`; one sentence per problem.
     """
     try:
-        ends = Endpoint.parse(source), Endpoint.parse(target)
+        (start, picked), (end, placed) = (elements(components, e) for e in (source, target))
     except ValueError as error:
         raise SystemStructureError([f"cannot connect `{source}` to `{target}`: {error}"]) from None
-    whole = Connection(*ends)
-    for end in ends:
+    whole = Connection(start, end, replace(way, picked=picked, placed=placed))
+    for end in (whole.source, whole.target):
         if end.component not in components:
             hint = suggestion(end.component, components)
             raise SystemStructureError(
@@ -140,15 +128,31 @@ def expand(components: Mapping[str, Component], source: str, target: str) -> tup
             )
     outputs = components[whole.source.component].connectors
     inputs = components[whole.target.component].connectors
-    pairs = [whole] if whole.target.connector in inputs else _group(whole, inputs)
+    is_one = whole.target.connector in inputs or not (picked.are_all and placed.are_all)
+    pairs = [whole] if is_one else _group(whole, inputs)
     missing = [
-        f"cannot connect {pair}: {_unknown(pair.source, outputs)}"
+        f"cannot connect {pair}: {_unknown(end, known)}"
         for pair in pairs
-        if pair.source.connector not in outputs
+        for end, known in ((pair.source, outputs), (pair.target, inputs))
+        if end.connector not in known
     ]
     if missing:
         raise SystemStructureError(missing)
     return tuple(pairs)
+
+
+def elements(components: Mapping[str, Component], text: str) -> tuple[Endpoint, Elements]:
+    """The end that `text` names, and its elements; a connector may be called `x[2]` itself.
+
+    Raises:
+        ValueError: it names no end, or what is in its brackets is no element.
+    """
+    whole = Endpoint.parse(text)
+    component = components.get(whole.component)
+    if component is None or whole.connector in component.connectors:
+        return whole, WHOLE
+    found = Elements.split(whole.connector)
+    return (whole, WHOLE) if found is None else (replace(whole, connector=found[0]), found[1])
 
 
 def _group(whole: Connection, inputs: Connectors) -> list[Connection]:
@@ -168,6 +172,7 @@ def _group(whole: Connection, inputs: Connectors) -> list[Connection]:
         Connection(
             Endpoint(source.component, source.connector + rest),
             Endpoint(target.component, target.connector + rest),
+            whole.way,
         )
         for rest in beneath
     ]
@@ -229,20 +234,51 @@ def _feedthrough_problems(connectors: Mapping[str, Connectors]) -> Iterator[str]
 
 
 def _connection_problems(
-    connectors: Mapping[str, Connectors], connections: Sequence[Connection]
+    connectors: Mapping[str, Connectors],
+    step_sizes: Mapping[str, Duration],
+    connections: Sequence[Connection],
+    claims: dict[Endpoint, list[Claim]],
 ) -> Iterator[str]:
-    first: dict[Endpoint, Endpoint] = {}
     for link in connections:
         differences = list(_end_problems(connectors, link))
+        earlier = claims[link.target]
         if not differences:
             output = connectors[link.source.component][link.source.connector]
             input_ = connectors[link.target.component][link.target.connector]
-            differences = output.differences(input_)
-        if link.target in first:
-            differences.append(f"`{first[link.target]}` drives it already")
-        first.setdefault(link.target, link.source)
+            a, b = (step_sizes.get(e.component, 0) for e in (link.source, link.target))
+            differences = problems_between(output, input_, link.way, (max(a, 1), max(b, 1)))
+            if not link.way.adds:
+                differences += overlap(input_, earlier, link.way.placed)
+            elif not earlier or earlier[-1].placed != link.way.placed:
+                differences.append("no connection to the same elements comes before it")
+        elif earlier:
+            differences.append(f"{earlier[0].who} drives it already")
+        earlier.append(claim(link))
         if differences:
             yield f"cannot connect {link}: {'; '.join(differences)}"
+
+
+def _set_constants(
+    connectors: dict[str, dict[str, Connector]],
+    constants: Sequence[Constant],
+    claims: dict[Endpoint, list[Claim]],
+) -> Iterator[str]:
+    """Put constants into the start values of inputs; the problems that there are."""
+    for constant in constants:
+        end = constant.target
+        own = connectors.get(end.component, {})
+        if end.connector not in own:
+            missing = Connection(end, end)
+            yield f"cannot set {constant}: {next(_end_problems(connectors, missing))}"
+            continue
+        found = overlap(own[end.connector], claims[end], constant.placed)
+        claims[end].append(Claim("a constant", constant.placed))
+        try:
+            own[end.connector] = with_constant(own[end.connector], constant)
+        except ValueError as error:
+            found.append(str(error))
+        if found:
+            yield f"cannot set {constant}: {'; '.join(found)}"
 
 
 def _end_problems(connectors: Mapping[str, Connectors], link: Connection) -> Iterator[str]:
@@ -302,14 +338,13 @@ def _event_problems(
             )
 
 
-def _feeds(
-    connectors: Mapping[str, Connectors], drivers: Mapping[Endpoint, Endpoint]
-) -> dict[str, tuple[Feed, ...]]:
-    return {
-        component: tuple(
-            Feed(name, drivers[end].component, drivers[end].connector)
-            for name in own
-            if (end := Endpoint(component, name)) in drivers
-        )
-        for component, own in connectors.items()
-    }
+__all__ = [
+    "Connection",
+    "Connectors",
+    "Constant",
+    "Endpoint",
+    "Feed",
+    "System",
+    "elements",
+    "expand",
+]

@@ -79,6 +79,7 @@ def write_table(table: Table, path: Path) -> None:
 
     Raises:
         MissingParquetError: it is to be Parquet, and pyarrow is not installed.
+        OSError: it cannot be written.
     """
     (_write_parquet if path.suffix == ".parquet" else _write_csv)(table, path)
 

@@ -35,6 +35,14 @@ def seconds(time: Time) -> float:
     return time / NANOSECONDS_PER_SECOND
 
 
+def format_duration(time: Duration) -> str:
+    """`time` in the largest unit that keeps it a whole number, e.g. `50 ms`."""
+    for symbol, length in (("s", 10**9), ("ms", 10**6), ("us", 10**3)):
+        if time % length == 0:
+            return f"{time // length} {symbol}"
+    return f"{time} ns"
+
+
 @dataclass(frozen=True, slots=True)
 class CommunicationGrid:
     """Equidistant communication points `start + k * step_size`, `k = 0, ..., count`."""

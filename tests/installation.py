@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import orchestrator.scenario.installed  # noqa: F401 - has the function before it is replaced
 from orchestrator import installed, registry
 from orchestrator.algorithm import base
 

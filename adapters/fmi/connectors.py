@@ -60,6 +60,8 @@ def _connector(
         dtype=None if variable.type == "Binary" else DTYPES[variable.type],
         shape=tuple(axis.name or axis.length for axis in variable.axes),
         unit=variable.unit,
+        definition=variable.definition,
+        is_relative=variable.is_relative,
         variability=variability.get(variable.variability, Variability.DISCRETE),
         start=start_value(variable, lengths) if is_input else None,
         mime_type=variable.mime_type,

@@ -5,7 +5,9 @@ from collections.abc import Mapping
 from typing import Any
 from xml.etree import ElementTree as ET
 
+from adapters.fmi.unit_definitions import read_definitions
 from adapters.fmi.variable import Axis, FmuVariable
+from orchestrator.units import Unit
 
 
 def variables(parsed: Any, root: ET.Element) -> dict[str, FmuVariable]:
@@ -22,9 +24,14 @@ def variables(parsed: Any, root: ET.Element) -> dict[str, FmuVariable]:
         for unknown in parsed.outputs
         if unknown.dependencies is not None
     }
+    definitions = read_definitions(root)
     return {
         variable.name: _variable(
-            variable, raw.get(variable.name, {}), dependencies, enumeration=enumeration
+            variable,
+            raw.get(variable.name, {}),
+            dependencies,
+            enumeration=enumeration,
+            definitions=definitions,
         )
         for variable in parsed.modelVariables
     }
@@ -45,6 +52,7 @@ def _variable(
     dependencies: Mapping[str, list[Any]],
     *,
     enumeration: str,
+    definitions: Mapping[str, Unit],
 ) -> FmuVariable:
     declared = parsed.declaredType
     unit = parsed.unit or (declared.unit if declared is not None else None) or "1"
@@ -61,6 +69,8 @@ def _variable(
         variability=parsed.variability,
         initial=parsed.initial or "",
         unit=unit,
+        definition=definitions.get(unit),
+        is_relative=_is_relative(raw, declared),
         start=_start(parsed),
         minimum=minimum,
         maximum=maximum,
@@ -72,6 +82,13 @@ def _variable(
         derivative_of=None if parsed.derivative is None else parsed.derivative.name,
         description=parsed.description or "",
     )
+
+
+def _is_relative(raw: Mapping[str, str], declared: Any) -> bool:
+    """FMI 2.0.4, 2.2.7, and 3.0.2, 2.4.7.5: what a variable says overrides its type."""
+    if "relativeQuantity" in raw:
+        return raw["relativeQuantity"] in {"true", "1"}
+    return declared is not None and bool(declared.relativeQuantity)
 
 
 def _items(declared: Any, minimum: float | None, maximum: float | None) -> dict[str, int]:

@@ -7,6 +7,8 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from orchestrator.units import Unit
+
 DTYPES: Final[Mapping[str, npt.DTypeLike]] = {
     "Float32": np.float32,
     "Float64": np.float64,
@@ -54,6 +56,8 @@ class FmuVariable:
         type: of the functions that access it, e.g. `Float64`, `Real`, `Binary`, `String`.
         causality, variability, initial: as in the file, defaults filled in.
         unit: `"1"` if the file is silent.
+        definition: of the unit, if the file has one.
+        is_relative: whether it is a difference of quantities (`relativeQuantity`).
         start: the start values in row-major order, one value for all elements, or none.
         minimum, maximum: inclusive bounds.
         items: of an Enumeration, the values within the bounds by their names, in the order of
@@ -74,6 +78,8 @@ class FmuVariable:
     variability: str
     initial: str
     unit: str
+    definition: Unit | None
+    is_relative: bool
     start: tuple[Any, ...]
     minimum: float | None
     maximum: float | None

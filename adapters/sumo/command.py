@@ -18,8 +18,9 @@ from orchestrator.randomness import stream
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.installed import scenario_path
 from orchestrator.scenario.model import ComponentUse, Scenario
-from orchestrator.scenario.units import UnitError, duration, format_duration
+from orchestrator.scenario.units import duration, format_duration
 from orchestrator.signal import Causality, Connector, Signals
+from orchestrator.units import UnitError
 
 _DRAWN: Final = ("vehicle.position", "road.vertex", "building.vertex")
 """A component with these outputs is a source of traffic."""

@@ -53,6 +53,31 @@ class Age:
         """
         return cls(youngest=target, oldest=target + source - math.gcd(source, target))
 
+    @classmethod
+    def delayed(
+        cls, source: Duration, target: Duration, delay: Duration, *, reads_at_start: bool
+    ) -> "Age":
+        """The age of what was published at the latest `delay` before the target reads.
+
+        Args:
+            source: communication step size of the component that writes [ns].
+            target: of the component that reads [ns].
+            delay: positive [ns].
+            reads_at_start: whether the target reads where its step starts, not where it ends.
+        """
+        common = math.gcd(source, target)
+        youngest = delay + -delay % common + (target if reads_at_start else 0)
+        return cls(youngest=youngest, oldest=youngest + source - common)
+
+    def sampled(self, sample: Duration, target: Duration) -> "Age":
+        """The age of a value that the target reads now and then, and holds.
+
+        Args:
+            sample: how often it is read, a multiple of `target` [ns].
+            target: communication step size of the component that reads [ns].
+        """
+        return Age(youngest=self.youngest, oldest=self.oldest + sample - target)
+
 
 def ages_by_turn(
     system: System, turns: Sequence[str], solved: Sequence[frozenset[str]] = ()

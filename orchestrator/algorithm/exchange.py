@@ -6,6 +6,7 @@ from functools import cache
 from itertools import groupby
 from types import MappingProxyType
 
+from orchestrator.algorithm.mixing import MixSources
 from orchestrator.algorithm.participant import Participant, participant
 from orchestrator.branching import Branching
 from orchestrator.errors import SystemStructureError
@@ -78,9 +79,10 @@ class Exchange:
         participants: by name, in the order of the system.
         values: the published outputs of each component: a view of the present, which the next
             communication point changes in place. The signals themselves never change.
+        sources: what inputs that are made of several outputs, or late, see of them.
     """
 
-    __slots__ = ("participants", "values")
+    __slots__ = ("participants", "sources", "values")
 
     def __init__(self, system: System, branching: Branching) -> None:
         self.participants: Mapping[str, Participant] = {
@@ -95,12 +97,17 @@ class Exchange:
         published = {name: each.published for name, each in self.participants.items()}
         for name, each in self.participants.items():
             each.connect(system.feeds[name], published)
+        self.sources = MixSources(system, published)
+        for name, each in self.participants.items():
+            each.mix(system.mixes[name], self.sources)
+            each.remember(self.sources.histories_of(name))
         self.values: Mapping[str, Signals] = MappingProxyType(
             {name: MappingProxyType(values) for name, values in published.items()}
         )
 
     def start(self, order: Sequence[str], start: Time, stop: Time, seed: int) -> None:
         """Set every component up, then initialise and publish each in `order`."""
+        self.sources.start(start)
         for name, each in self.participants.items():
             each.set_up(start, stop, stream(seed, name))
         for name in order:

@@ -79,7 +79,11 @@ class FixedPoint(CosimulationAlgorithm):
 
     @override
     def solved(self, system: System) -> tuple[frozenset[str], ...]:
-        loops = {(link.source.component, link.target.component) for link in system.connections}
+        loops = {
+            (link.source.component, link.target.component)
+            for link in system.connections
+            if not link.way.delay
+        }
         groups = self._groups(system)
         return tuple(frozenset(g) for g in groups if len(g) > 1 or (g[0], g[0]) in loops)
 

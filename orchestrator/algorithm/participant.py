@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Final
 import numpy as np
 from typing_extensions import override
 
+from orchestrator.algorithm.mixing import History, MixedInput, MixSources
 from orchestrator.algorithm.outputs import OutputCheck
 from orchestrator.component import Component, ConcurrentComponent, RestorableComponent
 from orchestrator.errors import ComponentError, CosimError
@@ -16,6 +17,7 @@ from orchestrator.native import NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
 from orchestrator.system import Feed
 from orchestrator.timebase import Duration, Time
+from orchestrator.transformation import Mix
 
 
 class Participant(abc.ABC):
@@ -36,8 +38,9 @@ class Participant(abc.ABC):
         wall_time_ns: time spent in calls of the component so far [ns].
     """
 
-    __slots__ = ("_check_outputs", "_component", "_feeds", "_pending", "_starts", "is_begun",
-                 "name", "published", "sources", "step_size", "wall_time_ns")  # fmt: skip
+    __slots__ = ("_check_outputs", "_component", "_feeds", "_histories", "_mixed",
+                 "_pending", "_starts", "is_begun", "name", "published", "sources",
+                 "step_size", "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
 
@@ -62,12 +65,23 @@ class Participant(abc.ABC):
             if connector.causality is Causality.INPUT
         }
         self._feeds: tuple[tuple[str, Signals, str], ...] = ()
+        self._mixed: tuple[MixedInput, ...] = ()
+        self._histories: tuple[History, ...] = ()
         self._pending: Signals = {}
 
     def connect(self, feeds: tuple[Feed, ...], published: Mapping[str, Signals]) -> None:
         """Read the inputs in `feeds` from what the components `published`, from now on."""
         self.sources = frozenset(feed.component for feed in feeds)
         self._feeds = tuple((feed.input, published[feed.component], feed.output) for feed in feeds)
+
+    def mix(self, mixes: tuple[Mix, ...], sources: MixSources) -> None:
+        """Make the inputs in `mixes` of what `sources` has, from now on; after `connect`."""
+        self.sources = self.sources.union(*(mix.components for mix in mixes))
+        self._mixed = tuple(MixedInput(mix, self._starts[mix.input], sources) for mix in mixes)
+
+    def remember(self, histories: tuple[History, ...]) -> None:
+        """Note what is published in `histories`, from now on."""
+        self._histories = histories
 
     def set_up(self, start: Time, stop: Time, rng: np.random.Generator) -> None:
         """Enter the initial state at `start`, of a run that ends at `stop` at the latest."""
@@ -87,6 +101,8 @@ class Participant(abc.ABC):
                 inputs[name] = values[output]
         before = perf_counter_ns()
         try:
+            for mixed in self._mixed:
+                inputs[mixed.input] = mixed.value()
             self._component.initialise(inputs)
             outputs = self._component.outputs()
             self.wall_time_ns += perf_counter_ns() - before
@@ -114,6 +130,8 @@ class Participant(abc.ABC):
     def publish(self) -> None:
         """Show the outputs of the step finished last to others."""
         self.published.update(self._pending)
+        for history in self._histories:
+            history.note()
 
     def show(self, values: Signals) -> None:
         """Let others see `values` in place of these outputs until the next `publish`."""
@@ -173,6 +191,8 @@ class Participant(abc.ABC):
         inputs = self._starts.copy()
         for name, values, output in self._feeds:
             inputs[name] = values[output]
+        for mixed in self._mixed:
+            inputs[mixed.input] = mixed.value()
         return inputs
 
     def native(self) -> NativeUnit | None:
@@ -237,9 +257,9 @@ class LocalParticipant(Participant):
 
     @override
     def begin(self, t: Time) -> None:
-        inputs = self._inputs()
-        before = perf_counter_ns()
         try:
+            inputs = self._inputs()
+            before = perf_counter_ns()
             self._component.step(inputs, t, self.step_size)
             outputs = self._component.outputs()
             self.wall_time_ns += perf_counter_ns() - before
@@ -281,10 +301,10 @@ class ConcurrentParticipant(Participant):
 
     @override
     def begin(self, t: Time) -> None:
-        inputs = self._inputs()
         self._begun_at = t
-        before = perf_counter_ns()
         try:
+            inputs = self._inputs()
+            before = perf_counter_ns()
             self._concurrent.begin_step(inputs, t, self.step_size)
         except Exception as error:
             raise self._failure(t, error) from error

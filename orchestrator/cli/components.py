@@ -12,6 +12,7 @@ from orchestrator.algorithm import base
 from orchestrator.cli.outcome import Outcome
 from orchestrator.cli.parameters import parameter_data, parameter_rows
 from orchestrator.errors import ComponentTypeError, CosimError
+from orchestrator.local_module import is_reference, local_type
 from orchestrator.parameters import REQUIRED, ComponentType, declared, description
 from orchestrator.signal import Connector
 
@@ -104,7 +105,10 @@ def _one(name: str) -> Outcome:
         if name in kind.installed() and name not in registry.installed():
             return _plugin(kind, name)
     is_path = name.endswith(".fmu") or "/" in name
-    found = registry.fmu_type(Path(name)) if is_path else registry.component_type(name)
+    if is_reference(name):
+        found = local_type(name, Path())
+    else:
+        found = registry.fmu_type(Path(name)) if is_path else registry.component_type(name)
     connectors, reason = _connectors(found, name)
     parameters = found.parameters
     lines = [f"{name}: {found.description}", "", "parameters:"]

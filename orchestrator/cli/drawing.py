@@ -149,7 +149,7 @@ def _node(node: Node, box: _Box) -> str:
 
 
 def _label(edge: Edge, x: float, y: float) -> str:
-    names = grouped(edge.signals)
+    names = grouped(edge.signals, edge.changes)
     shown = ", ".join(names[:2]) + (f" and {len(names) - 2} more" if len(names) > 2 else "")
     shown += f" (\u00d7 {edge.copies})" if edge.copies > 1 else ""
     title = f"<title>{escape(', '.join(f'{o} -> {i}' for o, i in edge.signals))}</title>"

@@ -35,6 +35,7 @@ def execute(arguments: Namespace) -> Outcome:
             "algorithm": scenario.coupling.type_name,
             "components": [_component(node) for node in graph.nodes],
             "connections": [_connection(edge) for edge in graph.edges],
+            "constants": [{"to": to, "value": value} for to, value in graph.constants],
             "loops": list(graph.loops),
             "until": None if scenario.until is None else str(scenario.until),
             "svg": arguments.svg,
@@ -51,10 +52,15 @@ def _connection(edge: Edge) -> dict[str, object]:
     return {
         "from": edge.source,
         "to": edge.target,
-        "signals": [{"from": output, "to": input_} for output, input_ in edge.signals],
+        "signals": [_signal(edge, output, input_) for output, input_ in edge.signals],
         "youngest_ns": edge.youngest,
         "oldest_ns": edge.oldest,
     }
+
+
+def _signal(edge: Edge, output: str, input_: str) -> dict[str, str]:
+    change = edge.changes.get((output, input_))
+    return {"from": output, "to": input_, **({} if change is None else {"change": change})}
 
 
 def _text(scenario: Scenario, graph: Graph) -> str:
@@ -70,6 +76,8 @@ def _text(scenario: Scenario, graph: Graph) -> str:
         "connections, with the age of the values when a step of the target ends:",
         *tables.lines([_edge_row(edge) for edge in graph.edges]),
     ]
+    if graph.constants:
+        lines += ["", "constants:", *tables.lines(list(graph.constants))]
     through = [line for node in graph.nodes for line in _feedthrough(node)]
     lines += ["", "direct feedthrough:", *(through or ["  none"])]
     lines += ["", "algebraic loops:", *([f"  {loop}" for loop in graph.loops] or ["  none"])]
@@ -83,7 +91,7 @@ def _node_row(number: int, node: Node) -> tuple[str, ...]:
 
 def _edge_row(edge: Edge) -> tuple[str, ...]:
     ends = f"{edge.source} -> {edge.target}"
-    return ends, age(edge), ", ".join(grouped(edge.signals))
+    return ends, age(edge), ", ".join(grouped(edge.signals, edge.changes))
 
 
 def _feedthrough(node: Node) -> Iterator[str]:

@@ -61,7 +61,9 @@ def plan_of(
     units = {
         name: unit
         for name in order
-        if (unit := exchange.participants[name].native()) is not None and _may_change(system, name)
+        if (unit := exchange.participants[name].native()) is not None
+        and _may_change(system, name)
+        and _is_plain(system, name)
     }
     while unsuited := [name for name in units if not _has_fixed_sources(system, name, units)]:
         for name in unsuited:
@@ -86,6 +88,18 @@ def _may_change(system: System, name: str) -> bool:
         c.causality is Causality.OUTPUT and c.variability is Variability.FIXED
         for c in system.connectors[name].values()
     )
+
+
+def _is_plain(system: System, name: str) -> bool:
+    """Whether it takes outputs as they are, and nobody wants to know what it published before."""
+    is_remembered = any(
+        term.component == name and (term.delay or term.sample)
+        for mixes in system.mixes.values()
+        for mix in mixes
+        for part in mix.parts
+        for term in part.terms
+    )
+    return not system.mixes[name] and not is_remembered
 
 
 def _has_fixed_sources(system: System, name: str, units: Collection[str]) -> bool:

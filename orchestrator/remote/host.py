@@ -18,6 +18,7 @@ from typing_extensions import Buffer
 from orchestrator import registry
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError, CosimError
+from orchestrator.local_module import local_type
 from orchestrator.parameters import ComponentType, PythonComponentType
 from orchestrator.remote.protocol import (
     ComponentSpec,
@@ -62,7 +63,9 @@ def component_type_of(spec: ComponentSpec) -> ComponentType:
 
 
 def _imported_type(reference: str) -> ComponentType:
-    module, _, name = reference.partition(":")
+    module, _, name = reference.rpartition(":")
+    if module.endswith(".py"):
+        return local_type(reference, Path())
     try:
         found = getattr(importlib.import_module(module), name)
     except (ImportError, AttributeError) as error:

@@ -16,6 +16,7 @@ import json
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple
@@ -25,13 +26,15 @@ from typing_extensions import Buffer
 
 from orchestrator.errors import ComponentTypeError
 from orchestrator.kinds import FrozenMapping
+from orchestrator.local_module import local_type
 from orchestrator.parameters import DRAWN
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError, padding
 from orchestrator.signal import Causality, Connector, Variability
+from orchestrator.units import Unit
 
 _HEADER: Final = struct.Struct("<4sHHIIQqq8x")
 _MAGIC: Final = b"NLOS"
-_VERSION: Final = 2
+_VERSION: Final = 3
 
 
 class Kind(enum.IntEnum):
@@ -114,8 +117,8 @@ class ComponentSpec:
 
     Attributes:
         name: of the component in its system.
-        type: the name of an installed component type; or `module:Class`; or the path of an
-            FMU, as a `Path`.
+        type: the name of an installed component type; or `module:Class`; or the same with the path
+            of a file, `/path/module.py:Class`; or the path of an FMU, as a `Path`.
         values: parameter values, as `ComponentType.create` wants them: bool, int, float,
             str, `Path`, records, distributions, and tuples and mappings of these.
     """
@@ -148,8 +151,11 @@ class ComponentSpec:
         Raises:
             ComponentTypeError: a record is not what the sender has; the releases differ.
         """
+        kind = _rich(document["type"])
+        if isinstance(kind, str) and kind.rpartition(":")[0].endswith(".py"):
+            local_type(kind, Path())  # whose records may be among the values
         values = {name: _rich(value) for name, value in document["values"].items()}
-        return cls(name=document["name"], type=_rich(document["type"]), values=values)
+        return cls(name=document["name"], type=kind, values=values)
 
 
 def connectors_to_message(
@@ -219,6 +225,8 @@ def _describe(connector: Connector) -> dict[str, Any]:
         "dtype": None if connector.is_binary else np.dtype(connector.dtype).str,
         "shape": list(connector.shape),
         "unit": connector.unit,
+        "definition": _definition(connector.definition),
+        "is_relative": connector.is_relative,
         "variability": connector.variability.value,
         "mime_type": connector.mime_type,
         "feedthrough": sorted(connector.feedthrough),
@@ -234,6 +242,8 @@ def _connector(document: Mapping[str, Any], start: Any = None) -> Connector:
         dtype=None if document["dtype"] is None else np.dtype(document["dtype"]),
         shape=tuple(document["shape"]),
         unit=document["unit"],
+        definition=_unit(document["definition"]),
+        is_relative=document["is_relative"],
         variability=Variability(document["variability"]),
         start=start,
         mime_type=document["mime_type"],
@@ -241,6 +251,28 @@ def _connector(document: Mapping[str, Any], start: Any = None) -> Connector:
         description=document["description"],
         needed=document["needed"],
         parameter=tuple(document["parameter"]),
+    )
+
+
+def _definition(unit: Unit | None) -> dict[str, Any] | None:
+    if unit is None:
+        return None
+    return {
+        "symbol": unit.symbol,
+        "factor": str(unit.factor),
+        "exponents": list(unit.exponents),
+        "offset": str(unit.offset),
+    }
+
+
+def _unit(document: Mapping[str, Any] | None) -> Unit | None:
+    if document is None:
+        return None
+    return Unit(
+        symbol=document["symbol"],
+        factor=Fraction(document["factor"]),
+        exponents=tuple(document["exponents"]),
+        offset=Fraction(document["offset"]),
     )
 
 

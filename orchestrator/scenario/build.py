@@ -11,10 +11,11 @@ from pydantic import ValidationError
 from orchestrator import registry
 from orchestrator.algorithm.base import CosimulationAlgorithm, algorithm_type
 from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
+from orchestrator.local_module import file_of, is_reference, local_type
 from orchestrator.measure import Measure, measure_type
 from orchestrator.parameters import ComponentType, Parameter, Parametrised, declared
 from orchestrator.report import Report, report_type
-from orchestrator.scenario import diagnosis, extension, schema
+from orchestrator.scenario import diagnosis, extension, routes, schema
 from orchestrator.scenario.conversion import Conversion
 from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.expansion import Expansion, overridden
@@ -71,6 +72,7 @@ class _Build:
             self._add((extension.KEY,), what, at_key=True)
         file = self._file()
         components = self._components()
+        self._check_sources()
         if file is None:
             raise self._error(())
         self._check_times(file.time, components)
@@ -79,7 +81,7 @@ class _Build:
         measures = self._measures(file)
         tables = self._tables(file)
         report = self._report(file, components)
-        connections = tuple(ConnectionUse(c.source, c.target) for c in file.connections)
+        connections, constants = routes.read(file.connections)
         if self.problems or self.expansion.problems or coupling is None:
             raise self._error(connections)
         return Scenario(
@@ -94,6 +96,7 @@ class _Build:
             coupling=coupling,
             components=MappingProxyType(components),
             connections=connections,
+            constants=constants,
             include=tuple(file.recording.include),
             exclude=tuple(file.recording.exclude),
             measures=measures,
@@ -156,7 +159,7 @@ class _Build:
         if entry.fmu is not None:
             fmu = (self.document.folder((*address, "fmu")) / entry.fmu).absolute()
         try:
-            found = _type(entry.type, fmu)
+            found = _type(entry.type, fmu, self.document.folder((*address, "type")))
         except ComponentTypeError as error:
             self._add((*address, "type" if fmu is None else "fmu"), str(error))
             return None
@@ -165,6 +168,7 @@ class _Build:
             type_name=entry.type,
             fmu=fmu,
             type=found,
+            module=_module(entry.type, self.document.folder((*address, "type"))),
             step=entry.step,
             process=entry.process,
             values=self._values((*address, "parameters"), found.parameters, entry.parameters),
@@ -320,8 +324,8 @@ class _Build:
         if file.time.until is not None:
             self._check_name(("time", "until"), file.time.until.partition(".")[0], names)
         for index, connection in enumerate(file.connections):
-            for key, end in (("from", connection.source), ("to", connection.target)):
-                self._check_name(("connections", index, key), end.partition(".")[0], names)
+            for inner, end in routes.ends(connection):
+                self._check_name(("connections", index, *inner), end.partition(".")[0], names)
         for key, patterns in (
             ("include", file.recording.include),
             ("exclude", file.recording.exclude),
@@ -331,13 +335,28 @@ class _Build:
                 if not set(first) & set("*?["):
                     self._check_name(("recording", key, index), first, names)
 
+    def _check_sources(self) -> None:
+        """That every connection says one source; asked also where other parts are wrong."""
+        data = self.document.data
+        entries = data.get("connections") if isinstance(data, dict) else None
+        for index, entry in enumerate(entries if isinstance(entries, list) else ()):
+            for key, what in routes.problems(entry) if isinstance(entry, dict) else ():
+                self._add(("connections", index, *key), what, at_key=True)
+
     def _check_name(self, address: Address, name: str, names: Sequence[str]) -> None:
         if name not in names:
             self._add(address, f"there is no component `{name}`; {suggestion(name, names)}")
 
 
-def _type(name: str | None, fmu: Path | None) -> ComponentType:
+def _module(name: str | None, folder: Path) -> Path | None:
+    """The file of a type that is named by a class in it."""
+    return file_of(name, folder) if name is not None and is_reference(name) else None
+
+
+def _type(name: str | None, fmu: Path | None, folder: Path) -> ComponentType:
     if fmu is not None:
         return registry.fmu_type(fmu)
     assert name is not None  # noqa: S101 - one of the two is given, checked by the caller
+    if is_reference(name):
+        return local_type(name, folder)
     return registry.component_type(name)

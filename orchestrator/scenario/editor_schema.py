@@ -1,7 +1,7 @@
 """The JSON Schema of scenario files with the parameters of everything that is installed."""
 
 from collections.abc import Callable, Mapping
-from typing import Any, cast
+from typing import Any, Final, cast
 
 from orchestrator import measure, registry, report
 from orchestrator.algorithm import base
@@ -29,6 +29,13 @@ def installed_schema() -> Schema:
     return schema
 
 
+_IN_A_FILE: Final[Schema] = {
+    "type": "string",
+    "pattern": ":",
+    "description": "A class in a file beside the scenario, `module:Class`.",
+}
+
+
 def _add_components(schema: Schema, part: ParameterSchemas, whole: ParameterSchemas) -> None:
     entry = schema["$defs"]["ComponentEntry"]
     entries_of_whole = schema["then"]["properties"]["components"]["additionalProperties"]
@@ -41,7 +48,7 @@ def _add_components(schema: Schema, part: ParameterSchemas, whole: ParameterSche
             continue
         names.append({"const": name, "description": kind.description})
         found[name] = kind.parameters
-    entry["properties"]["type"]["anyOf"] = [*names, {"type": "null"}]
+    entry["properties"]["type"]["anyOf"] = [*names, _IN_A_FILE, {"type": "null"}]
     conditions = [
         _if_is("type", name, {"properties": {"parameters": part.parameters(parameters)}})
         for name, parameters in found.items()

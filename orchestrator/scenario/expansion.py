@@ -308,20 +308,24 @@ class _Expanding:
                 continue
             for binding in self._bindings_of(old, *ends):
                 new = (*address, len(copies))
-                named = {key: self.families.renamed(entry[key], binding) for key in ("from", "to")}
-                copies.append({**self._copied(entry, old, new, binding), **named})
+                bound = _Renamed(self.families, binding)
+                copies.append({**self._copied(entry, old, new, binding), **bound.ends(entry)})
         return copies
 
-    def _bindings_of(self, old: Address, source: str, target: str) -> Iterable[Binding]:
+    def _bindings_of(
+        self, old: Address, sources: Mapping[Address, str], target: str
+    ) -> Iterable[Binding]:
         """One for each copy of a connection; none if it is wrong."""
-        ends = (("from", source), ("to", target))
-        unknown = [self._has_unknown(text, (*old, key)) for key, text in ends]
-        before, after = self.families.along(source), self.families.along(target)
+        ends = {**sources, ("to",): target}
+        unknown = [self._has_unknown(text, (*old, *key)) for key, text in ends.items()]
+        before = tuple(dict.fromkeys(f for s in sources.values() for f in self.families.along(s)))
+        after = self.families.along(target)
         self.used.update(before, after)
         joined = [f for f in self.families.several(before) if f not in after]
-        if any(unknown) or {_component(source), _component(target)} & self.families.lost:
+        if any(unknown) or {_component(text) for text in ends.values()} & self.families.lost:
             return ()
         if joined:
+            source = next(s for s in sources.values() if set(joined) & {*self.families.along(s)})
             size = len(list(self.families.bindings(joined)))
             one = self.families.renamed(source, next(iter(self.families.bindings(joined))))
             component, _, connector = target.partition(".")
@@ -342,12 +346,41 @@ def _without_family(entry: Any) -> Any:
     return {key: value for key, value in entry.items() if key != families.KEY}
 
 
-def _ends(entry: Any) -> tuple[str, str] | None:
-    """Both ends of a connection of the right shape."""
-    if not isinstance(entry, Mapping):
+def _ends(entry: Any) -> tuple[Mapping[Address, str], str] | None:
+    """The sources and the target of a connection of the right shape; a constant has no source."""
+    target = entry.get("to") if isinstance(entry, Mapping) else None
+    if not isinstance(target, str):
         return None
-    source, target = entry.get("from"), entry.get("to")
-    return (source, target) if isinstance(source, str) and isinstance(target, str) else None
+    said: dict[Address, Any] = {("from",): entry["from"]} if "from" in entry else {}
+    terms = entry.get("sum", [])
+    for n, term in enumerate(terms if isinstance(terms, list) else [None]):
+        is_short = isinstance(term, str)
+        key: Address = ("sum", n) if is_short else ("sum", n, "from")
+        said[key] = term if is_short else term.get("from") if isinstance(term, dict) else None
+    return (said, target) if all(isinstance(each, str) for each in said.values()) else None
+
+
+@dataclass(frozen=True, slots=True)
+class _Renamed:
+    """The ends of connections for some members."""
+
+    families: Families
+    binding: Binding
+
+    def ends(self, entry: Mapping[str, Any]) -> dict[str, Any]:
+        """The keys of an entry that name components."""
+        found: dict[str, Any] = {}
+        for key in ("from", "to"):
+            if key in entry:
+                found[key] = self.families.renamed(entry[key], self.binding)
+        if "sum" in entry:
+            found["sum"] = [self._term(term) for term in entry["sum"]]
+        return found
+
+    def _term(self, term: Any) -> Any:
+        if isinstance(term, str):
+            return self.families.renamed(term, self.binding)
+        return {**term, "from": self.families.renamed(term["from"], self.binding)}
 
 
 def _component(end: str) -> str:

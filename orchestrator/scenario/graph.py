@@ -3,11 +3,17 @@
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
+from orchestrator.algorithm.age import Age
+from orchestrator.algorithm.base import Pattern
+from orchestrator.constant import shown
 from orchestrator.feedthrough import describe, loops
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.wiring import Assembly
+from orchestrator.system import Connection, System
 from orchestrator.timebase import Duration
+from orchestrator.transformation import described
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,7 +45,8 @@ class Edge:
     """All connections from one component to another.
 
     Attributes:
-        signals: pairs of output and input.
+        signals: pairs of output and input, with the elements that are read and driven.
+        changes: what happens on the way, as text, by pair; of those where anything does.
         youngest, oldest: the age of the values at the end of the target's steps [ns].
         is_forward: whether the source takes its turn first, and its newest value is seen.
         copies: how many pairs of instances it stands for.
@@ -48,6 +55,7 @@ class Edge:
     source: str
     target: str
     signals: tuple[tuple[str, str], ...]
+    changes: Mapping[tuple[str, str], str]
     youngest: Duration
     oldest: Duration
     is_forward: bool
@@ -60,13 +68,25 @@ class Graph:
 
     Attributes:
         nodes: in the order in which they take turns.
-        edges: in the order of their sources, then of their targets.
+        edges: in the order of their sources, then of their targets; connections with a delay or a
+            sample time of their own have an edge of their own.
+        constants: inputs, or elements of them, with their values.
         loops: one sentence per algebraic loop.
     """
 
     nodes: tuple[Node, ...]
     edges: tuple[Edge, ...]
+    constants: tuple[tuple[str, str], ...]
     loops: tuple[str, ...]
+
+
+class _Key(NamedTuple):
+    """What connections that share an edge have in common."""
+
+    source: str
+    target: str
+    delay: Duration
+    sample: Duration
 
 
 def graph_of(scenario: Scenario, assembly: Assembly) -> Graph:
@@ -91,29 +111,53 @@ def graph_of(scenario: Scenario, assembly: Assembly) -> Graph:
         describe(loop, is_solved=any({end.component for end in loop.path} <= s for s in solved))
         for loop in loops(assembly.system)
     ]
-    return Graph(nodes, edges, tuple(sentences))
+    constants = tuple(
+        (f"{each.target}{each.placed}", shown(each.value)) for each in assembly.system.constants
+    )
+    return Graph(nodes, edges, constants, tuple(sentences))
 
 
 def _edges(assembly: Assembly, turn: Mapping[str, int]) -> tuple[Edge, ...]:
-    signals: dict[tuple[str, str], list[tuple[str, str]]] = defaultdict(list)
-    for link in assembly.system.connections:
-        pair = link.source.component, link.target.component
-        signals[pair].append((link.source.connector, link.target.connector))
-    ages = assembly.algorithm.ages(assembly.system)
+    system, links = assembly.system, defaultdict[_Key, list[Connection]](list)
+    for link in system.connections:
+        way = link.way
+        links[_Key(link.source.component, link.target.component, way.delay, way.sample)] += [link]
+    ages = assembly.algorithm.ages(system)
+    reads_at_start = assembly.algorithm.pattern is Pattern.PARALLEL
     edges = []
-    for source, target in sorted(signals, key=lambda pair: (turn[pair[0]], turn[pair[1]])):
-        age = ages[source, target]
+    for key in sorted(links, key=lambda k: (turn[k.source], turn[k.target], k.delay, k.sample)):
+        sizes = system.step_sizes[key.source], system.step_sizes[key.target]
+        age = ages[key.source, key.target]
+        if key.delay:
+            age = Age.delayed(*sizes, key.delay, reads_at_start=reads_at_start)
+        if key.sample:
+            age = age.sampled(key.sample, sizes[1])
+        found = [(_pair(link), _change(system, link)) for link in links[key]]
         edges.append(
             Edge(
-                source=source,
-                target=target,
-                signals=tuple(signals[source, target]),
+                source=key.source,
+                target=key.target,
+                signals=tuple(pair for pair, _ in found),
+                changes={pair: change for pair, change in found if change},
                 youngest=age.youngest,
                 oldest=age.oldest,
-                is_forward=turn[source] < turn[target] and age.youngest == 0,
+                is_forward=turn[key.source] < turn[key.target] and age.youngest == 0,
             )
         )
     return tuple(edges)
+
+
+def _pair(link: Connection) -> tuple[str, str]:
+    way = link.way
+    return f"{link.source.connector}{way.picked}", f"{link.target.connector}{way.placed}"
+
+
+def _change(system: System, link: Connection) -> str:
+    """What happens to the values of a connection on their way."""
+    output = system.connectors[link.source.component][link.source.connector]
+    return described(
+        output, system.connectors[link.target.component][link.target.connector], link.way
+    )
 
 
 def _layers(turns: Sequence[str], edges: Sequence[Edge]) -> dict[str, int]:
@@ -142,9 +186,9 @@ def folded(graph: Graph) -> Graph:
     instances: dict[str, list[Node]] = defaultdict(list)
     for node in graph.nodes:
         instances[node.entry].append(node)
-    pairs: dict[tuple[str, str], list[Edge]] = defaultdict(list)
+    pairs: dict[tuple[str, ...], list[Edge]] = defaultdict(list)
     for edge in graph.edges:
-        pairs[entries[edge.source], entries[edge.target]].append(edge)
+        pairs[entries[edge.source], entries[edge.target], *edge.changes.values()].append(edge)
     turns = list(instances)
     edges = tuple(
         replace(
@@ -157,27 +201,39 @@ def folded(graph: Graph) -> Graph:
             and all(edge.is_forward for edge in alike),
             copies=len(alike),
         )
-        for (source, target), alike in pairs.items()
+        for (source, target, *_), alike in pairs.items()
     )
     layers = _layers(turns, edges)
     nodes = tuple(
         replace(alike[0], name=entry, copies=len(alike), layer=layers[entry])
         for entry, alike in instances.items()
     )
-    return Graph(nodes, edges, graph.loops)
+    return Graph(nodes, edges, graph.constants, graph.loops)
 
 
-def grouped(signals: Sequence[tuple[str, str]]) -> list[str]:
+def grouped(
+    signals: Sequence[tuple[str, str]], changes: Mapping[tuple[str, str], str] | None = None
+) -> list[str]:
     """Pairs as text; what lies beneath one group on both sides becomes one entry.
+
+    Args:
+        signals: pairs of output and input.
+        changes: what happens on the way, by pair.
 
     >>> grouped([("vehicle.x", "vehicle.x"), ("vehicle.y", "vehicle.y"), ("a", "b")])
     ['vehicle.* (2)', 'a -> b']
+    >>> grouped([("v", "w")], {("v", "w"): "* 3.6"})
+    ['v -> w (* 3.6)']
     """
     groups: dict[str, list[str]] = defaultdict(list)
     for output, input_ in signals:
         prefix, dot, _ = output.partition(".")
         single = output if output == input_ else f"{output} -> {input_}"
-        groups[f"{prefix}.*" if dot and output == input_ else single].append(single)
+        change = (changes or {}).get((output, input_))
+        if change:
+            single += f" ({change})"
+        is_alike = dot and output == input_ and not change
+        groups[f"{prefix}.*" if is_alike else single].append(single)
     return [
         f"{group} ({len(members)})" if len(members) > 1 else members[0]
         for group, members in groups.items()

@@ -3,7 +3,8 @@
 Nothing in here knows YAML; `document` serves only to say where an error found later belongs.
 """
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -14,12 +15,13 @@ from orchestrator.measure import Measure, defaults
 from orchestrator.parameters import DRAWN, REQUIRED, ComponentType, declared
 from orchestrator.questions import Questions
 from orchestrator.report import Report
-from orchestrator.scenario.document import Document
+from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.values import written
 from orchestrator.system import Endpoint
 from orchestrator.table_files import Format
 from orchestrator.timebase import Duration, Time
+from orchestrator.transformation import PLAIN, Transformation
 
 PlugIn = TypeVar("PlugIn")
 
@@ -29,7 +31,9 @@ class ComponentUse:
     """One component of a scenario.
 
     Attributes:
-        type_name: the installed type, or `None` for an FMU given by its path.
+        type_name: the installed type, or a class in a file, `module:Class`; or `None` for an FMU
+            given by its path.
+        module: the absolute path of the file with the class, or `None`.
         fmu: the FMU's absolute path, or `None`.
         type: what creates it.
         step: communication step size [ns].
@@ -44,6 +48,13 @@ class ComponentUse:
     step: Duration
     process: bool
     values: Mapping[str, Any]
+    module: Path | None = None
+
+    def reference(self) -> str | None:
+        """The type's name, which for a class in a file has the whole path of it."""
+        if self.module is None or self.type_name is None:
+            return self.type_name
+        return f"{self.module}:{self.type_name.rpartition(':')[2]}"
 
     def all_values(self) -> Mapping[str, Any]:
         """The parameters that the scenario sets, and the defaults of all others.
@@ -89,10 +100,30 @@ class PlugInUse(Generic[PlugIn]):
 
 @dataclass(frozen=True, slots=True)
 class ConnectionUse:
-    """One connection, or group of connections, as written."""
+    """One connection, or group of connections, as written.
+
+    Attributes:
+        way: without the elements that the ends name.
+        address: of what says it in the document.
+    """
 
     source: str
     target: str
+    way: Transformation = PLAIN
+    address: Address = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantUse:
+    """A constant in place of a source, as written.
+
+    Attributes:
+        address: of what says it in the document.
+    """
+
+    value: Any
+    target: str
+    address: Address = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,6 +154,7 @@ class Scenario:
     coupling: PlugInUse[CosimulationAlgorithm]
     components: Mapping[str, ComponentUse]
     connections: tuple[ConnectionUse, ...]
+    constants: tuple[ConstantUse, ...]
     include: tuple[str, ...]
     exclude: tuple[str, ...]
     measures: Mapping[str, PlugInUse[Measure]] | None
@@ -171,7 +203,10 @@ class Scenario:
             "seed": self.seed,
             "coupling": self.coupling.resolved("algorithm"),
             "components": {name: _resolved(use) for name, use in self.components.items()},
-            "connections": [{"from": c.source, "to": c.target} for c in self.connections],
+            "connections": [
+                *_written(self.connections),
+                *({"value": c.value, "to": c.target} for c in self.constants),
+            ],
             "recording": {"include": list(self.include), "exclude": list(self.exclude)},
             **({} if measures is None else {"measures": measures}),
             **({} if self.tables is None else {"tables": list(self.tables)}),
@@ -179,10 +214,32 @@ class Scenario:
         }
 
 
+def _written(connections: Sequence[ConnectionUse]) -> Iterator[dict[str, Any]]:
+    """Connections as a scenario file writes them; those that are added to others as a sum."""
+    for k, use in enumerate(connections):
+        following = itertools.takewhile(lambda each: each.way.adds, connections[k + 1 :])
+        added = [_source(each) for each in following]
+        if added and not use.way.adds:
+            yield {"sum": [_source(use), *added], "to": use.target}
+        elif not use.way.adds:
+            yield {**_source(use), "to": use.target}
+
+
+def _source(use: ConnectionUse) -> dict[str, Any]:
+    way = use.way
+    return {
+        "from": use.source,
+        **({} if way.gain == 1.0 else {"gain": way.gain}),
+        **({} if way.offset == 0.0 else {"offset": way.offset}),
+        **({"delay": format_duration(way.delay)} if way.delay else {}),
+        **({"sample": format_duration(way.sample)} if way.sample else {}),
+    }
+
+
 def _resolved(use: ComponentUse) -> dict[str, Any]:
     declared = use.type.parameters
     return {
-        **({"type": use.type_name} if use.fmu is None else {"fmu": str(use.fmu)}),
+        **({"type": use.reference()} if use.fmu is None else {"fmu": str(use.fmu)}),
         "step": format_duration(use.step),
         "process": use.process,
         "parameters": {n: written(declared[n], v) for n, v in use.all_values().items()},

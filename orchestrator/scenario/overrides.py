@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from orchestrator import registry
 from orchestrator.errors import ComponentTypeError, Location, Problem, ScenarioError
+from orchestrator.local_module import is_reference, local_type
 from orchestrator.scenario.diagnosis import show, spell
 from orchestrator.scenario.document import Address, Document, Place
 from orchestrator.scenario.families import KEY as FAMILY
@@ -128,6 +129,8 @@ def _declared(document: Document, address: Sequence[str]) -> Collection[str]:
         return ()
     name, fmu = entry.get("type"), entry.get("fmu")
     try:
+        if isinstance(name, str) and is_reference(name):
+            return local_type(name, document.folder((*address, "type"))).parameters
         if isinstance(name, str):
             return registry.component_type(name).parameters
         if isinstance(fmu, str):

@@ -9,8 +9,9 @@ from orchestrator.distribution import DistributedText, Distribution
 from orchestrator.kinds import Leaf, Listed, Named, Optional, Record, kind_of
 from orchestrator.parameters import DRAWN, REQUIRED, Parameter, declared, description
 from orchestrator.scenario.conversion import DISTRIBUTIONS, NAME
-from orchestrator.scenario.units import NUMBER, difference
+from orchestrator.scenario.units import difference
 from orchestrator.scenario.values import written
+from orchestrator.units import NUMBER
 
 Schema = dict[str, Any]
 

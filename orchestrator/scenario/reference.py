@@ -11,8 +11,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from orchestrator import tables
-from orchestrator.scenario import unit_table
+from orchestrator import tables, unit_table
 from orchestrator.scenario.schema import json_schema, whole_schema
 
 SCHEMA_FILE: Final = "orchestrator/scenario/scenario.schema.json"
@@ -248,7 +247,14 @@ def _kind(value: Mapping[str, Any], definitions: Mapping[str, Any]) -> str:
         return " or ".join(f"`{choice}`" for choice in choices)
     if value.get("type") == "array":
         return f"list of {_kind(value['items'], definitions)}"
-    names = {"string": "text", "integer": "whole number", "boolean": "`true` or `false`"}
+    if not {"type", "$ref"} & set(value):
+        return "any value"
+    names = {
+        "string": "text",
+        "number": "number",
+        "integer": "whole number",
+        "boolean": "`true` or `false`",
+    }
     return names.get(value.get("type", ""), "mapping")
 
 

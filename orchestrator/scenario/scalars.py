@@ -9,8 +9,8 @@ from typing import Any, Final, Literal, TypeVar, get_args, get_origin
 
 from orchestrator.parameters import Parameter
 from orchestrator.scenario.diagnosis import show
-from orchestrator.scenario.units import Unit, UnitError, parse_quantity, parse_unit
 from orchestrator.suggestion import suggestion
+from orchestrator.units import Unit, UnitError, parse_quantity, parse_unit
 
 _N = TypeVar("_N", int, float)
 

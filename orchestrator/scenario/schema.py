@@ -32,6 +32,13 @@ def _positive(value: object) -> Duration:
     return time
 
 
+def _not_negative(value: object) -> Duration:
+    time = _duration(value)
+    if time < 0:
+        raise ValueError(f"must not be negative, got {units.format_duration(time)}")
+    return time
+
+
 def _time_schema(*examples: str) -> WithJsonSchema:
     return WithJsonSchema(
         {
@@ -48,9 +55,10 @@ _NAME: Final = r"^[A-Za-z0-9_][A-Za-z0-9_-]*$"
 _FAMILY: Final = r"^[A-Za-z][A-Za-z0-9_-]*$"
 
 Name = Annotated[str, Field(pattern=_NAME)]
+_PORT: Final = r"^[A-Za-z0-9_{][A-Za-z0-9_{}-]*\.[^.\s].*$"
 Port = Annotated[
     str,
-    Field(pattern=r"^[A-Za-z0-9_{][A-Za-z0-9_{}-]*\.[^.\s].*$", examples=["traffic.vehicle"]),
+    Field(pattern=_PORT, examples=["traffic.vehicle"]),
 ]
 Text = Annotated[str, Field(min_length=1)]
 
@@ -130,8 +138,9 @@ class ComponentEntry(_Mapping):
 
     model_config = ConfigDict(json_schema_extra={"not": {"required": ["type", "fmu"]}})
 
-    type: Annotated[Text | None, Field(examples=["sumo-traffic", "channel"])] = None
-    """The name of an installed component type; `nlosim components` lists them."""
+    type: Annotated[Text | None, Field(examples=["sumo-traffic", "my_parts:Wheel"])] = None
+    """The name of an installed component type; `nlosim components` lists them. Or `module:Class`:
+    a subclass of `Component` in `module.py` beside this file."""
 
     fmu: Annotated[Text | None, Field(examples=["units/channel.fmu"])] = None
     """Instead of `type`: an FMU for co-simulation (FMI 2.0 or 3.0), relative to this file."""
@@ -152,15 +161,70 @@ class ComponentEntry(_Mapping):
     parameter; text such as `26 dBm` or `400 mW` is converted."""
 
 
-class ConnectionEntry(_Mapping):
-    """An output that drives an input, or all outputs of a group that drive its inputs."""
+_PORT_SCHEMA: Final = WithJsonSchema({"type": "string", "pattern": _PORT})
 
-    source: Annotated[Port, Field(alias="from")]
-    """`component.connector`, or a group such as `traffic.vehicle`."""
+
+def _ends_first(schema: dict[str, Any]) -> None:
+    """One of the sources is required, and stands before what happens on the way."""
+    keys = schema["properties"]
+    sources = ("from", "sum", "value")
+    schema["properties"] = {key: keys[key] for key in (*sources, "to")} | keys
+    schema["oneOf"] = [{"required": [key]} for key in sources]
+
+
+class Way(_Mapping):
+    """What happens to a value on its way."""
+
+    gain: float = 1.0
+    """Factor on the value, which has been converted to the unit of the input."""
+
+    offset: float = 0.0
+    """Added after the gain, in the unit of the input."""
+
+    delay: Annotated[int, BeforeValidator(_not_negative), _time_schema("20 ms")] = 0
+    """How old a value is at least when it is read. Before the first such value the input keeps its
+    start value."""
+
+    sample: Annotated[int, BeforeValidator(_positive), _time_schema("100 ms")] = 0
+    """Values are read at multiples of this time since the start, and held in between. A multiple of
+    the step of the target. Without it values are read in every step."""
+
+
+class Term(Way):
+    """An output that is added to others."""
+
+    source: Annotated[Port, Field(alias="from", examples=["a.x"])]
+    """`component.connector`, or elements of it."""
+
+
+def _term(value: object) -> object:
+    return {"from": value} if isinstance(value, str) else value
+
+
+class ConnectionEntry(Way):
+    """An output that drives an input, or all outputs of a group that drive its inputs.
+
+    In place of `from`: `sum` of several outputs, or a constant `value`.
+    """
+
+    model_config = ConfigDict(json_schema_extra=_ends_first)
+
+    source: Annotated[Port | None, Field(alias="from"), _PORT_SCHEMA] = None
+    """`component.connector`, elements of it such as `a.x[2]`, `a.x[0:3]`, or a group such as
+    `traffic.vehicle`."""
+
+    terms: Annotated[
+        list[Annotated[Term, BeforeValidator(_term, json_schema_input_type=Port | Term)]] | None,
+        Field(alias="sum", min_length=1, examples=[["a.x", {"from": "b.y", "gain": -1}]]),
+    ] = None
+    """Outputs that are added; each may have a `gain`, an `offset`, a `delay` and a `sample`."""
+
+    value: Annotated[Any, Field(examples=[3.0, "30 km/h", [1, 0]])] = None
+    """A constant: a number, text with a unit, `true` or `false`, or a list of them."""
 
     target: Annotated[Port, Field(alias="to")]
-    """`component.connector`, or a group: every input beneath it is connected to the output of
-    the same name beneath `from`."""
+    """`component.connector`, elements of it, or a group: every input beneath it is connected to the
+    output of the same name beneath `from`. Elements without a connection keep their start value."""
 
 
 class Recording(_Mapping):

@@ -23,8 +23,8 @@ from orchestrator.input_files import Finding
 from orchestrator.recording.recorder import select
 from orchestrator.scenario.diagnosis import once, spell
 from orchestrator.scenario.document import Address, Document
-from orchestrator.scenario.model import ComponentUse, ConnectionUse, Scenario
-from orchestrator.system import Connection, System, expand
+from orchestrator.scenario.model import ComponentUse, ConnectionUse, ConstantUse, Scenario
+from orchestrator.system import Connection, Constant, System, elements, expand
 
 Place: TypeAlias = Callable[[ComponentUse], Component]
 """Creates a component somewhere: in this process, or in another one."""
@@ -74,15 +74,20 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
         if problems:
             raise _error(scenario, problems)
         problems = _ending_problems(scenario, components)
-        origins, wrong = _connections(
-            scenario.document, dict(enumerate(scenario.connections)), components
-        )
+        origins, wrong = _connections(scenario.document, scenario.connections, components)
+        constants, others = _constants(scenario.document, scenario.constants, components)
+        wrong += others
         if wrong:
             raise _error(scenario, [*problems, *wrong])
         step_sizes = {name: use.step for name, use in scenario.components.items()}
-        where = _Places(scenario, origins)
+        where = _Places(scenario, [*origins, *constants])
         try:
-            system = System(components, step_sizes, tuple(origins))
+            system = System(
+                components,
+                step_sizes,
+                tuple(connection for connection, _ in origins),
+                tuple(constant for constant, _ in constants),
+            )
         except SystemStructureError as error:
             found = [*problems, *map(where.locate, error.problems)]
             raise _error(scenario, found) from error
@@ -108,7 +113,7 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
 def _undriven(document: Document, system: System) -> Iterator[Problem]:
     """Remarks on inputs that need a source and have none, where the scenario asks for them."""
     for name, connectors in system.connectors.items():
-        driven = {feed.input for feed in system.feeds[name]}
+        driven = system.driven(name)
         for key, connector in connectors.items():
             if connector.needed and key not in driven:
                 address = ("components", name, "parameters", *connector.parameter)
@@ -152,11 +157,11 @@ def problems_of_sound_parts(
     created: dict[str, Component] = {}
     try:
         problems = _create(document, components, in_process, created)
-        between = {
-            index: use
-            for index, use in enumerate(connections)
+        between = [
+            use
+            for use in connections
             if {use.source.partition(".")[0], use.target.partition(".")[0]} <= set(created)
-        }
+        ]
         return problems + _connections(document, between, created)[1]
     except CosimError:
         return []  # no mistake of the scenario: reported once that is sound
@@ -229,31 +234,50 @@ def _ending_problems(scenario: Scenario, components: Mapping[str, Component]) ->
 
 def _connections(
     document: Document,
-    connections: Mapping[int, ConnectionUse],
+    connections: Sequence[ConnectionUse],
     components: Mapping[str, Component],
-) -> tuple[dict[Connection, Location], list[Problem]]:
+) -> tuple[list[tuple[Connection, Location]], list[Problem]]:
     """Every connection with the place in the file that asks for it, and the problems.
 
     Args:
         document: the scenario.
-        connections: by their place in the list of the file.
+        connections: as written.
         components: by name.
     """
-    found: dict[Connection, Location] = {}
+    found: list[tuple[Connection, Location]] = []
+    lines: dict[Connection, int] = {}
     problems: list[Problem] = []
-    for index, use in connections.items():
-        address = ("connections", index)
-        where, named = document.value(address), spell(document.written(address))
+    for use in connections:
+        where, said = document.value(use.address), spell(document.written(use.address))
         try:
-            expanded = expand(components, use.source, use.target)
+            expanded = expand(components, use.source, use.target, use.way)
         except SystemStructureError as error:
-            problems += [Problem(where, f"{named}: {what}") for what in error.problems]
+            problems += [Problem(where, f"{said}: {what}") for what in error.problems]
             continue
         for connection in expanded:
-            if connection in found:
-                what = f"{connection} is connected in line {found[connection].line} already"
-                problems.append(Problem(where, f"{named}: {what}"))
-            found[connection] = where
+            if connection in lines and not use.way.adds:
+                what = f"{connection} is connected in line {lines[connection]} already"
+                problems.append(Problem(where, f"{said}: {what}"))
+                continue
+            lines[connection] = where.line
+            found.append((connection, where))
+    return found, problems
+
+
+def _constants(
+    document: Document, constants: Sequence[ConstantUse], components: Mapping[str, Component]
+) -> tuple[list[tuple[Constant, Location]], list[Problem]]:
+    """Every constant with the place in the file that asks for it, and the problems."""
+    found: list[tuple[Constant, Location]] = []
+    problems: list[Problem] = []
+    for use in constants:
+        where, said = document.value(use.address), spell(document.written(use.address))
+        try:
+            end, placed = elements(components, use.target)
+        except ValueError as error:
+            problems.append(Problem(where, f"{said}: {error}"))
+        else:
+            found.append((Constant(end, use.value, placed), where))
     return found, problems
 
 
@@ -262,13 +286,13 @@ class _Places:
     """Finds the place in the file that a sentence about the system is about."""
 
     scenario: Scenario
-    origins: Mapping[Connection, Location]
+    origins: Sequence[tuple[Connection | Constant, Location]]
 
     def locate(self, what: str) -> Problem:
-        """The place of the connection that `what` names, else of the component, else the top."""
+        """The place of what `what` names: a connection, a constant, a component, or the top."""
         document = self.scenario.document
-        for connection, where in self.origins.items():
-            if f"connect {connection}:" in what:
+        for each, where in self.origins:
+            if what.startswith((f"cannot connect {each}:", f"cannot set {each}:")):
                 return Problem(where, what)
         for name in self.scenario.components:
             if f"`{name}." in what or f"`{name}`" in what:

@@ -150,6 +150,9 @@ def syntax_error(error: yaml.MarkedYAMLError) -> str:
     """What is wrong, for somebody who does not know how a YAML scanner works."""
     raw = error.problem or error.context or "this is not YAML"
     line = error.context_mark.line + 1 if error.context_mark else 1
+    mark = error.problem_mark
+    if mark is not None and mark.buffer and mark.buffer[mark.pointer : mark.pointer + 1] == "[":
+        return "`[` begins a list here; write the text in quotes, such as `{from: 'a.x[2]', ...}`"
     for pattern, sentence in _IN_PLAIN_WORDS:
         if pattern in raw:
             return sentence.format(line=line)

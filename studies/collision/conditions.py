@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, Final
 
-from orchestrator.scenario.units import parse_quantity
+from orchestrator.units import parse_quantity
 
 POLICY: Final = "policy"
 """The factor whose levels are driving policies; an experiment may have a single one without it, and

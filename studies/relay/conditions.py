@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
-from orchestrator.scenario.units import parse_quantity
+from orchestrator.units import parse_quantity
 
 METHOD: Final = "method"
 """The factor whose levels are compared."""

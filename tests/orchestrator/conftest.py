@@ -15,6 +15,8 @@ SAMPLE_UNITS = {
         "alarm": "sample_units:Alarm",
         "carts": "sample_units:Carts",
         "broken": "sample_units:Broken",
+        "counting": "array_units:Counting",
+        "keeping": "array_units:Keeping",
         "road": "family_units:Road",
         "driver": "family_units:Driver",
     },

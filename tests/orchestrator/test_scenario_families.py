@@ -363,3 +363,32 @@ def test_the_same_sentence_of_all_members_is_said_once_when_assembled(family: Pa
     assert problem.where.line == 26
     assert "`guide-red.message` to `driver-red.wish`" in problem.what
     assert problem.what.endswith("(and 2 more alike)")
+
+
+def test_sums_and_constants_are_repeated_for_each_member(
+    tmp_path: Path, sample_units: None
+) -> None:
+    path = tmp_path / "several.yaml"
+    path.write_text(
+        "schema: 1\n"
+        "title: Several\n"
+        "time: {stop: 1 s}\n"
+        "each: {ego: [first, second]}\n"
+        "components:\n"
+        "  a: {type: counting, step: 100 ms}\n"
+        "  b: {type: keeping, each: ego, step: 100 ms}\n"
+        "connections:\n"
+        "  - {sum: [a.n, {from: 'a.x[0]', gain: 2}], to: b.v}\n"
+        "  - {value: 3, to: 'b.u[0]'}\n"
+    )
+    scenario = load_scenario(path)
+    ends = [(each.source, each.target, each.way.gain) for each in scenario.connections]
+    assert ends == [
+        (source, f"b-{member}.v", gain)
+        for member in ("first", "second")
+        for source, gain in (("a.n", 1.0), ("a.x[0]", 2))
+    ]
+    assert [each.target for each in scenario.constants] == ["b-first.u[0]", "b-second.u[0]"]
+    path.write_text(path.read_text().replace("to: b.v", "to: c.v"))
+    with pytest.raises(ScenarioError, match=r"connections\[0\].to: there is no component `c`"):
+        load_scenario(path)

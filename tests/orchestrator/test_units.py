@@ -6,15 +6,9 @@ from fractions import Fraction
 import pytest
 from hypothesis import given, strategies as st
 
-from orchestrator.scenario.unit_table import PREFIXES, SYMBOLS
-from orchestrator.scenario.units import (
-    Quantity,
-    UnitError,
-    duration,
-    format_duration,
-    parse_quantity,
-    parse_unit,
-)
+from orchestrator.scenario.units import duration, format_duration
+from orchestrator.unit_table import PREFIXES, SYMBOLS
+from orchestrator.units import Quantity, UnitError, parse_quantity, parse_unit
 
 LINEAR = sorted(name for name, row in SYMBOLS.items() if row.reference is None)
 PREFIXABLE = sorted(name for name, row in SYMBOLS.items() if row.takes_prefix)

@@ -7,10 +7,10 @@ import pytest
 import scenarios
 from orchestrator.parameters import DRAWN, REQUIRED
 from orchestrator.registry import installed
-from orchestrator.scenario.units import parse_unit
 from orchestrator.scenario.values import convert, written
 from orchestrator.testing import check_component
 from orchestrator.timebase import nanoseconds
+from orchestrator.units import parse_unit
 from tests.adapters.traces import Sample, write_csv
 
 TYPES = sorted(installed())
@@ -27,9 +27,13 @@ def test_it_keeps_the_contract_of_components(name: str, tmp_path: Path) -> None:
     """With default parameters and start values: no vehicles but those of traffic itself."""
     assets = Path(scenarios.__file__).parent / "assets" / "red_light"
     street = write_csv(tmp_path / "street.csv", [Sample(id="a", time=t) for t in (0.0, 1.0)])
+    table = tmp_path / "table.csv"
+    table.write_text("time [s],v [km/h]\n0,1\n")
     required = {
         "sumo-traffic": {"scene": assets / "red_light.sumocfg"},
         "fcd-replay": {"file": street},
+        "table-source": {"file": table},
+        "table-sink": {"folder": tmp_path, "file": "out.csv", "columns": ("v [km/h]",)},
         "channel-trace": {"file": assets / "links.csv"},
     }
     component = installed()[name].load().create(name, required.get(name, {}))

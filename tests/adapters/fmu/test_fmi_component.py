@@ -25,6 +25,7 @@ from orchestrator.signal import Causality, Connector, Signal, Signals, Variabili
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
 from orchestrator.testing import check_component
+from orchestrator.units import parse_unit
 
 STEP = 100_000_000
 Fmu = Callable[[str], Path]
@@ -77,6 +78,7 @@ def test_connectors_are_those_of_the_description(fmu: Fmu) -> None:
         dtype=np.float64,
         shape=("row", 4),
         unit="m",
+        definition=parse_unit("m"),
         feedthrough=frozenset({"row.value"}),
         description="gain * row + offset",
     )
@@ -236,7 +238,7 @@ def test_two_fmus_in_a_cycle_are_stepped_until_they_agree(fmu: Fmu) -> None:
     """Each lag follows the other one's new value: both are the solution of two linear equations."""
     parts = {"a": component(fmu("lag"), initial=1.0), "b": component(fmu("lag"), initial=-3.0)}
     wires = [("a.x", "b.u"), ("b.x", "a.u")]
-    links = [Connection(*map(Endpoint.parse, wire)) for wire in wires]
+    links = [Connection(Endpoint.parse(a), Endpoint.parse(b)) for a, b in wires]
     system = System(parts, dict.fromkeys(parts, STEP), links)
     result = simulate(system, FixedPoint(), start=0, stop=3 * STEP, seed=0)
     decay = math.exp(-0.1 / 2)
@@ -322,14 +324,18 @@ def folders() -> set[Path]:
     return set(Path(tempfile.gettempdir()).glob("nlosim-lag-*"))
 
 
-def test_temporary_folders_vanish_with_close_and_with_the_component(fmu: Fmu) -> None:
+def test_temporary_folders_vanish_with_close_and_with_the_component(
+    fmu: Fmu, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = fmu("lag")
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # other tests have theirs elsewhere
     before = folders()
-    lag = started(fmu("lag"))
+    lag = started(path)
     assert len(folders() - before) == 1
     lag.close()
     lag.close()
     assert folders() == before
-    forgotten = started(fmu("lag"))
+    forgotten = started(path)
     del forgotten, lag
     gc.collect()
     assert folders() == before

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from adapters.fmi.command import add_command
+from adapters.fmu_command import add_command
 from orchestrator.cli.outcome import Exit, Outcome
 from tests.commands import executed
 

@@ -10,8 +10,8 @@ import fmpy
 import numpy as np
 import pytest
 
-from adapters.fmi.command import add_command
 from adapters.fmi.command.table import read_results
+from adapters.fmu_command import add_command
 from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.table_files import has_parquet
 from tests.commands import executed

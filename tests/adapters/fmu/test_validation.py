@@ -8,10 +8,10 @@ import fmpy
 import pytest
 from fmpy.model_description import read_model_description
 
-from adapters.fmi.command import add_command
 from adapters.fmi.unpacked import host_folder
 from adapters.fmi.validation import validate
 from adapters.fmi.validation.functions import missing, required
+from adapters.fmu_command import add_command
 from fmus.native.unit import UNITS
 from orchestrator.cli.outcome import Exit, Outcome
 from tests.commands import executed

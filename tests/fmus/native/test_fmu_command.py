@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from adapters.fmi.command import add_command
+from adapters.fmu_command import add_command
 from orchestrator.cli.outcome import Exit, Outcome
 from tests.commands import executed
 
