@@ -9,7 +9,7 @@ import abc
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from typing_extensions import override
@@ -128,6 +128,19 @@ class ConcurrentComponent(Component):
     @abc.abstractmethod
     def finish_step(self) -> None:
         """Wait until the step that was begun is done; raise what it raised."""
+
+
+class OncePerProcessComponent(Component):
+    """A component that holds what a process can have only one of, e.g. a library's global state."""
+
+    @classmethod
+    @abc.abstractmethod
+    def once_per_process(cls, parameters: Any) -> str | None:
+        """The name of what an instance holds; `None` if an instance with them holds nothing such.
+
+        Args:
+            parameters: an instance of the class's `Parameters`.
+        """
 
 
 class WrappedComponent(Component):

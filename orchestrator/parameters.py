@@ -35,10 +35,11 @@ from typing import Any, Final
 
 from typing_extensions import override
 
-from orchestrator.component import Component, DecidingComponent
+from orchestrator.component import Component, DecidingComponent, OncePerProcessComponent
 from orchestrator.errors import ParameterProblem
 from orchestrator.input_files import FileCheck, FileReadingComponent, named_files
 from orchestrator.kinds import FrozenMapping
+from orchestrator.timebase import Duration
 
 REQUIRED: Final = dataclasses.MISSING
 """The default of a parameter that a scenario must set."""
@@ -108,6 +109,32 @@ class ComponentType(abc.ABC):
     def decides(self) -> bool:
         """Whether instances are `DecidingComponent`s."""
         return False
+
+    def once_per_process(self, values: Mapping[str, Any]) -> str | None:
+        """What an instance holds of which a process can have only one, such as `SUMO`.
+
+        Two instances, of whatever types, that hold the same cannot be in one process.
+
+        Args:
+            values: as for `create`.
+
+        Returns:
+            A name for messages; `None`, the default, if instances can be in one process.
+        """
+        del values
+        return None
+
+    def step_problem(self, step: Duration) -> str | None:
+        """Why no instance can be stepped with this communication step size.
+
+        Args:
+            step: [ns].
+
+        Returns:
+            What is wrong with it, as a predicate; `None`, the default, if nothing is.
+        """
+        del step
+        return None
 
     def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:
         """Every file that an instance reads, each once; `values` as for `create`."""
@@ -197,6 +224,12 @@ class PythonComponentType(ComponentType):
     @override
     def decides(self) -> bool:
         return issubclass(self._component, DecidingComponent)
+
+    @override
+    def once_per_process(self, values: Mapping[str, Any]) -> str | None:
+        if not issubclass(self._component, OncePerProcessComponent):
+            return None
+        return self._component.once_per_process(self._record(**values))
 
     @override
     def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:

@@ -10,7 +10,9 @@ from orchestrator.installed import installed_class
 from orchestrator.remote.component import launch
 from orchestrator.remote.protocol import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport, Transport
+from orchestrator.scenario.diagnosis import once
 from orchestrator.scenario.model import ComponentUse, Scenario
+from orchestrator.scenario.processes import crowding
 from orchestrator.scenario.wiring import Place, in_process
 
 GROUP: Final = "orchestrator.transports"
@@ -41,15 +43,21 @@ def placing(transport: str, scenario: Scenario) -> Iterator[Place]:
 
     Raises:
         ComponentTypeError: there is no such transport.
-        ScenarioError: a component type refuses its parameters.
+        ScenarioError: a component type refuses its parameters, or components that the transport
+            puts into this process cannot be in one.
         ComponentError: a host did not start.
     """
-    if transport == IN_PROCESS:
+    hosts = None if transport == IN_PROCESS else transport_type(transport)
+    if hosts is None or not hosts.makes_processes:
+        crowded = crowding(scenario.document, scenario.components)
+        if crowded:
+            raise ScenarioError(once(scenario.document, crowded))
+    if hosts is None:
         yield in_process
         return
     specs = [_spec(use) for use in scenario.components.values() if use.process]
     with ExitStack() as stack:
-        launching = launch(specs, transport_type(transport)())
+        launching = launch(specs, hosts())
         try:
             remote: Mapping[str, Component] = stack.enter_context(launching)
         except ComponentTypeError as error:

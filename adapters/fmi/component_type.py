@@ -19,10 +19,12 @@ from adapters.fmi.options import Said, option_parameters, with_locals
 from adapters.fmi.settings import settings, start_settings
 from adapters.fmi.sizes import Sizes
 from adapters.fmi.starts import start_parameters, started
+from adapters.fmi.step_size import step_problem
 from adapters.fmi.unpacked import check_binary
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import ComponentType, Parameter
+from orchestrator.timebase import Duration
 
 
 class FmuComponentType(ComponentType):
@@ -56,6 +58,15 @@ class FmuComponentType(ComponentType):
             | start_parameters(self._fmu, chosen)
             | option_parameters(self._fmu)
         )
+
+    @override
+    def once_per_process(self, values: Mapping[str, Any]) -> str | None:
+        fmu = self._fmu
+        return f"the FMU `{fmu.name}` {fmu.token}" if fmu.is_once_per_process else None
+
+    @override
+    def step_problem(self, step: Duration) -> str | None:
+        return step_problem(self._fmu.internal_step, step)
 
     @override
     def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:

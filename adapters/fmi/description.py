@@ -5,6 +5,7 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -12,6 +13,7 @@ from xml.etree import ElementTree as ET
 import fmpy.model_description
 
 from adapters.fmi.reading import variables
+from adapters.fmi.step_size import internal_step
 from adapters.fmi.variable import FmuVariable
 from orchestrator.errors import ComponentTypeError
 
@@ -28,6 +30,9 @@ class FmuDescription:
         token: instantiation token (FMI 2.0: guid).
         variables: by name, in the order of the file.
         can_restore: it can return to an earlier state.
+        is_once_per_process: two instances of it cannot be in one process.
+        internal_step: FMI 3.0: the fixed step of its solver [s], exactly as in the file, positive;
+            `None` if it does not say one.
         log_categories: what the FMU can log.
     """
 
@@ -39,6 +44,8 @@ class FmuDescription:
     token: str
     variables: Mapping[str, FmuVariable]
     can_restore: bool
+    is_once_per_process: bool
+    internal_step: Fraction | None
     log_categories: tuple[str, ...]
 
     def of(self, *causalities: str) -> tuple[FmuVariable, ...]:
@@ -78,6 +85,8 @@ def read_description(path: Path) -> FmuDescription:
         token=parsed.guid,
         variables=variables(parsed, root),
         can_restore=_flag(flags, "canGetAndSetFMUState") or _flag(flags, "canGetAndSetFMUstate"),
+        is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),
+        internal_step=internal_step(flags.get("fixedInternalStepSize")),
         log_categories=tuple(category.name for category in parsed.logCategories),
     )
 

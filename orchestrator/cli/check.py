@@ -6,9 +6,11 @@ from orchestrator.cli.failures import problem_data
 from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.errors import CosimError, Problem, ScenarioError
 from orchestrator.scenario.build import load_scenario
+from orchestrator.scenario.diagnosis import once
 from orchestrator.scenario.inputs import check_inputs
 from orchestrator.scenario.installed import scenario_path
 from orchestrator.scenario.model import Scenario
+from orchestrator.scenario.processes import crowding
 from orchestrator.scenario.wiring import Assembly, assemble
 
 
@@ -25,7 +27,8 @@ def execute(arguments: Namespace) -> Outcome:
         )
     assembly.close()
     components, connections = len(scenario.components), len(assembly.system.connections)
-    found = (*scenario.remarks, *file_remarks, *assembly.remarks)
+    crowded = once(scenario.document, crowding(scenario.document, scenario.components))
+    found = (*scenario.remarks, *file_remarks, *assembly.remarks, *crowded)
     remarks = [problem_data(remark) for remark in found]
     lines = [
         *(f"{remark} (a remark)" for remark in found),

@@ -7,7 +7,7 @@ here, Zenoh in `adapters`. Entry points in the group `orchestrator.transports` o
 import abc
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType, TracebackType
-from typing import Self
+from typing import ClassVar, Self
 
 from typing_extensions import override
 
@@ -51,7 +51,12 @@ class Transport(abc.ABC):
     """Starts hosts for components, connects to them, and ends them.
 
     No host outlives `close`, nor the process that called `open`, however that ends.
+
+    Attributes:
+        makes_processes: whether each host is in a process of its own.
     """
+
+    makes_processes: ClassVar[bool] = True
 
     @abc.abstractmethod
     def open(self, names: Sequence[str], timeout: float) -> Mapping[str, Link]:
@@ -86,6 +91,8 @@ class LoopbackTransport(Transport):
 
     It shows that encoding changes nothing, without processes or a network.
     """
+
+    makes_processes = False
 
     def __init__(self) -> None:
         self._links: dict[str, _LoopbackLink] = {}

@@ -25,6 +25,7 @@ from orchestrator.scenario.model import (
     PlugInUse,
     Scenario,
 )
+from orchestrator.scenario.processes import crowding
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.wiring import problems_of_sound_parts
 from orchestrator.suggestion import suggestion
@@ -72,10 +73,14 @@ class _Build:
             self._add((extension.KEY,), what, at_key=True)
         file = self._file()
         components = self._components()
+        self.problems += crowding(
+            self.document, {name: use for name, use in self.sound.items() if not use.process}
+        )
         self._check_sources()
         if file is None:
             raise self._error(())
         self._check_times(file.time, components)
+        self._check_steps(components)
         self._check_names(file)
         coupling = self._coupling(file.coupling, tuple(file.components))
         measures = self._measures(file)
@@ -317,6 +322,12 @@ class _Build:
                     f"({rest} are left over); change the step or `time.stop`"
                 )
                 self._add(("components", name, "step"), what)
+
+    def _check_steps(self, components: Mapping[str, ComponentUse]) -> None:
+        for name, use in components.items():
+            what = use.type.step_problem(use.step)
+            if what is not None:
+                self._add(("components", name, "step"), f"{format_duration(use.step)} {what}")
 
     def _check_names(self, file: schema.ScenarioFile) -> None:
         """The names of components in the times, connections and recording."""

@@ -1,0 +1,49 @@
+"""SUMO is in a process once: a second one is refused before the run."""
+
+from pathlib import Path
+
+import pytest
+
+from orchestrator.cli import main
+
+SCENE = Path(__file__).parents[2] / "scenarios" / "assets" / "red_light" / "red_light.sumocfg"
+SCENARIO = f"""\
+schema: 1
+title: Two scenes
+time: {{stop: 50 ms}}
+components:
+  one:
+    type: sumo-traffic
+    step: 50 ms
+    parameters: {{scene: {SCENE}}}
+  other:
+    type: sumo-traffic
+    step: 50 ms
+    parameters: {{scene: {SCENE}}}
+"""
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    file = tmp_path / "two.yaml"
+    file.write_text(SCENARIO)
+    return file
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_the_second_is_refused_at_its_line(
+    path: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    assert main([command, str(path)]) == 2
+    captured = capsys.readouterr()
+    assert (
+        f"{path}:9:3: components.other: SUMO can be in a process once, and it is in `one`; write "
+        "`process: true` here and run with a transport that makes processes (`--transport zenoh`)"
+    ) in captured.out + captured.err
+
+
+@pytest.mark.parametrize("key", ["program: sumo", "traci: 'localhost:8813'"])
+def test_a_sumo_that_is_a_program_is_in_no_process_of_ours(path: Path, key: str) -> None:
+    head, _, tail = SCENARIO.rpartition("}")
+    path.write_text(f"{head}, {key}}}{tail}")
+    assert main(["check", str(path)]) == 0

@@ -1,0 +1,135 @@
+"""Components that cannot be in the same process are refused before a run, at their line."""
+
+from pathlib import Path
+
+import pytest
+
+from orchestrator import registry
+from orchestrator.cli import main
+from orchestrator.errors import ScenarioError
+from orchestrator.experiment.load import load_experiment
+from orchestrator.placement import GROUP, placing
+from orchestrator.remote.transport import LoopbackTransport
+from orchestrator.scenario.build import load_scenario
+from tests.installation import install
+
+SCENARIO = """\
+schema: 1
+title: Two that hold the same
+time: {stop: 1 s}
+components:
+  one: {type: lone, step: 1 s, parameters: {holds: the lamp}}
+  other: {type: lone, step: 1 s, parameters: {holds: the lamp}}
+  third: {type: lone, step: 1 s, parameters: {holds: the key}}
+  free: {type: lone, step: 1 s}
+  idle: {type: lone, step: 1 s}
+"""
+OTHER = "6:3: components.other: the lamp can be in a process once, and it is in `one`; "
+RUN = "run with a transport that makes processes (`--transport zenoh`)"
+MARK = f"{OTHER}write `process: true` here and {RUN}"
+
+
+class Processes(LoopbackTransport):
+    """Says that it makes processes."""
+
+    makes_processes = True
+
+
+@pytest.fixture
+def path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.syspath_prepend(Path(__file__).parent / "packages")
+    groups = {
+        registry.COMPONENTS: {"lone": "lone_units:Lone"},
+        GROUP: {"processes": f"{__name__}:Processes"},
+    }
+    install(monkeypatch, groups)
+    file = tmp_path / "two.yaml"
+    file.write_text(SCENARIO)
+    return file
+
+
+def marked(path: Path, *names: str) -> None:
+    """Let these be in processes of their own."""
+    text = path.read_text()
+    for name in names:
+        text = text.replace(f"  {name}: {{", f"  {name}: {{process: true, ")
+    path.write_text(text)
+
+
+def said(path: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    """What was printed, without the path of the file."""
+    captured = capsys.readouterr()
+    lines = (captured.out + captured.err).splitlines()
+    return [line.partition(f"{path}:")[2] for line in lines if f"{path}:" in line]
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+@pytest.mark.parametrize("options", [(), ("--transport", "processes")])
+def test_the_second_in_this_process_is_refused_at_its_line(
+    path: Path, capsys: pytest.CaptureFixture[str], command: str, options: tuple[str, ...]
+) -> None:
+    options = () if command == "check" else (*options, "--out", str(path.parent / "run"))
+    assert main([command, str(path), *options]) == 2
+    assert said(path, capsys) == [MARK]
+    assert not (path.parent / "run").exists()
+
+
+@pytest.mark.parametrize("names", [("one",), ("other",), ("one", "other")])
+def test_in_processes_of_their_own_they_run(
+    path: Path, capsys: pytest.CaptureFixture[str], names: tuple[str, ...]
+) -> None:
+    """`check` remarks that it takes a transport, and a run without one is refused."""
+    marked(path, *names)
+    assert main(["check", str(path)]) == 0
+    assert said(path, capsys) == [f"{OTHER}{RUN} (a remark)", " ok, 5 components, 0 connections"]
+    for transport in ("in-process", "loopback"):
+        out = path.parent / transport
+        assert main(["run", str(path), "--transport", transport, "--out", str(out)]) == 2
+        assert said(path, capsys) == [f"{OTHER}{RUN}"]
+        assert not out.exists()
+    out = path.parent / "run"
+    assert main(["run", str(path), "--transport", "processes", "--out", str(out), "--quiet"]) == 0
+
+
+def test_those_that_hold_something_else_are_not_meant(path: Path) -> None:
+    path.write_text(SCENARIO.replace("the lamp", "a lamp", 1))
+    with placing("in-process", load_scenario(path)):
+        pass
+
+
+def test_every_one_but_the_first_is_named_with_other_problems(path: Path) -> None:
+    text = SCENARIO.replace("the key", "the lamp") + "connections: [{from: one.y, to: nobody.u}]\n"
+    path.write_text(text)
+    with pytest.raises(ScenarioError) as error:
+        load_scenario(path)
+    third = MARK.replace("6:3: components.other", "7:3: components.third")
+    expected = [MARK, third, "10:33: connections[0].to: there is no component `nobody`; "]
+    found = [str(problem).removeprefix(f"{path}:") for problem in error.value.problems]
+    assert len(found) == 3
+    assert all(map(str.startswith, found, expected))
+
+
+def test_members_of_a_family_are_refused_at_its_line(path: Path) -> None:
+    path.write_text(
+        "schema: 1\ntitle: A family\ntime: {stop: 1 s}\neach:\n  ego: [red, green, blue]\n"
+        "components:\n  lamp: {type: lone, each: ego, step: 1 s, parameters: {holds: the lamp}}\n"
+    )
+    with pytest.raises(ScenarioError) as error:
+        load_scenario(path)
+    (problem,) = error.value.problems
+    assert str(problem).startswith(f"{path}:7:3: components.lamp")
+    assert "`lamp-red`" in str(problem)
+    assert str(problem).endswith("(and 1 more alike)")
+    path.write_text(path.read_text().replace("the lamp", "'{ego} lamp'"))
+    load_scenario(path)
+
+
+def test_an_experiment_whose_runs_would_be_refused_is_refused(path: Path) -> None:
+    marked(path, "other")
+    experiment = path.with_name("experiment.yaml")
+    experiment.write_text(
+        "schema: 1\nscenario: two.yaml\nseeds: 1\nfactors:\n  held:\n"
+        "    same: {components.free.parameters.holds: x}\nmetrics: {a: b}\n"
+    )
+    with pytest.raises(ScenarioError, match=r"the lamp can be in a process once"):
+        load_experiment(experiment)
