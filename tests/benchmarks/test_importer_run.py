@@ -89,8 +89,8 @@ def test_infinity_ends_a_run_at_the_same_point(factor: float, version: int) -> N
     errors = []
     for compiled in (True, False):
         components = {n: FmuComponentType(fmu(model)).create(n, {}) for n, model in models.items()}
-        ends = [Endpoint(n, next(iter(components[n].connectors))) for n in models]
-        system = System(components, dict.fromkeys(models, STEP_NS), [Connection(*ends)])
+        a, b = (Endpoint(n, next(iter(components[n].connectors))) for n in models)
+        system = System(components, dict.fromkeys(models, STEP_NS), [Connection(a, b)])
         with pytest.raises(ComponentError, match=r"^component `b` at t = 1\.797 s: ") as caught:
             simulate(
                 system, GaussSeidel(("a", "b")), start=0, stop=2000 * STEP_NS, seed=0,

@@ -378,7 +378,7 @@ def test_sums_and_constants_are_repeated_for_each_member(
         "  a: {type: counting, step: 100 ms}\n"
         "  b: {type: keeping, each: ego, step: 100 ms}\n"
         "connections:\n"
-        "  - {sum: [a.n, {from: 'a.x[0]', gain: 2}], to: b.v}\n"
+        "  - {sum: [a.n, {from: 'b.y[0]', gain: 2}], to: b.v}\n"
         "  - {value: 3, to: 'b.u[0]'}\n"
     )
     scenario = load_scenario(path)
@@ -386,9 +386,9 @@ def test_sums_and_constants_are_repeated_for_each_member(
     assert ends == [
         (source, f"b-{member}.v", gain)
         for member in ("first", "second")
-        for source, gain in (("a.n", 1.0), ("a.x[0]", 2))
+        for source, gain in (("a.n", 1.0), (f"b-{member}.y[0]", 2))
     ]
     assert [each.target for each in scenario.constants] == ["b-first.u[0]", "b-second.u[0]"]
     path.write_text(path.read_text().replace("to: b.v", "to: c.v"))
-    with pytest.raises(ScenarioError, match=r"connections\[0\].to: there is no component `c`"):
+    with pytest.raises(ScenarioError, match=r"connections\[0\].to: `b.y\[0\]` is 2 outputs, and"):
         load_scenario(path)

@@ -29,7 +29,7 @@ def test_it_keeps_the_contract_of_components(name: str, tmp_path: Path) -> None:
     street = write_csv(tmp_path / "street.csv", [Sample(id="a", time=t) for t in (0.0, 1.0)])
     table = tmp_path / "table.csv"
     table.write_text("time [s],v [km/h]\n0,1\n")
-    required = {
+    required: dict[str, dict[str, object]] = {
         "sumo-traffic": {"scene": assets / "red_light.sumocfg"},
         "fcd-replay": {"file": street},
         "table-source": {"file": table},

@@ -95,7 +95,7 @@ def _wired(kind: FmuComponentType, way: Transformation, size: int = 3) -> System
         Connection(Endpoint("c0", "x"), Endpoint("c2", "u")),
         Connection(Endpoint("c1", "count_out"), Endpoint("c2", "count_in")),
     ]
-    return System(components, dict.fromkeys(components, MS), wires)
+    return System(components, {"c0": MS, "c1": 10 * MS, "c2": MS}, wires)
 
 
 @pytest.mark.parametrize("algorithm", [GaussSeidel(), Jacobi()])
@@ -105,7 +105,7 @@ def _wired(kind: FmuComponentType, way: Transformation, size: int = 3) -> System
         PLAIN,
         Transformation(gain=0.1, offset=3.0),
         Transformation(delay=7 * MS),
-        Transformation(sample=5 * MS, gain=-1.0),
+        Transformation(sample=20 * MS, gain=-1.0),
     ],
 )
 def test_compiled_runs_have_the_bytes_of_python(
