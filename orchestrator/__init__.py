@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from orchestrator.algorithm.fixed_point import FixedPoint as FixedPoint
     from orchestrator.algorithm.gauss_seidel import GaussSeidel as GaussSeidel
     from orchestrator.algorithm.jacobi import Jacobi as Jacobi
+    from orchestrator.algorithm.quasi_newton import InterfaceQuasiNewton as InterfaceQuasiNewton
     from orchestrator.component import (
         Component as Component,
         ConcurrentComponent as ConcurrentComponent,
@@ -65,6 +66,7 @@ _HOMES: Final = {
     "orchestrator.algorithm.fixed_point": ("FixedPoint",),
     "orchestrator.algorithm.gauss_seidel": ("GaussSeidel",),
     "orchestrator.algorithm.jacobi": ("Jacobi",),
+    "orchestrator.algorithm.quasi_newton": ("InterfaceQuasiNewton",),
     "orchestrator.component": (
         "Component",
         "ConcurrentComponent",

@@ -19,6 +19,7 @@ from orchestrator.signal import Connector, Signals
 from orchestrator.timebase import Duration, Time
 
 State = TypeVar("State")
+Capability = TypeVar("Capability")
 
 
 class Component(abc.ABC):
@@ -79,12 +80,20 @@ class Component(abc.ABC):
         Args:
             inputs: every input connector by name; unconnected ones carry start values.
             t: the current communication point.
-            h: the communication step size, constant over the run.
+            h: the communication step size; the same at every step unless the component says that
+                it may differ (`orchestrator.capabilities.VariableSteps`).
         """
 
     @abc.abstractmethod
     def outputs(self) -> Signals:
         """Every output connector by name, at the current communication point. No effect."""
+
+    def capability(self, kind: type[Capability]) -> Capability | None:
+        """This component as a `kind` of `orchestrator.capabilities`; `None` if it is none.
+
+        A component that finds out by itself what it can do, such as an FMU, overrides this.
+        """
+        return self if isinstance(self, kind) else None
 
     def native(self) -> NativeUnit | None:
         """How compiled code can take the steps from here on; `None`, the default: it cannot.
@@ -173,6 +182,10 @@ class WrappedComponent(Component):
     @override
     def outputs(self) -> Signals:
         return self._wrapped.outputs()
+
+    @override
+    def capability(self, kind: type[Capability]) -> Capability | None:
+        return self._wrapped.capability(kind)
 
     @override
     def native(self) -> NativeUnit | None:

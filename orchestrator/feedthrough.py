@@ -38,18 +38,42 @@ def loops(system: System) -> tuple[Loop, ...]:
     return tuple(_loop(graph, knot) for knot in _knots(graph) if len(knot) > 1)
 
 
-def describe(loop: Loop, *, is_solved: bool = False) -> str:
-    """Say where an algebraic loop runs and what can be done about it, or that it is solved."""
+def describe_path(loop: Loop) -> str:
+    """Say where an algebraic loop runs."""
     path = " -> ".join(f"`{end}`" for end in (*loop.path, loop.path[0]))
     others = ", ".join(f"`{end}`" for end in loop.others)
-    also = f", entangled with {others}" if others else ""
-    if is_solved:
-        return f"algebraic loop: {path}{also}; solved at every communication point"
+    return path + (f", entangled with {others}" if others else "")
+
+
+def describe(loop: Loop) -> str:
+    """Say where an algebraic loop runs that is an error, and what can be done about it."""
     return (
-        f"algebraic loop: {path}{also}; solve it with `algorithm: fixed-point`, or give "
-        "Gauss-Seidel an explicit order, which breaks the loop with one step of delay, or use "
-        "Jacobi, which delays every connection"
+        f"algebraic loop: {describe_path(loop)}; solve it with `algorithm: quasi-newton` or "
+        "`fixed-point`, or give Gauss-Seidel an explicit order, which breaks the loop with one "
+        "step of delay, or use Jacobi, which delays every connection"
     )
+
+
+def describe_outcome(loop: Loop, *, is_solved: bool) -> str:
+    """Say where an algebraic loop runs, and what an algorithm makes of it.
+
+    Args:
+        loop: an algebraic loop.
+        is_solved: whether the algorithm solves it; otherwise it is left with a delay.
+    """
+    where = f"algebraic loop: {describe_path(loop)}"
+    if is_solved:
+        return f"{where}; solved at every communication point"
+    return (
+        f"{where}; not solved: a delay breaks it, so its signals agree at the start only; "
+        "solve it with `algorithm: quasi-newton` or `fixed-point`"
+    )
+
+
+def is_within(loop: Loop, solved: Iterable[frozenset[str]]) -> bool:
+    """Whether one of these sets has all components of a loop."""
+    names = {end.component for end in (*loop.path, *loop.others)}
+    return any(names <= each for each in solved)
 
 
 def feedthrough_order(system: System) -> tuple[str, ...]:
@@ -61,6 +85,23 @@ def feedthrough_order(system: System) -> tuple[str, ...]:
     """
     graph = _components(system, by_feedthrough=True)
     return tuple(_ordered(list(graph), graph))
+
+
+def has_feedthrough(system: System, name: str) -> bool:
+    """Whether an output of a component depends on one of its driven inputs at the same time."""
+    driven = {feed.input for feed in system.feeds[name]}
+    return any(driven & c.feedthrough for c in system.connectors[name].values())
+
+
+def start_groups(system: System) -> tuple[tuple[str, ...], ...]:
+    """The components in the order of `feedthrough_order`, those of a cycle together.
+
+    A component is in a cycle if its outputs affect its inputs at the same time, if need be
+    through others.
+    """
+    graph = _components(system, by_feedthrough=True)
+    knots = _condensed(list(graph), graph)
+    return tuple((first, *_ordered(rest, graph)) for first, *rest in knots)
 
 
 def dependent_groups(system: System, *, by_feedthrough: bool) -> tuple[tuple[str, ...], ...]:

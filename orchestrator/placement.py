@@ -8,6 +8,7 @@ from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
 from orchestrator.installed import installed_class
 from orchestrator.remote.component import launch
+from orchestrator.remote.local import LocalTransport
 from orchestrator.remote.protocol import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport, Transport
 from orchestrator.scenario.diagnosis import once
@@ -17,7 +18,11 @@ from orchestrator.scenario.wiring import Place, in_process
 
 GROUP: Final = "orchestrator.transports"
 IN_PROCESS: Final = "in-process"
-LOOPBACK: Final = "loopback"
+
+_BUILT_IN: Final[Mapping[str, type[Transport]]] = {
+    "loopback": LoopbackTransport,
+    "local": LocalTransport,
+}
 
 
 def transport_type(name: str) -> type[Transport]:
@@ -26,9 +31,9 @@ def transport_type(name: str) -> type[Transport]:
     Raises:
         ComponentTypeError: it is not installed, or cannot be loaded.
     """
-    if name == LOOPBACK:
-        return LoopbackTransport
-    built_in = (IN_PROCESS, LOOPBACK)
+    if name in _BUILT_IN:
+        return _BUILT_IN[name]
+    built_in = (IN_PROCESS, *_BUILT_IN)
     return installed_class(GROUP, name, Transport, "transport", built_in)  # type: ignore[type-abstract]
 
 
@@ -37,7 +42,7 @@ def placing(transport: str, scenario: Scenario) -> Iterator[Place]:
     """What creates the components of `scenario`; when the block is left, all hosts end.
 
     Args:
-        transport: `in-process`, `loopback`, or an installed one. Components that the
+        transport: `in-process`, `loopback`, `local`, or an installed one. Components that the
             scenario marks `process` are reached through it.
         scenario: whose components will be created.
 

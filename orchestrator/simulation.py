@@ -6,9 +6,9 @@ from time import perf_counter_ns
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.exchange import Exchange, Schedule
+from orchestrator.algorithm.start import initialise
 from orchestrator.branching import Branching
 from orchestrator.ending import ending
-from orchestrator.feedthrough import feedthrough_order
 from orchestrator.observer import Observer, SimulationResult, WallTime
 from orchestrator.plan.plan import RunPlan, plan_of
 from orchestrator.signal import Signals
@@ -56,12 +56,14 @@ def simulate(
     exchange = Exchange(system, branching)
     turns, solved = algorithm.turns(system), algorithm.solved(system)
     schedule = Schedule(exchange, turns, start, stop, solved)
+    stepping = algorithm.of_run(system, exchange)
     run = _Run(exchange, start)
     audience = _Audience(observers)
     plan: RunPlan | None = None
     with run.guarded("simulating"), branching.confined():
         audience.begin(system, start, stop)
-        exchange.start(feedthrough_order(system), start, stop, seed)
+        exchange.set_up(start, stop, seed)
+        initialise(system, exchange, start, solved)
         wanted = None if branching.has_decisions else audience.wants(system)
         if compiled and wanted is not None:
             plan = plan_of(
@@ -78,14 +80,14 @@ def simulate(
             due = schedule.at(t)
             exchange.sources.now = t
             if t != start:
-                algorithm.arrive(t, due)
+                stepping.arrive(t, due)
             run.time = t
             is_last = t == stop or early.is_reached(exchange.values)
             branching.arrive(t, is_last=is_last)
             if branching.is_trunk:
                 audience.observe(t, due.names, exchange.values)
             while plan and not is_last and (end := plan.horizon(t, stop)) is not None:
-                algorithm.depart(t, schedule.at(t, but=plan.names))
+                stepping.depart(t, schedule.at(t, but=plan.names))
                 stretch = plan.run(t, end)
                 run.time = t = stretch.time
                 audience.observe_stretch(stretch)
@@ -93,7 +95,7 @@ def simulate(
                 is_last = t == stop or early.is_reached(exchange.values)
             if is_last:
                 break
-            algorithm.depart(t, schedule.at(t))
+            stepping.depart(t, schedule.at(t))
             t = schedule.after(t)
         exchange.settle()
     if plan:

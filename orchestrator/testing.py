@@ -8,6 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from orchestrator.algorithm.outputs import OutputCheck, same
+from orchestrator.capabilities import InitialEvaluation
 from orchestrator.component import (
     Component,
     ConcurrentComponent,
@@ -29,7 +30,7 @@ Trace: TypeAlias = list[dict[str, Signal]]
 """Copies of the outputs at each communication point."""
 
 
-class FunctionComponent(RestorableComponent[tuple[Any, Signals]]):
+class FunctionComponent(RestorableComponent[tuple[Any, Signals]], InitialEvaluation):
     """A component made of one function, for tests and examples.
 
     The function is called at the first communication point and at the end of every step with
@@ -65,6 +66,10 @@ class FunctionComponent(RestorableComponent[tuple[Any, Signals]]):
     @override
     def initialise(self, inputs: Signals) -> None:
         self._state, self._outputs = self._function(self._state, inputs, self._start)
+
+    @override
+    def evaluate(self, inputs: Signals) -> Signals:
+        return self._function(self._state, inputs, self._start)[1]
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:

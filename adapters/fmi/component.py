@@ -15,7 +15,8 @@ from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.sizes import Sizes
 from adapters.fmi.variable import DTYPES, FmuVariable
-from orchestrator.component import Component, WrappedRestorableComponent
+from orchestrator.capabilities import InitialEvaluation
+from orchestrator.component import Capability, Component, WrappedRestorableComponent
 from orchestrator.native import NativeOwner, NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
 from orchestrator.timebase import Duration, Time, seconds
@@ -35,7 +36,7 @@ class FmuState:
     read: Signals
 
 
-class FmuComponent(Component, NativeOwner):
+class FmuComponent(Component, NativeOwner, InitialEvaluation):
     """An FMU in this process.
 
     Inputs that are the objects they were at the last step are not set again. When the length
@@ -74,6 +75,7 @@ class FmuComponent(Component, NativeOwner):
         self._seed: int | None = None
         self._start: Time = 0
         self._stop: Time | None = None
+        self._is_initialising = False
 
     @property
     @override
@@ -90,6 +92,7 @@ class FmuComponent(Component, NativeOwner):
         self._start = start
         self._seed = self._draw_seed(rng)
         self._instance = self._instantiate()
+        self._is_initialising = False
         # also at interpreter exit, when `close` was never called
         self._finalizer = weakref.finalize(self, self._instance.free)
 
@@ -109,8 +112,31 @@ class FmuComponent(Component, NativeOwner):
         return self._instance
 
     @override
+    def capability(self, kind: type[Capability]) -> Capability | None:
+        if kind is InitialEvaluation and self._sizes.may_change:
+            return None  # sizes are set before initialisation, once
+        return super().capability(kind)
+
+    @override
+    def evaluate(self, inputs: Signals) -> Signals:
+        instance = self._running()
+        self._enter_initialisation(instance, inputs)
+        self._write_inputs(instance, inputs)
+        return instance.read()
+
+    @override
     def initialise(self, inputs: Signals) -> None:
         instance = self._running()
+        self._enter_initialisation(instance, inputs)
+        self._write_inputs(instance, inputs)
+        instance.exit_initialisation()
+        self._read = instance.read()
+
+    def _enter_initialisation(self, instance: FmuInstance, inputs: Signals) -> None:
+        """Set sizes and parameters and enter initialisation mode, once."""
+        if self._is_initialising:
+            return
+        self._is_initialising = True
         self._lengths = self._sizes.measure(inputs)
         declared = {v.name: v for v in self._description.of("structuralParameter") if v.start}
         changed = {n: k for n, k in self._lengths.items() if k != declared[n].start[0]}
@@ -123,9 +149,6 @@ class FmuComponent(Component, NativeOwner):
             tolerance=self._tolerance,
         )
         self._written = {}
-        self._write_inputs(instance, inputs)
-        instance.exit_initialisation()
-        self._read = instance.read()
 
     def _set_parameters(self, instance: FmuInstance) -> None:
         values = {n: v for n, v in self._values.items() if n not in self._lengths}

@@ -12,6 +12,7 @@ from xml.etree import ElementTree as ET
 
 import fmpy.model_description
 
+from adapters.fmi.archive import opened
 from adapters.fmi.reading import variables
 from adapters.fmi.step_size import internal_step
 from adapters.fmi.variable import FmuVariable
@@ -100,16 +101,12 @@ def _archive_of(xml: bytes) -> io.BytesIO:
 
 
 def _read_xml(path: Path) -> bytes:
-    if not path.is_file():
-        raise ComponentTypeError(f"{path}: there is no such file")
     try:
-        with zipfile.ZipFile(path) as archive:
+        with opened(path) as archive:
             return archive.read("modelDescription.xml")
-    except zipfile.BadZipFile as error:
-        raise ComponentTypeError(f"{path}: is no ZIP archive, so no FMU ({error})") from error
     except KeyError as error:
         raise ComponentTypeError(f"{path}: holds no modelDescription.xml, so is no FMU") from error
-    except (OSError, zlib.error) as error:
+    except (zipfile.BadZipFile, OSError, zlib.error) as error:
         raise ComponentTypeError(f"{path}: cannot be read: {error}") from error
 
 

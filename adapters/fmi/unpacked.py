@@ -5,6 +5,7 @@ import os
 import shutil
 import tempfile
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,6 +13,8 @@ import fmpy
 import fmpy.fmi2
 import fmpy.fmi3
 
+from adapters.fmi.archive import opened
+from adapters.fmi.binary import HEAD, identify, needed
 from adapters.fmi.description import FmuDescription
 from orchestrator.errors import ComponentTypeError
 
@@ -33,7 +36,7 @@ def host_folder(version: int) -> str:
 
 
 def check_binary(description: FmuDescription) -> None:
-    """Refuse an FMU without a binary for this machine.
+    """Refuse an FMU without a binary for this machine, before anything loads it.
 
     Raises:
         ComponentTypeError: and says which platforms it has.
@@ -41,15 +44,31 @@ def check_binary(description: FmuDescription) -> None:
     folder = host_folder(description.version)
     suffix: str = fmpy.sharedLibraryExtension
     wanted = f"binaries/{folder}/{description.identifier}{suffix}"
-    with zipfile.ZipFile(description.path) as archive:
+    with opened(description.path) as archive:
         names = archive.namelist()
-    if wanted in names:
-        return
+        if wanted in names:
+            _check_platform(archive, wanted, f"{description.path}: `{wanted}`")
+            return
     offered = sorted({name.split("/")[1] for name in names if name.startswith("binaries/")} - {""})
     has = f"it has binaries for {', '.join(offered)}" if offered else "it has no binaries"
     raise ComponentTypeError(
         f"{description.path}: cannot run on this machine ({folder}): {has}; `{wanted}` is missing"
     )
+
+
+def _check_platform(archive: zipfile.ZipFile, name: str, what: str) -> None:
+    """Refuse the library `name` if its header is not one for this machine."""
+    platform: str = fmpy.platform_tuple
+    try:
+        with archive.open(name) as library:
+            head = library.read(HEAD)
+    except (zipfile.BadZipFile, OSError, zlib.error) as error:
+        raise ComponentTypeError(f"{what} cannot be read: {error}") from error
+    found = identify(head)
+    if found is not None and found.runs_on(platform):
+        return
+    kind = "no shared library" if found is None else str(found)
+    raise ComponentTypeError(f"{what} cannot be loaded: it is {kind}, needed is {needed(platform)}")
 
 
 class LoadedFmu:
@@ -113,13 +132,18 @@ def _unpack(description: FmuDescription) -> Path:
     folder = Path(tempfile.mkdtemp(prefix=f"nlosim-{description.identifier}-"))
     own = f"binaries/{host_folder(description.version)}/"
     try:
-        fmpy.extract(
-            str(description.path),
-            str(folder),
-            include=lambda name: (
-                not name.startswith(("binaries/", "sources/")) or name.startswith(own)
-            ),
-        )
+        with opened(description.path) as archive:
+            archive.extractall(
+                folder,
+                [
+                    name
+                    for name in archive.namelist()
+                    if not name.startswith(("binaries/", "sources/")) or name.startswith(own)
+                ],
+            )
+    except ComponentTypeError:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
     except Exception as error:
         shutil.rmtree(folder, ignore_errors=True)
         raise ComponentTypeError(f"{description.path}: cannot be unpacked: {error}") from error

@@ -3,10 +3,10 @@
 import abc
 import enum
 from collections.abc import Mapping
-from typing import ClassVar, Final
+from typing import Final
 
 from orchestrator.algorithm.age import Age
-from orchestrator.algorithm.exchange import Due
+from orchestrator.algorithm.exchange import Due, Exchange
 from orchestrator.installed import installed_class, offers
 from orchestrator.parameters import Parametrised
 from orchestrator.system import System
@@ -26,15 +26,26 @@ class Pattern(enum.Enum):
     """Where steps end, each is made and published in turn, with what is published then."""
 
 
-class CosimulationAlgorithm(Parametrised):
+class Stepping(abc.ABC):
+    """Lets the participants of one run step."""
+
+    def depart(self, t: Time, due: Due) -> None:
+        """Start the steps that start at `t`, unless `arrive` makes whole steps."""
+
+    @abc.abstractmethod
+    def arrive(self, t: Time, due: Due) -> None:
+        """Complete the steps that end at `t` and publish their outputs."""
+
+
+class CosimulationAlgorithm(Parametrised, Stepping):
     """Decides who steps when, and which values it sees.
 
     An algorithm is a frozen dataclass; its fields, each made with `parameter`, are what a scenario
-    may say beside `algorithm` under `coupling`. It is immutable and keeps no state of a run. At
-    every communication point `t` the simulation calls `arrive` with those whose steps end at `t`
-    (not at the first point), shows the published outputs to the observers, and calls `depart`
-    with those whose steps start at `t` (not at the last point; they are the same, as every step
-    starts where the last ended).
+    may say beside `algorithm` under `coupling`. It is immutable and keeps no state of a run; one
+    that needs some returns another object in `of_run`. At every communication point `t` the
+    simulation calls `arrive` with those whose steps end at `t` (not at the first point), shows the
+    published outputs to the observers, and calls `depart` with those whose steps start at `t` (not
+    at the last point; they are the same, as every step starts where the last ended).
 
     A participant's step takes three calls: `begin` reads its inputs as published now and starts,
     `finish` waits for the end and checks the outputs, `publish` shows them to others. Every
@@ -42,8 +53,10 @@ class CosimulationAlgorithm(Parametrised):
     returns; in between it may be taken back by `restore` to what `save` gave, and step again.
     """
 
-    pattern: ClassVar[Pattern | None] = None
-    """What `depart` and `arrive` amount to, if it is one of these; else they are called."""
+    @property
+    def pattern(self) -> Pattern | None:
+        """What `depart` and `arrive` amount to, if it is one of these; else they are called."""
+        return None
 
     @abc.abstractmethod
     def turns(self, system: System) -> tuple[str, ...]:
@@ -71,12 +84,17 @@ class CosimulationAlgorithm(Parametrised):
             The age for each pair of a source and a target that are connected.
         """
 
-    def depart(self, t: Time, due: Due) -> None:
-        """Start the steps that start at `t`, unless `arrive` makes whole steps."""
+    def of_run(self, system: System, exchange: Exchange) -> Stepping:
+        """What is called at the communication points of a run; this algorithm by default.
 
-    @abc.abstractmethod
-    def arrive(self, t: Time, due: Due) -> None:
-        """Complete the steps that end at `t` and publish their outputs."""
+        Called once for each run, before its first communication point.
+
+        Args:
+            system: the components and their connections.
+            exchange: their participants.
+        """
+        del system, exchange
+        return self
 
 
 def installed() -> Mapping[str, str]:

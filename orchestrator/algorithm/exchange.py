@@ -6,8 +6,10 @@ from functools import cache
 from itertools import groupby
 from types import MappingProxyType
 
+from orchestrator.algorithm.history import InputCourses, approximated
 from orchestrator.algorithm.mixing import MixSources
-from orchestrator.algorithm.participant import Participant, participant
+from orchestrator.algorithm.participant import Participant
+from orchestrator.algorithm.participants import participant
 from orchestrator.branching import Branching
 from orchestrator.errors import SystemStructureError
 from orchestrator.randomness import stream
@@ -100,18 +102,31 @@ class Exchange:
         self.sources = MixSources(system, published)
         for name, each in self.participants.items():
             each.mix(system.mixes[name], self.sources)
-            each.remember(self.sources.histories_of(name))
+            each.note_in(self.sources.histories_of(name))
         self.values: Mapping[str, Signals] = MappingProxyType(
             {name: MappingProxyType(values) for name, values in published.items()}
         )
 
-    def start(self, order: Sequence[str], start: Time, stop: Time, seed: int) -> None:
-        """Set every component up, then initialise and publish each in `order`."""
+    def approximate(self, system: System, degree: int, *, is_smooth: bool = False) -> None:
+        """Let continuous real inputs run as polynomials through what was published lately.
+
+        Args:
+            system: of these participants.
+            degree: of the polynomials; 0 leaves inputs held.
+            is_smooth: whether each step begins with the value that the last one has ended with.
+        """
+        for name, each in self.participants.items():
+            feeds = approximated(system, name)
+            if degree > 0 and feeds:
+                sources = dict.fromkeys(feed.component for feed in feeds)
+                histories = {source: self.participants[source].remember() for source in sources}
+                each.approximate(InputCourses(feeds, histories, degree, is_smooth=is_smooth))
+
+    def set_up(self, start: Time, stop: Time, seed: int) -> None:
+        """Let every component enter its initial state."""
         self.sources.start(start)
         for name, each in self.participants.items():
             each.set_up(start, stop, stream(seed, name))
-        for name in order:
-            self.participants[name].initialise(start)
 
     def settle(self) -> None:
         """Wait for steps that were begun and end beyond the last communication point."""

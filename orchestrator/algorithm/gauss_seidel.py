@@ -1,4 +1,4 @@
-"""The Gauss-Seidel (sequential) algorithm with held inputs."""
+"""The Gauss-Seidel (sequential) algorithm."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from typing_extensions import override
 
 from orchestrator.algorithm.age import Age, ages_by_turn
-from orchestrator.algorithm.base import CosimulationAlgorithm, Pattern
+from orchestrator.algorithm.base import Pattern
 from orchestrator.algorithm.exchange import Due
+from orchestrator.algorithm.extrapolation import ExtrapolatingAlgorithm
 from orchestrator.errors import SystemStructureError
 from orchestrator.feedthrough import describe, feedthrough_order, loops
 from orchestrator.parameters import ParameterProblem, parameter
@@ -17,7 +18,7 @@ from orchestrator.timebase import Time
 
 
 @dataclass(frozen=True, slots=True)
-class GaussSeidel(CosimulationAlgorithm):
+class GaussSeidel(ExtrapolatingAlgorithm):
     """Components take turns; each sees the newest outputs of those before it.
 
     A component whose step ends at `t` steps when `t` is reached, over `t - H` to `t`. It sees
@@ -25,8 +26,6 @@ class GaussSeidel(CosimulationAlgorithm):
     published before `t`. Its own outputs are published at once, so that a chain of direct
     feedthrough in this order has no delay.
     """
-
-    pattern = Pattern.SEQUENTIAL
 
     order: tuple[str, ...] | None = parameter(
         None,
@@ -47,6 +46,11 @@ class GaussSeidel(CosimulationAlgorithm):
         if absent:
             what = f"{', '.join(absent)} missing; name every component, or leave `order` out"
             yield ParameterProblem(("order",), what, at_key=True)
+
+    @property
+    @override
+    def pattern(self) -> Pattern | None:
+        return Pattern.SEQUENTIAL if self.is_held else None
 
     @override
     def turns(self, system: System) -> tuple[str, ...]:

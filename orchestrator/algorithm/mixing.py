@@ -39,7 +39,7 @@ class MixSources:
                     end = (term.component, term.output)
                     spans[end] = max(spans[end], term.delay + term.sample)
         self._histories = {
-            (component, output): History(self, published[component], output, span)
+            (component, output): PastValues(self, published[component], output, span)
             for (component, output), span in spans.items()
         }
 
@@ -47,7 +47,7 @@ class MixSources:
         """Begin a run at `start` [ns]."""
         self.now = self.beginning = start
 
-    def histories_of(self, component: str) -> "tuple[History, ...]":
+    def histories_of(self, component: str) -> "tuple[PastValues, ...]":
         """Those of the outputs of one component."""
         return tuple(h for (name, _), h in self._histories.items() if name == component)
 
@@ -60,7 +60,7 @@ class MixSources:
         return self._histories[component, output].at(t)
 
 
-class History:
+class PastValues:
     """The values of one output, as far back as somebody may ask.
 
     Args:

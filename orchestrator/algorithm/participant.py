@@ -2,16 +2,17 @@
 
 import abc
 from collections.abc import Mapping
-from contextlib import nullcontext, suppress
 from time import perf_counter_ns
 from typing import Any, ClassVar, Final
 
 import numpy as np
-from typing_extensions import override
 
-from orchestrator.algorithm.mixing import History, MixedInput, MixSources
+from orchestrator.algorithm.history import History, InputCourses, is_approximated, real
+from orchestrator.algorithm.mixing import MixedInput, MixSources, PastValues
 from orchestrator.algorithm.outputs import OutputCheck
-from orchestrator.component import Component, ConcurrentComponent, RestorableComponent
+from orchestrator.algorithm.pieces import Piece, Pieces
+from orchestrator.capabilities import InitialEvaluation, OutputSlopes, PointEvaluation
+from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, CosimError
 from orchestrator.native import NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
@@ -34,13 +35,15 @@ class Participant(abc.ABC):
         is_concurrent: whether the step runs elsewhere between `begin` and `finish`.
         is_begun: whether a step has been begun that has not been waited for yet.
         sources: the names of the components it reads.
+        reads: component and name of each output that it reads.
         published: the outputs that others may see now; updated in place by `publish`.
         wall_time_ns: time spent in calls of the component so far [ns].
     """
 
-    __slots__ = ("_check_outputs", "_component", "_feeds", "_histories", "_mixed",
-                 "_pending", "_starts", "is_begun", "name", "published", "sources",
-                 "step_size", "wall_time_ns")  # fmt: skip
+    __slots__ = ("_check_outputs", "_component", "_continuous", "_evaluation", "_feeds",
+                 "_history", "_mixed", "_past", "_pending", "_pieces", "_reached", "_starts",
+                 "_used", "is_begun", "name", "published", "reads", "sources", "step_size",
+                 "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
 
@@ -55,9 +58,11 @@ class Participant(abc.ABC):
         self.step_size: Final = step_size
         self.published: Final[dict[str, Signal]] = {}
         self.sources: frozenset[str] = frozenset()
+        self.reads: frozenset[tuple[str, str]] = frozenset()
         self.is_begun = False
         self.wall_time_ns = 0
         self._component = component
+        self._evaluation = component.capability(InitialEvaluation)  # type: ignore[type-abstract]
         self._check_outputs = OutputCheck(connectors).problems
         self._starts = {
             input_: connector.start_value()
@@ -66,22 +71,40 @@ class Participant(abc.ABC):
         }
         self._feeds: tuple[tuple[str, Signals, str], ...] = ()
         self._mixed: tuple[MixedInput, ...] = ()
-        self._histories: tuple[History, ...] = ()
+        self._past: tuple[PastValues, ...] = ()
         self._pending: Signals = {}
+        self._continuous = [name for name, c in connectors.items() if is_approximated(c, c)]
+        self._used: Signals = {}
+        self._reached: Time = 0
+        self._history: History | None = None
+        self._pieces: Pieces | None = None
 
     def connect(self, feeds: tuple[Feed, ...], published: Mapping[str, Signals]) -> None:
         """Read the inputs in `feeds` from what the components `published`, from now on."""
         self.sources = frozenset(feed.component for feed in feeds)
+        self.reads = frozenset((feed.component, feed.output) for feed in feeds)
         self._feeds = tuple((feed.input, published[feed.component], feed.output) for feed in feeds)
 
     def mix(self, mixes: tuple[Mix, ...], sources: MixSources) -> None:
         """Make the inputs in `mixes` of what `sources` has, from now on; after `connect`."""
         self.sources = self.sources.union(*(mix.components for mix in mixes))
+        terms = (term for mix in mixes for part in mix.parts for term in part.terms)
+        self.reads = self.reads.union((term.component, term.output) for term in terms)
         self._mixed = tuple(MixedInput(mix, self._starts[mix.input], sources) for mix in mixes)
 
-    def remember(self, histories: tuple[History, ...]) -> None:
-        """Note what is published in `histories`, from now on."""
-        self._histories = histories
+    def note_in(self, past: tuple[PastValues, ...]) -> None:
+        """Note what is published in `past`, from now on."""
+        self._past = past
+
+    def remember(self) -> History:
+        """Keep what is published from now on; where it is kept."""
+        if self._history is None:
+            self._history = History()
+        return self._history
+
+    def approximate(self, courses: InputCourses) -> None:
+        """Let inputs run as these polynomials over every step from now on."""
+        self._pieces = Pieces(self._component, courses)
 
     def set_up(self, start: Time, stop: Time, rng: np.random.Generator) -> None:
         """Enter the initial state at `start`, of a run that ends at `stop` at the latest."""
@@ -89,31 +112,93 @@ class Participant(abc.ABC):
         try:
             self._component.expect_stop(stop)
             self._component.setup(start, rng)
+            self._reached = start
         except Exception as error:
             raise self._failure(start, error) from error
         self.wall_time_ns += perf_counter_ns() - before
 
     def initialise(self, start: Time) -> None:
         """Compute and publish the outputs at `start` from the inputs known so far."""
-        inputs = self._starts.copy()
-        for name, values, output in self._feeds:
-            if output in values:
-                inputs[name] = values[output]
         before = perf_counter_ns()
         try:
-            for mixed in self._mixed:
-                inputs[mixed.input] = mixed.value()
+            inputs = self._known_inputs()
             self._component.initialise(inputs)
             outputs = self._component.outputs()
             self.wall_time_ns += perf_counter_ns() - before
             self._accept(outputs, start)
         except Exception as error:
             raise self._failure(start, error) from error
+        self._used, self._reached = inputs, start
+        self.publish()
+
+    @property
+    def can_be_tried(self) -> bool:
+        """Whether `try_out` can be called before `initialise`."""
+        return self._evaluation is not None
+
+    def try_out(self, start: Time) -> None:
+        """Publish what the outputs at `start` would be with the inputs known so far.
+
+        Called before `initialise`, any number of times, if `can_be_tried`.
+        """
+        evaluation = self._evaluation
+        before = perf_counter_ns()
+        try:
+            inputs = self._known_inputs()
+            outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
+            self.wall_time_ns += perf_counter_ns() - before
+            self._accept(outputs, start)
+        except Exception as error:
+            raise self._failure(start, error) from error
+        self.published.update(self._pending)
+
+    def _known_inputs(self) -> dict[str, Signal]:
+        """The inputs; those whose source has not published yet carry their start values."""
+        inputs = self._starts.copy()
+        for name, values, output in self._feeds:
+            if output in values:
+                inputs[name] = values[output]
+        for mixed in self._mixed:
+            inputs[mixed.input] = mixed.value()
+        return inputs
+
+    @property
+    def can_refresh(self) -> bool:
+        """Whether `refresh` can be called between two steps."""
+        return self._component.capability(PointEvaluation) is not None  # type: ignore[type-abstract]
+
+    def refresh(self, t: Time) -> None:
+        """Publish the outputs at `t` anew, for the inputs that are published now.
+
+        Called at the end of a step, if `can_refresh`. Where no input has another value than the
+        step had, there is nothing to do.
+        """
+        try:
+            inputs = self._inputs()
+        except Exception as error:
+            raise self._failure(t, error) from error
+        driven = (*(name for name, _, _ in self._feeds), *(mixed.input for mixed in self._mixed))
+        if all(inputs[name] is self._used.get(name) for name in driven):
+            return
+        evaluation = self._component.capability(PointEvaluation)  # type: ignore[type-abstract]
+        before = perf_counter_ns()
+        try:
+            outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
+            self.wall_time_ns += perf_counter_ns() - before
+            self._accept(outputs, t)
+        except Exception as error:
+            raise self._failure(t, error) from error
+        self._used = inputs
         self.publish()
 
     @abc.abstractmethod
-    def begin(self, t: Time) -> None:
-        """Start the step from `t`, holding the inputs that are published now."""
+    def begin(self, t: Time, h: Duration | None = None) -> None:
+        """Start the step from `t` with the inputs that are published now.
+
+        Args:
+            t: where it starts [ns].
+            h: its length [ns]; without, the communication step size.
+        """
 
     @abc.abstractmethod
     def begin_ahead(self, t: Time) -> None:
@@ -130,12 +215,48 @@ class Participant(abc.ABC):
     def publish(self) -> None:
         """Show the outputs of the step finished last to others."""
         self.published.update(self._pending)
-        for history in self._histories:
-            history.note()
+        for past in self._past:
+            past.note()
+        if self._history is not None:
+            self._history.put(self._reached, self._pending, self._slopes())
 
-    def show(self, values: Signals) -> None:
-        """Let others see `values` in place of these outputs until the next `publish`."""
+    def show(self, values: Signals, t: Time | None = None) -> None:
+        """Let others see `values` in place of these outputs until the next `publish`.
+
+        Args:
+            values: by output.
+            t: the time that they are of [ns]; without, that of what was published last.
+        """
         self.published.update(values)
+        if self._history is not None:
+            self._history.put(self._reached if t is None else t, self.published, {})
+
+    def predict(self, t: Time, degree: int) -> None:
+        """Let others see for `t` what the last publications make probable, until `publish`.
+
+        Args:
+            t: where the step ends that begins next [ns].
+            degree: of the polynomials through these publications.
+        """
+        if self._history is None:
+            return
+        history = self._history
+        history.forget_from(t)
+        self.show(
+            {
+                output: real(
+                    history.course(output, t, self.step_size, degree).at(0.0),
+                    self.published[output],
+                )
+                for output in self._continuous
+                if output in self.published
+            },
+            t,
+        )
+
+    def _slopes(self) -> Signals:
+        source = self._component.capability(OutputSlopes)  # type: ignore[type-abstract]
+        return {} if source is None else source.slopes()
 
     def save(self, t: Time) -> Any:
         """The state of the component at `t`, between two steps.
@@ -195,6 +316,23 @@ class Participant(abc.ABC):
             inputs[mixed.input] = mixed.value()
         return inputs
 
+    def _begun(self, t: Time, h: Duration | None) -> tuple[Piece, ...]:
+        """What there is to do for a step from `t`."""
+        length = self.step_size if h is None else h
+        inputs = self._inputs()
+        self._used, self._reached = inputs, t + length
+        if self._pieces is None:
+            return (Piece(inputs, t, length),)
+        return self._pieces.of(inputs, t, length)
+
+    def _follow(self, piece: Piece) -> None:
+        if self._pieces is not None:
+            self._pieces.follow(piece)
+
+    def _outputs(self) -> Signals:
+        """The outputs at the end of the step just made."""
+        return self._component.outputs() if self._pieces is None else self._pieces.outputs()
+
     def native(self) -> NativeUnit | None:
         """How to step it without Python, once it is initialised; `None` if that cannot be."""
         return None
@@ -242,104 +380,3 @@ class Participant(abc.ABC):
             return ComponentError(error.component or self.name, when, doing + error.message)
         kind = "" if isinstance(error, CosimError) else f"{type(error).__name__}: "
         return ComponentError(self.name, t, f"{doing}{kind}{error}")
-
-
-class LocalParticipant(Participant):
-    """A component that steps in the calling thread: `begin` does all the work."""
-
-    __slots__ = ()
-
-    is_concurrent = False
-
-    @override
-    def native(self) -> NativeUnit | None:
-        return self._component.native()
-
-    @override
-    def begin(self, t: Time) -> None:
-        try:
-            inputs = self._inputs()
-            before = perf_counter_ns()
-            self._component.step(inputs, t, self.step_size)
-            outputs = self._component.outputs()
-            self.wall_time_ns += perf_counter_ns() - before
-            self._accept(outputs, t)
-        except Exception as error:
-            raise self._failure(t, error) from error
-
-    @override
-    def begin_ahead(self, t: Time) -> None:
-        pass
-
-    @override
-    def finish(self) -> None:
-        pass
-
-    @override
-    def settle(self) -> None:
-        pass
-
-
-class ConcurrentParticipant(Participant):
-    """A component that steps elsewhere between `begin` and `finish`."""
-
-    __slots__ = ("_begun_at", "_concurrent", "_is_ahead")
-
-    is_concurrent = True
-
-    def __init__(
-        self,
-        name: str,
-        component: ConcurrentComponent,
-        connectors: Mapping[str, Connector],
-        step_size: Duration,
-    ) -> None:
-        super().__init__(name, component, connectors, step_size)
-        self._concurrent = component
-        self._begun_at: Time = 0
-        self._is_ahead = False
-
-    @override
-    def begin(self, t: Time) -> None:
-        self._begun_at = t
-        try:
-            inputs = self._inputs()
-            before = perf_counter_ns()
-            self._concurrent.begin_step(inputs, t, self.step_size)
-        except Exception as error:
-            raise self._failure(t, error) from error
-        self.is_begun, self._is_ahead = True, False
-        self.wall_time_ns += perf_counter_ns() - before
-
-    @override
-    def finish(self) -> None:
-        self.is_begun = False
-        before = perf_counter_ns()
-        try:
-            self._concurrent.finish_step()
-            outputs = self._concurrent.outputs()
-            self.wall_time_ns += perf_counter_ns() - before
-            self._accept(outputs, self._begun_at)
-        except Exception as error:
-            raise self._failure(self._begun_at, error) from error
-
-    @override
-    def begin_ahead(self, t: Time) -> None:
-        if not self.sources:
-            self.begin(t)
-            self._is_ahead = True
-
-    @override
-    def settle(self) -> None:
-        if self.is_begun:
-            with suppress(ComponentError) if self._is_ahead else nullcontext():
-                self.finish()
-
-
-def participant(
-    name: str, component: Component, connectors: Mapping[str, Connector], step_size: Duration
-) -> Participant:
-    """The participant that suits the capabilities of `component`."""
-    if isinstance(component, ConcurrentComponent):
-        return ConcurrentParticipant(name, component, connectors, step_size)
-    return LocalParticipant(name, component, connectors, step_size)

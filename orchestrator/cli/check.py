@@ -33,11 +33,24 @@ def execute(arguments: Namespace) -> Outcome:
     lines = [
         *(f"{remark} (a remark)" for remark in found),
         f"{arguments.scenario}: ok, {components} components, {connections} connections",
+        *_marked(scenario),
     ]
     return Outcome(
         text="\n".join(lines),
         data={"problems": [], **({"remarks": remarks} if remarks else {})},
     )
+
+
+def _marked(scenario: Scenario) -> list[str]:
+    """What `process: true` means, at the first line that says so."""
+    marked = [name for name, use in scenario.components.items() if use.process]
+    if not marked:
+        return []
+    place = scenario.document.key(("components", marked[0], "process"))
+    names = ", ".join(f"`{name}`" for name in marked)
+    effect = "takes effect with `nlosim run --transport local` (or `zenoh`)"
+    otherwise = "without it they run in the orchestrator's process"
+    return [f"{place}: {names}: `process: true` {effect}; {otherwise}"]
 
 
 def _examine(scenario: Scenario) -> tuple[list[Problem], Assembly]:

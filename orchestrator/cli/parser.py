@@ -28,7 +28,7 @@ Ctrl-C stops the run at the next communication point; what was recorded can be r
 examples:
   nlosim run red_light
   nlosim run red_light --seed 3 --out results/seed-3
-  nlosim run my_scenario.yaml --transport zenoh"""
+  nlosim run my_scenario.yaml --transport local"""
 
 _SCENARIOS: Final = """\
 Packages offer theirs by entry points of the group `orchestrator.scenarios`. A copy has the files
@@ -49,11 +49,12 @@ examples:
 
 _CHECK: Final = """\
 Prints FILE:LINE:COLUMN: PROBLEM for each, and exits with code 2 if there are any.
-The components are created, to see whether their connections fit, but nothing runs."""
+The components are created, to see whether their connections fit, but nothing runs.
+Remarks say what may not be meant, such as an algebraic loop that the algorithm leaves unsolved."""
 
 _GRAPH: Final = """\
 Components in the order in which they step, connections and how old the values that travel
-along them are, direct feedthrough and algebraic loops."""
+along them are, direct feedthrough and algebraic loops: whether the algorithm solves them."""
 
 _REPORT: Final = """\
 Of a run: writes metrics.json, measures/, measures.svg and the report's figure.png
@@ -168,8 +169,9 @@ def _add_run(commands: _Commands) -> None:
         "--transport",
         default="in-process",
         metavar="NAME",
-        help="how components marked `process` are reached: in-process (default), loopback,\n"
-        "zenoh; the results are the same bytes",
+        help="where components marked `process: true` run: in this process (in-process, the\n"
+        "default, or loopback), or each in a process of its own on this machine (local, zenoh),\n"
+        "whose crash ends the run with a message; the results are the same bytes",
     )
     run.add_argument("--no-figure", action="store_true", help="do not draw the report's figure")
     run.add_argument("--quiet", action="store_true", help="no progress bar, no warnings")

@@ -20,9 +20,11 @@ from typing import Any, NoReturn
 import numpy as np
 from typing_extensions import Buffer, override
 
-from orchestrator.component import ConcurrentComponent, WrappedRestorableComponent
+from orchestrator.capabilities import PointEvaluation, VariableSteps
+from orchestrator.component import Capability, ConcurrentComponent, WrappedRestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError
 from orchestrator.remote.protocol import (
+    CAPABILITIES,
     ComponentSpec,
     Kind,
     Message,
@@ -161,7 +163,7 @@ class RemoteState:
         self.values = values
 
 
-class RemoteComponent(ConcurrentComponent):
+class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
     """A component hosted at the other end of a link; `launch` creates it."""
 
     def __init__(self, dialogue: _Dialogue, created: _Reply, deadlines: Deadlines) -> None:
@@ -173,6 +175,8 @@ class RemoteComponent(ConcurrentComponent):
         self._inputs = SignalEncoder({})
         self._outputs = SignalDecoder({})
         self._values: Signals = {}
+        offered = created.message.document.get("capabilities", ())
+        self._capabilities = {CAPABILITIES[name] for name in offered}
         self._is_set_up = False
         self._forgotten: list[int] = []
         self._stop: Time | None = None
@@ -197,6 +201,16 @@ class RemoteComponent(ConcurrentComponent):
         document = {"rng": generator_to_document(rng), "stop": self._stop}
         self._dialogue.ask(Kind.SETUP, t=start, document=document)
         self._dialogue.answer(self._deadlines.create)
+
+    @override
+    def capability(self, kind: type[Capability]) -> Capability | None:
+        return super().capability(kind) if kind in self._capabilities else None
+
+    @override
+    def evaluate(self, inputs: Signals) -> Signals:
+        self._dialogue.ask(Kind.EVALUATE, block=self._inputs.parts(inputs))
+        reply = self._dialogue.answer(self._deadlines.create)
+        return self._outputs.decode(reply.raw, reply.offset)
 
     @override
     def initialise(self, inputs: Signals) -> None:

@@ -16,11 +16,13 @@ import numpy as np
 from typing_extensions import Buffer
 
 from orchestrator import registry
+from orchestrator.capabilities import InitialEvaluation
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError, CosimError
 from orchestrator.local_module import local_type
 from orchestrator.parameters import ComponentType, PythonComponentType
 from orchestrator.remote.protocol import (
+    CAPABILITIES,
     ComponentSpec,
     Kind,
     Message,
@@ -28,7 +30,7 @@ from orchestrator.remote.protocol import (
     generator_from_document,
 )
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
-from orchestrator.signal import Causality, Connector
+from orchestrator.signal import Causality, Connector, Signals
 
 _log = logging.getLogger(__name__)
 
@@ -99,6 +101,7 @@ class ComponentHost:
             Kind.CLOSE: self._close,
             Kind.SAVE: self._save,
             Kind.RESTORE: self._restore,
+            Kind.EVALUATE: self._evaluate,
         }
 
     def handle(self, message: bytes) -> bytes:
@@ -134,7 +137,15 @@ class ComponentHost:
             for causality in Causality
         }
         is_restorable = isinstance(self._component, RestorableComponent)
-        document = {"restorable": is_restorable, **self._log_document()}
+        document = {
+            "restorable": is_restorable,
+            "capabilities": [
+                name
+                for name, kind in CAPABILITIES.items()
+                if self._component.capability(kind) is not None
+            ],
+            **self._log_document(),
+        }
         return connectors_to_message(connectors, command, document)
 
     def _setup(self, command: Message, message: bytes, offset: int) -> bytes:
@@ -153,6 +164,14 @@ class ComponentHost:
     def _initialise(self, command: Message, message: bytes, offset: int) -> bytes:
         self._created().initialise(self._inputs.decode(message, offset))
         return self._done(command).encode(self._output_block())
+
+    def _evaluate(self, command: Message, message: bytes, offset: int) -> bytes:
+        component = self._created()
+        evaluation = component.capability(InitialEvaluation)  # type: ignore[type-abstract]
+        if evaluation is None:
+            raise WireError("the component cannot be evaluated before it is initialised")
+        outputs = evaluation.evaluate(self._inputs.decode(message, offset))
+        return self._done(command).encode(self._block(outputs))
 
     def _step(self, command: Message, message: bytes, offset: int) -> bytes:
         self._created().step(self._inputs.decode(message, offset), command.t, command.h)
@@ -193,7 +212,9 @@ class ComponentHost:
         return self._component
 
     def _output_block(self) -> list[Buffer]:
-        outputs = self._created().outputs()
+        return self._block(self._created().outputs())
+
+    def _block(self, outputs: Signals) -> list[Buffer]:
         try:
             block = self._outputs.parts(outputs)
         except WireError as error:

@@ -24,6 +24,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from typing_extensions import Buffer
 
+from orchestrator.capabilities import InitialEvaluation, PointEvaluation, VariableSteps
 from orchestrator.errors import ComponentTypeError
 from orchestrator.kinds import FrozenMapping
 from orchestrator.local_module import local_type
@@ -37,6 +38,12 @@ _MAGIC: Final = b"NLOS"
 _VERSION: Final = 3
 
 
+CAPABILITIES: Final[Mapping[str, type]] = {
+    each.__name__: each for each in (InitialEvaluation, PointEvaluation, VariableSteps)
+}
+"""What a component in another process can do as well as here, by name."""
+
+
 class Kind(enum.IntEnum):
     """What a message asks for, or how it answers."""
 
@@ -47,6 +54,7 @@ class Kind(enum.IntEnum):
     CLOSE = 5
     SAVE = 6
     RESTORE = 7
+    EVALUATE = 8
     DONE = 16
     FAILED = 17
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from orchestrator.algorithm.age import Age
 from orchestrator.algorithm.base import Pattern
 from orchestrator.constant import shown
-from orchestrator.feedthrough import describe, loops
+from orchestrator.feedthrough import describe_outcome, is_within, loops
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.wiring import Assembly
 from orchestrator.system import Connection, System
@@ -108,8 +108,7 @@ def graph_of(scenario: Scenario, assembly: Assembly) -> Graph:
     )
     solved = assembly.algorithm.solved(assembly.system)
     sentences = [
-        describe(loop, is_solved=any({end.component for end in loop.path} <= s for s in solved))
-        for loop in loops(assembly.system)
+        describe_outcome(loop, is_solved=is_within(loop, solved)) for loop in loops(assembly.system)
     ]
     constants = tuple(
         (f"{each.target}{each.placed}", shown(each.value)) for each in assembly.system.constants

@@ -8,7 +8,7 @@ from orchestrator.scenario.diagnosis import spell
 from orchestrator.scenario.document import Document
 from orchestrator.scenario.model import ComponentUse
 
-_TRANSPORT = "run with a transport that makes processes (`--transport zenoh`)"
+_TRANSPORT = "run with a transport that makes processes (`--transport local`)"
 
 
 def crowding(document: Document, uses: Mapping[str, ComponentUse]) -> list[Problem]:

@@ -19,6 +19,7 @@ from orchestrator.errors import (
     ScenarioError,
     SystemStructureError,
 )
+from orchestrator.feedthrough import describe_outcome, is_within, loops
 from orchestrator.input_files import Finding
 from orchestrator.recording.recorder import select
 from orchestrator.scenario.diagnosis import once, spell
@@ -38,7 +39,8 @@ class Assembly:
         system: the components, connected.
         algorithm: checked against `system`.
         turns: the components in the order in which `algorithm` lets them step.
-        remarks: what is not wrong, but may not be meant: inputs that need a source and have none.
+        remarks: what is not wrong, but may not be meant: inputs that need a source and have none,
+            and algebraic loops that the algorithm leaves with a delay.
     """
 
     system: System
@@ -106,8 +108,22 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
             select(system, scenario.include, scenario.exclude)
         except SystemStructureError as error:
             raise scenario_error(scenario, ("recording",), error) from error
-        remarks = tuple(_undriven(scenario.document, system))
+        remarks = (
+            *_undriven(scenario.document, system),
+            *_unsolved(scenario.document, system, scenario.coupling.made),
+        )
         return Assembly(system, scenario.coupling.made, turns, remarks)
+
+
+def _unsolved(
+    document: Document, system: System, algorithm: CosimulationAlgorithm
+) -> Iterator[Problem]:
+    """Remarks on algebraic loops that the algorithm leaves with a delay."""
+    solved = algorithm.solved(system)
+    for loop in loops(system):
+        if not is_within(loop, solved):
+            what = describe_outcome(loop, is_solved=False)
+            yield Problem(document.key(("coupling",)), f"coupling: {what}")
 
 
 def _undriven(document: Document, system: System) -> Iterator[Problem]:

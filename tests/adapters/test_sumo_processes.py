@@ -1,5 +1,6 @@
 """SUMO is in a process once: a second one is refused before the run."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -38,7 +39,7 @@ def test_the_second_is_refused_at_its_line(
     captured = capsys.readouterr()
     assert (
         f"{path}:9:3: components.other: SUMO can be in a process once, and it is in `one`; write "
-        "`process: true` here and run with a transport that makes processes (`--transport zenoh`)"
+        "`process: true` here and run with a transport that makes processes (`--transport local`)"
     ) in captured.out + captured.err
 
 
@@ -47,3 +48,17 @@ def test_a_sumo_that_is_a_program_is_in_no_process_of_ours(path: Path, key: str)
     head, _, tail = SCENARIO.rpartition("}")
     path.write_text(f"{head}, {key}}}{tail}")
     assert main(["check", str(path)]) == 0
+
+
+@pytest.mark.parametrize(
+    "advice",
+    [("--transport", "local"), ("--set", "components.other.parameters.program=sumo")],
+    ids=["transport", "program"],
+)
+def test_what_it_advises_helps(
+    path: Path, tmp_path: Path, advice: tuple[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Both simulate the same street with the same seed of their own name."""
+    path.write_text(SCENARIO.replace("  other:", "  other:\n    process: true"))
+    assert main(["run", str(path), "--out", str(tmp_path / "run"), "--json", *advice]) == 0
+    assert json.loads(capsys.readouterr().out)["simulated_s"] == 0.05

@@ -1,283 +1,39 @@
-"""Components in other processes: the same bytes, and every way in which a process can fail."""
+"""What Zenoh promises beyond the transport: quick news of frozen hosts, and no strangers."""
 
 import importlib
-import logging
-import os
-import signal
-import subprocess
 import sys
-import tempfile
-import textwrap
-import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
-import numpy as np
 import pytest
 
-from orchestrator.errors import ComponentError, ComponentTypeError
-from orchestrator.parameters import PythonComponentType
-from orchestrator.randomness import stream
-from orchestrator.remote.component import Deadlines, launch
-from orchestrator.remote.protocol import ComponentSpec
-from orchestrator.remote.transport import LoopbackTransport, Transport
+from orchestrator.errors import ComponentError
 
 pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed")
 adapter = importlib.import_module("adapters.zenoh")
 
 PACKAGES = Path(__file__).parents[1] / "orchestrator" / "packages"
-pytestmark = pytest.mark.skipif(
-    not Path("/proc/self").exists(), reason="looks for processes in /proc"
-)
-
-
-def connect() -> Transport:
-    transport: Transport = adapter.ZenohTransport()
-    return transport
-
-
-def children() -> set[int]:
-    """The processes that host components of this one, zombies included."""
-    found = set()
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            status = (folder / "stat").read_text()
-            command = (folder / "cmdline").read_text()
-        except OSError:
-            continue
-        parent = int(status.rpartition(")")[2].split()[1])
-        if parent == os.getpid() and ("orchestrator.remote.host_main" in command or not command):
-            found.add(int(folder.name))
-    return found
-
-
-def is_gone(pid: int, within: float = 5.0) -> bool:
-    """Whether the process `pid` ends within so many seconds."""
-    deadline = time.monotonic() + within
-    while time.monotonic() < deadline:
-        try:
-            state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-        except OSError:
-            return True
-        if state == "Z":
-            return True
-        time.sleep(0.01)
-    return False
 
 
 @pytest.fixture
 def runs(monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
-    """The module `remote_runs`; afterwards no process may be left."""
+    """The module `remote_runs`."""
     monkeypatch.syspath_prepend(PACKAGES)
-    before, shared = children(), leftovers()
     yield importlib.import_module("remote_runs")
     for module in ("remote_runs", "remote_units"):
         sys.modules.pop(module, None)
-    assert children() == before
-    assert leftovers() <= shared
-
-
-def leftovers() -> set[str]:
-    """What Zenoh could leave behind in the file system."""
-    found = [*Path("/dev/shm").glob("*.zenoh"), *Path(tempfile.gettempdir()).glob("nlosim-*/users")]
-    return {str(path) for path in found}
-
-
-def test_local_loopback_and_zenoh_give_the_same_bits(runs: ModuleType, tmp_path: Path) -> None:
-    specs = runs.swarms(tmp_path)
-    kind = PythonComponentType(importlib.import_module("remote_units").Swarm)
-    local = runs.run_swarms({spec.name: kind.create(spec.name, spec.values) for spec in specs})
-    traces = []
-    for transport in (LoopbackTransport(), connect()):
-        with launch(specs, transport) as components:
-            traces.append(runs.run_swarms(components).bits)
-    assert len(local.bits) == 101 * 2 * 7
-    assert traces == [local.bits] * 2
-
-
-def test_large_arrays_arrive(runs: ModuleType) -> None:
-    spec = ComponentSpec(name="big", type="remote_units:Echo", values={})
-    value = stream(1, "big").normal(size=6_000_000)
-    with launch([spec], connect()) as components:
-        echo = components["big"]
-        echo.setup(0, stream(1, "big"))
-        echo.initialise({"u": value})
-        for t, count in enumerate((6_000_000, 8_192, 100_000, 8_191, 0)):
-            echo.step({"u": value[:count]}, t, 1)
-            found = np.asarray(echo.outputs()["y"])
-            assert found.tobytes() == value[:count].tobytes()
-        echo.close()
-
-
-@pytest.mark.parametrize(
-    ("deed", "how"),
-    [
-        ("kill_itself", "its process was killed by SIGKILL; it wrote last:\n    goodbye"),
-        ("quit", "its process exited with code 3"),
-        ("exit", "SystemExit: 3"),
-        ("raise", "ValueError: the moon is too bright"),
-    ],
-)
-def test_how_a_component_ended_is_reported(runs: ModuleType, deed: str, how: str) -> None:
-    with pytest.raises(ComponentError) as caught:
-        runs.run_reckless(connect(), deed=deed)
-    assert str(caught.value) == f"component `b` at t = 0.02 s: {how}"
-    assert (caught.value.component, caught.value.time) == ("b", 20_000_000)
-
-
-def test_a_crash_is_reported_with_its_signal_and_python_stack(runs: ModuleType) -> None:
-    with pytest.raises(ComponentError) as caught:
-        runs.run_reckless(connect(), deed="crash")
-    text = str(caught.value)
-    assert text.startswith("component `b` at t = 0.02 s: its process was killed by SIGSEGV")
-    assert "in _crash" in text
-
-
-@pytest.mark.parametrize("deed", ["sleep", "hold_the_gil"])
-def test_a_hang_is_reported_and_ended(runs: ModuleType, deed: str) -> None:
-    with pytest.raises(ComponentError) as caught:
-        runs.run_reckless(connect(), deadlines=Deadlines(step=0.5), deed=deed)
-    message = "component `b` at t = 0.02 s: did not answer within 0.5 s (to `step`)"
-    assert str(caught.value) == message
 
 
 def test_a_frozen_process_is_noticed_before_the_deadline(runs: ModuleType) -> None:
     with pytest.raises(ComponentError) as caught:
-        runs.run_reckless(connect(), deed="freeze")
+        runs.run_reckless(adapter.ZenohTransport(), deed="freeze")
     assert str(caught.value).startswith(
         "component `b` at t = 0.02 s: lost the connection to its process"
     )
 
 
-def test_a_process_killed_from_outside_ends_the_run(runs: ModuleType) -> None:
-    spec = ComponentSpec(name="victim", type=runs.RECKLESS, values={"pause": 20.0})
-    with launch([spec], connect()) as components:
-        victim = components["victim"]
-        victim.setup(0, stream(1, "victim"))
-        victim.initialise({"trigger": np.zeros(())})
-        pid = int(np.asarray(victim.outputs()["pid"]))
-        threading.Timer(0.1, os.kill, (pid, signal.SIGKILL)).start()
-        before = time.monotonic()
-        with pytest.raises(ComponentError) as caught:
-            victim.step({"trigger": np.zeros(())}, 30_000_000, 1)
-        assert time.monotonic() - before < 5  # the deadline is 30 s
-        assert str(caught.value) == (
-            "component `victim` at t = 0.03 s: its process was killed by SIGKILL"
-        )
-        with pytest.raises(ComponentError, match="its process has ended"):
-            victim.step({"trigger": np.zeros(())}, 30_000_000, 1)
-        victim.close()
-
-
-def test_types_that_cannot_be_created_are_reported_at_once(runs: ModuleType) -> None:
-    specs = [
-        ComponentSpec(name="x", type="no_such_module:X", values={}),
-        ComponentSpec(name="y", type=runs.RECKLESS, values={"deed": "refuse", "where": "create"}),
-        ComponentSpec(name="z", type=runs.RECKLESS, values={}),
-    ]
-    with pytest.raises(ComponentTypeError) as caught, launch(specs, connect()):
-        pass
-    assert str(caught.value).splitlines() == [
-        (
-            "component `x`: cannot load `no_such_module:X`: ModuleNotFoundError: "
-            "No module named 'no_such_module'"
-        ),
-        "component `y`: `most` and `least` contradict each other",
-    ]
-
-
-def test_a_host_that_cannot_start_is_reported_with_what_it_said(
-    runs: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    (tmp_path / "zenoh.py").write_text("raise ImportError('no transport today')\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(ComponentError) as caught, launch(runs.swarms(tmp_path), connect()):
-        pass
-    text = str(caught.value)
-    assert text.startswith("component `near`: its process exited with code 1; it wrote last:")
-    assert text.endswith("ImportError: no transport today")
-
-
-def test_what_a_component_prints_and_logs_goes_to_the_log(
-    runs: ModuleType, caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
-) -> None:
-    with caplog.at_level(logging.INFO):
-        runs.run_reckless(connect(), deed="print")
-        runs.run_reckless(connect(), deed="log")
-    records = [(r.name, r.levelno, r.getMessage()) for r in caplog.records]
-    assert ("orchestrator.remote.process", logging.INFO, "`b`: hello from the unit") in records
-    assert ("reckless", logging.WARNING, "fuel is low") in records
-    assert capfd.readouterr() == ("", "")
-
-
-def test_a_component_that_reads_standard_input_gets_nothing(runs: ModuleType) -> None:
-    assert runs.run_reckless(connect(), deed="read_input").times[-1] == 60_000_000
-
-
-def test_what_a_component_started_ends_with_it(
-    runs: ModuleType, caplog: pytest.LogCaptureFixture
-) -> None:
-    with caplog.at_level(logging.INFO):
-        runs.run_reckless(connect(), deed="leave_a_child")
-    said = next(r.getMessage() for r in caplog.records if "child" in r.getMessage())
-    assert is_gone(int(said.rpartition(" ")[2]))
-
-
-SCRIPT = """
-    import sys, time
-    from pathlib import Path
-    sys.path.insert(0, {packages!r})
-    import remote_runs, numpy as np
-    from adapters.zenoh import ZenohTransport
-    from orchestrator.remote.protocol import ComponentSpec
-    from orchestrator.randomness import stream
-    from orchestrator.remote.component import launch
-    specs = [ComponentSpec(name=f"c{{i}}", type=remote_runs.RECKLESS, values={{"pause": {pause}}})
-             for i in range(3)]
-    class Announce(remote_runs.Trace):
-        def begin(self, system, start, stop):
-            pass
-        def observe(self, t, published, values):
-            print(*(int(v["pid"]) for v in values.values()), flush=True)
-    with launch(specs, ZenohTransport()) as components:
-        system = remote_runs.System(components, dict.fromkeys(components, 10), [])
-        remote_runs.simulate(system, remote_runs.Jacobi(), start=0, stop=10000, seed=1,
-                             observers=[Announce()])
-"""
-
-
-@pytest.mark.parametrize(
-    ("number", "pause"),
-    [(signal.SIGINT, 0.02), (signal.SIGINT, 30.0), (signal.SIGTERM, 0.02), (signal.SIGKILL, 30.0)],
-)
-def test_no_process_outlives_the_orchestrator(number: signal.Signals, pause: float) -> None:
-    # SIGINT to the whole process group is what a terminal does on Ctrl-C
-    script = textwrap.dedent(SCRIPT).format(packages=str(PACKAGES), pause=pause)
-    orchestrator = subprocess.Popen(
-        [sys.executable, "-c", script],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    try:
-        assert orchestrator.stdout is not None
-        pids = [int(word) for word in orchestrator.stdout.readline().split()]
-        assert len(pids) == 3
-        time.sleep(0.1)
-        os.killpg(orchestrator.pid, number)
-        _, errors = orchestrator.communicate(timeout=10)
-    finally:
-        orchestrator.kill()
-    assert [pid for pid in pids if not is_gone(pid)] == []
-    if number == signal.SIGINT:
-        assert errors.rstrip().endswith("KeyboardInterrupt")
-        assert "Error" not in errors
-
-
-def test_strangers_are_not_let_in(runs: ModuleType) -> None:
+def test_strangers_are_not_let_in() -> None:
     zenoh = importlib.import_module("zenoh")
     transport = adapter.ZenohTransport()
     with transport:

@@ -14,7 +14,11 @@ from orchestrator.cli import main
 
 def test_check_says_ok(scenario_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", str(scenario_file)]) == 0
-    assert capsys.readouterr().out == f"{scenario_file}: ok, 2 components, 2 connections\n"
+    assert capsys.readouterr().out == (
+        f"{scenario_file}: ok, 2 components, 2 connections\n"
+        f"{scenario_file}:15:5: `base`: `process: true` takes effect with `nlosim run --transport "
+        "local` (or `zenoh`); without it they run in the orchestrator's process\n"
+    )
     assert main(["check", str(scenario_file), "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"problems": []}
 
@@ -50,6 +54,22 @@ def test_check_finds_connections_that_do_not_fit(
     assert "units differ: dBm and m" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("algorithm", ["algorithm=jacobi", "order=[car, base]"])
+def test_check_names_an_algebraic_loop_that_is_left_unsolved(
+    scenario_file: Path, capsys: pytest.CaptureFixture[str], algorithm: str
+) -> None:
+    """With its place; the scenario is right all the same. Without an order it is not."""
+    feedback = "connections=[{from: car.vehicle, to: base.vehicle}, {from: base.y, to: base.u}]"
+    check = ["check", str(scenario_file), "--set", feedback]
+    assert main([*check, "--set", f"coupling.{algorithm}"]) == 0
+    remark, verdict, _ = capsys.readouterr().out.strip().split("\n")
+    assert "coupling: algebraic loop: `base.u` -> `base.y` -> `base.u`; not solved" in remark
+    assert remark.endswith("(a remark)")
+    assert verdict.endswith("ok, 2 components, 3 connections")
+    assert main(check) == 2
+    assert "or give Gauss-Seidel an explicit order" in capsys.readouterr().out
+
+
 def test_check_of_a_file_that_does_not_exist(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -75,9 +95,9 @@ def test_graph_is_text_and_drawing(
         "direct feedthrough:\n"
         "  base: y depends on u, vehicle.x\n\n"
         "algebraic loops:\n"
-        "  algebraic loop: `base.u` -> `base.y` -> `base.u`; solve it with "
-        "`algorithm: fixed-point`, or give Gauss-Seidel an explicit order, which breaks the loop "
-        "with one step of delay, or use Jacobi, which delays every connection\n\n"
+        "  algebraic loop: `base.u` -> `base.y` -> `base.u`; not solved: a delay breaks it, so its "
+        "signals agree at the start only; solve it with `algorithm: quasi-newton` or "
+        "`fixed-point`\n\n"
         f"drawn in {drawing}\n"
     )
     root = ET.fromstring(drawing.read_text())  # noqa: S314 - our own file

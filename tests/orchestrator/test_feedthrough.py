@@ -7,7 +7,14 @@ from hypothesis import given, settings, strategies as st
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.errors import SystemStructureError
-from orchestrator.feedthrough import Loop, describe, feedthrough_order, loops
+from orchestrator.feedthrough import (
+    Loop,
+    describe,
+    describe_outcome,
+    feedthrough_order,
+    is_within,
+    loops,
+)
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
@@ -78,7 +85,8 @@ def test_a_loop_is_reported_with_every_connector_on_it_and_a_way_out() -> None:
     (loop,) = loops(looped)
     assert describe(loop) == (
         "algebraic loop: `gain.u` -> `gain.y` -> `sum.u` -> `sum.y` -> `gain.u`; solve it with "
-        "`algorithm: fixed-point`, or give Gauss-Seidel an explicit order, which breaks the loop "
+        "`algorithm: quasi-newton` or `fixed-point`, or give Gauss-Seidel "
+        "an explicit order, which breaks the loop "
         "with one step of delay, or use Jacobi, which delays every connection"
     )
     with pytest.raises(SystemStructureError) as error:
@@ -100,6 +108,15 @@ def test_entangled_loops_are_one_report() -> None:
     assert loop.path == tuple(map(Endpoint.parse, ("hub.u", "hub.y", "near.u", "near.y")))
     assert set(loop.others) == set(map(Endpoint.parse, ("hub.v", "far.u", "far.y")))
     assert "entangled with `hub.v`, `far.u`, `far.y`" in describe(loop)
+
+
+def test_a_loop_is_solved_if_one_set_has_all_of_it() -> None:
+    parts = {name: part("u", feedthrough="u") for name in "abc"}
+    (loop,) = loops(system(parts, "a.y > b.u", "b.y > a.u"))
+    assert is_within(loop, [frozenset("c"), frozenset("abc")])
+    assert not is_within(loop, [frozenset("ac"), frozenset("b")])
+    assert not is_within(loop, [])
+    assert describe_outcome(loop, is_solved=True).endswith("solved at every communication point")
 
 
 def test_a_component_connected_to_itself_is_a_loop() -> None:

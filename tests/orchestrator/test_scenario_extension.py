@@ -315,7 +315,9 @@ def test_the_manifest_repeats_the_run_without_the_files(
 def test_check_and_graph_take_such_files(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     path = write("components: {car: {step: 10 ms}}")
     assert main(["check", str(path)]) == 0
-    assert capsys.readouterr().out == f"{path}: ok, 2 components, 2 connections\n"
+    verdict, effect = capsys.readouterr().out.strip().split("\n")
+    assert verdict == f"{path}: ok, 2 components, 2 connections"
+    assert "`base`: `process: true` takes effect with" in effect
     assert main(["graph", str(path)]) == 0
     assert "10 ms" in capsys.readouterr().out
 

@@ -25,7 +25,7 @@ components:
   idle: {type: lone, step: 1 s}
 """
 OTHER = "6:3: components.other: the lamp can be in a process once, and it is in `one`; "
-RUN = "run with a transport that makes processes (`--transport zenoh`)"
+RUN = "run with a transport that makes processes (`--transport local`)"
 MARK = f"{OTHER}write `process: true` here and {RUN}"
 
 
@@ -81,7 +81,9 @@ def test_in_processes_of_their_own_they_run(
     """`check` remarks that it takes a transport, and a run without one is refused."""
     marked(path, *names)
     assert main(["check", str(path)]) == 0
-    assert said(path, capsys) == [f"{OTHER}{RUN} (a remark)", " ok, 5 components, 0 connections"]
+    remark, verdict, effect = said(path, capsys)
+    assert (remark, verdict) == (f"{OTHER}{RUN} (a remark)", " ok, 5 components, 0 connections")
+    assert "`process: true` takes effect with `nlosim run --transport local`" in effect
     for transport in ("in-process", "loopback"):
         out = path.parent / transport
         assert main(["run", str(path), "--transport", transport, "--out", str(out)]) == 2

@@ -61,7 +61,7 @@ def test_it_is_the_run_that_stops_there_wherever_components_run(
     common = ("components.traffic.step=100 ms", f"coupling={coupling}")
     runs = [
         run(capsys, tmp_path / transport, *common, UNTIL, transport=transport)
-        for transport in ("in-process", "loopback", "zenoh")
+        for transport in ("in-process", "loopback", "local", "zenoh")
     ]
     stop = f"time.stop={runs[0]['manifest']['reached_ns']} ns"
     runs.append(run(capsys, tmp_path / "stopped", *common, stop))

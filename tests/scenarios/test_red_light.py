@@ -110,7 +110,7 @@ def test_the_blocking_vehicles_obstruct_the_direct_link_when_the_ego_approaches(
 def test_the_fingerprint_does_not_depend_on_where_components_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """One process, the loopback, and five processes over Zenoh."""
+    """One process, the loopback, and five processes over either transport."""
     prints = {
         transport: nlosim(
             "run",
@@ -123,7 +123,7 @@ def test_the_fingerprint_does_not_depend_on_where_components_run(
             tmp_path / transport,
             capsys=capsys,
         )["fingerprint"]
-        for transport in ("in-process", "loopback", "zenoh")
+        for transport in ("in-process", "loopback", "local", "zenoh")
     }
     assert len(set(prints.values())) == 1, prints
     manifest = json.loads((tmp_path / "zenoh" / "manifest.json").read_text())
@@ -213,8 +213,11 @@ def run_directory(tmp_path: Path) -> Path:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="finds processes in /proc")
-def test_a_killed_component_ends_the_run_by_name_and_time(run_directory: Path) -> None:
-    process = started(run_directory, "--transport", "zenoh")
+@pytest.mark.parametrize("transport", ["local", "zenoh"])
+def test_a_killed_component_ends_the_run_by_name_and_time(
+    run_directory: Path, transport: str
+) -> None:
+    process = started(run_directory, "--transport", transport)
     hosts = hosts_of(process.pid)
     assert len(hosts) == 5
     (victim,) = (pid for words, pid in hosts.items() if "perception" in words)

@@ -40,7 +40,7 @@ def test_a_network_drives_alike_wherever_components_run(
 ) -> None:
     prints = {
         transport: fingerprint(capsys, tmp_path / transport, checkpoint, "4 s", transport)
-        for transport in ("in-process", "loopback", "zenoh")
+        for transport in ("in-process", "loopback", "local", "zenoh")
     }
     assert len(set(prints.values())) == 1, prints
 

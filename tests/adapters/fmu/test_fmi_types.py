@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from adapters.fmi import FmuComponentType
+from adapters.fmi.unpacked import host_folder
 from orchestrator.errors import ComponentTypeError
 from orchestrator.randomness import stream
 
@@ -86,10 +87,14 @@ def test_no_binary_for_this_machine(fmu: Callable[[str], Path], tmp_path: Path) 
     assert "it has binaries for ppc-aix" in text
 
 
-def test_a_binary_that_is_no_library(fmu: Callable[[str], Path], tmp_path: Path) -> None:
+def test_a_binary_that_is_damaged(fmu: Callable[[str], Path], tmp_path: Path) -> None:
+    """Its header is fine, what follows is missing."""
     with zipfile.ZipFile(fmu("lag")) as good:
-        name = next(n for n in good.namelist() if n.startswith("binaries/"))
-    path = copy_without_binaries(fmu("lag"), tmp_path / "a.fmu", **{name: "no library"})
+        name = next(n for n in good.namelist() if n.startswith(f"binaries/{host_folder(3)}/"))
+        head = good.read(name)[:32]
+    path = copy_without_binaries(fmu("lag"), tmp_path / "a.fmu")
+    with zipfile.ZipFile(path, "a") as target:
+        target.writestr(name, head)
     here = Path.cwd()
     component = FmuComponentType(path).create("lag", {})
     with pytest.raises(ComponentTypeError, match="cannot be loaded"):
@@ -109,12 +114,3 @@ def test_a_binary_of_another_build(fmu: Callable[[str], Path], tmp_path: Path) -
     component = FmuComponentType(path).create("lag", {})
     with pytest.raises(Exception, match=r"the instantiation token is `\{other"):
         component.setup(0, stream(1, "lag"))
-
-
-def test_files_outside_the_archive_are_refused(fmu: Callable[[str], Path], tmp_path: Path) -> None:
-    path = tmp_path / "a.fmu"
-    path.write_bytes(fmu("lag").read_bytes())
-    with zipfile.ZipFile(path, "a") as target:
-        target.writestr("/etc/evil", "x")
-    with pytest.raises(ComponentTypeError, match="cannot be unpacked"):
-        FmuComponentType(path).create("lag", {}).setup(0, stream(1, "lag"))

@@ -49,7 +49,7 @@ def test_the_second_instance_is_refused_at_its_line(scenario: Path) -> None:
     assert str(problem) == (
         f"{scenario}:6:3: components.other: the FMU `{name}` {{{name}-test}} can be in a process "
         "once, and it is in `one`; write `process: true` here and run with a transport that makes "
-        "processes (`--transport zenoh`)"
+        "processes (`--transport local`)"
     )
 
 

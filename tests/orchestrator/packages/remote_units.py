@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 from typing_extensions import override
 
+from orchestrator.capabilities import InitialEvaluation, PointEvaluation
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
-from orchestrator.signal import Causality, Connector, Signals
+from orchestrator.signal import Causality, Connector, Signals, Variability
 from orchestrator.timebase import Duration, Time
 
 INPUT = Causality.INPUT
@@ -207,6 +208,23 @@ def _leave_a_child() -> None:
     print(f"child {child.pid}", flush=True)  # noqa: T201
 
 
+def _fork_and_quit() -> None:
+    if os.fork() == 0:
+        os.setsid()  # out of reach, with a copy of every descriptor but the output
+        os.closerange(0, 3)
+        time.sleep(15)
+    os._exit(3)
+
+
+def _hand_down() -> None:
+    listing = ["ls", "-l", "/proc/self/fd"]
+    if (
+        b"socket"
+        in subprocess.run(listing, close_fds=False, capture_output=True, check=False).stdout
+    ):
+        raise RuntimeError("a child has a socket of its parent")
+
+
 def _read_input() -> None:
     sys.stdin.read()
 
@@ -226,6 +244,9 @@ DEEDS = {
     "print": lambda: print("hello from the unit"),  # noqa: T201
     "log": _log,
     "leave_a_child": _leave_a_child,
+    "fork_and_quit": _fork_and_quit,
+    "close_all": lambda: os.closerange(3, 200),
+    "hand_down": _hand_down,
     "read_input": _read_input,
 }
 
@@ -265,3 +286,126 @@ class Drawing(RestorableComponent[tuple[dict[str, Any], float]]):
     @override
     def restore(self, state: tuple[dict[str, Any], float]) -> None:
         self._rng.bit_generator.state, self._y = state
+
+
+class Untried(Component):
+    """y = u / 2, known at `initialise` and in a step only."""
+
+    connectors: Mapping[str, Connector] = {
+        "u": Connector(causality=INPUT),
+        "y": Connector(causality=OUTPUT, feedthrough=frozenset({"u"})),
+    }
+
+    def __init__(self) -> None:
+        self._y = 0.0
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._y = 0.0
+
+    @override
+    def initialise(self, inputs: Signals) -> None:
+        self._y = 0.5 * float(np.asarray(inputs["u"]))
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self.initialise(inputs)
+
+    @override
+    def outputs(self) -> Signals:
+        return {"y": np.array(self._y)}
+
+
+class Evaluated(Component, InitialEvaluation):
+    """y = 1 - u / 2, also before it is initialised."""
+
+    connectors: Mapping[str, Connector] = Untried.connectors
+
+    def __init__(self) -> None:
+        self._y = 0.0
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._y = 0.0
+
+    @override
+    def evaluate(self, inputs: Signals) -> Signals:
+        return {"y": np.array(1 - 0.5 * float(np.asarray(inputs["u"])))}
+
+    @override
+    def initialise(self, inputs: Signals) -> None:
+        self._y = float(np.asarray(self.evaluate(inputs)["y"]))
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self.initialise(inputs)
+
+    @override
+    def outputs(self) -> Signals:
+        return {"y": np.array(self._y)}
+
+
+class Follower(RestorableComponent[float]):
+    """y' = u - y / 2 from 1, by Euler; both are continuous."""
+
+    connectors: Mapping[str, Connector] = {
+        "u": Connector(causality=INPUT, variability=Variability.CONTINUOUS),
+        "y": Connector(causality=OUTPUT, variability=Variability.CONTINUOUS),
+    }
+
+    def __init__(self) -> None:
+        self._y = 1.0
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._y = 1.0
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._y += 1e-9 * h * (float(np.asarray(inputs["u"])) - 0.5 * self._y)
+
+    @override
+    def outputs(self) -> Signals:
+        return {"y": np.array(self._y)}
+
+    @override
+    def save(self) -> float:
+        return self._y
+
+    @override
+    def restore(self, state: float) -> None:
+        self._y = state
+
+
+class Anew(Component, PointEvaluation):
+    """x' = u / 4 - x by Euler, from 1; y = x - u / 2, at every time for every u."""
+
+    connectors: Mapping[str, Connector] = {
+        "u": Connector(causality=INPUT),
+        "x": Connector(causality=OUTPUT),
+        "y": Connector(causality=OUTPUT, feedthrough=frozenset({"u"})),
+    }
+
+    def __init__(self) -> None:
+        self._x, self._u = 1.0, 0.0
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._x, self._u = 1.0, 0.0
+
+    @override
+    def initialise(self, inputs: Signals) -> None:
+        self._u = float(np.asarray(inputs["u"]))
+
+    @override
+    def evaluate(self, inputs: Signals) -> Signals:
+        return {"x": np.array(self._x), "y": np.array(self._x - np.asarray(inputs["u"]) / 2)}
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._u = float(np.asarray(inputs["u"]))
+        self._x += 1e-9 * h * (0.25 * self._u - self._x)
+
+    @override
+    def outputs(self) -> Signals:
+        return {"x": np.array(self._x), "y": np.array(self._x - self._u / 2)}

@@ -1,0 +1,120 @@
+"""Where a participant steps: in the calling thread, or elsewhere."""
+
+from collections.abc import Mapping
+from contextlib import nullcontext, suppress
+from time import perf_counter_ns
+
+from typing_extensions import override
+
+from orchestrator.algorithm.participant import Participant
+from orchestrator.component import Component, ConcurrentComponent
+from orchestrator.errors import ComponentError
+from orchestrator.native import NativeUnit
+from orchestrator.signal import Connector
+from orchestrator.timebase import Duration, Time
+
+
+class LocalParticipant(Participant):
+    """A component that steps in the calling thread: `begin` does all the work."""
+
+    __slots__ = ()
+
+    is_concurrent = False
+
+    @override
+    def native(self) -> NativeUnit | None:
+        return self._component.native()
+
+    @override
+    def begin(self, t: Time, h: Duration | None = None) -> None:
+        before = perf_counter_ns()
+        try:
+            for piece in self._begun(t, h):
+                self._follow(piece)
+                self._component.step(piece.inputs, piece.t, piece.h)
+            outputs = self._outputs()
+            self.wall_time_ns += perf_counter_ns() - before
+            self._accept(outputs, t)
+        except Exception as error:
+            raise self._failure(t, error) from error
+
+    @override
+    def begin_ahead(self, t: Time) -> None:
+        pass
+
+    @override
+    def finish(self) -> None:
+        pass
+
+    @override
+    def settle(self) -> None:
+        pass
+
+
+class ConcurrentParticipant(Participant):
+    """A component that steps elsewhere between `begin` and `finish`."""
+
+    __slots__ = ("_begun_at", "_concurrent", "_is_ahead")
+
+    is_concurrent = True
+
+    def __init__(
+        self,
+        name: str,
+        component: ConcurrentComponent,
+        connectors: Mapping[str, Connector],
+        step_size: Duration,
+    ) -> None:
+        super().__init__(name, component, connectors, step_size)
+        self._concurrent = component
+        self._begun_at: Time = 0
+        self._is_ahead = False
+
+    @override
+    def begin(self, t: Time, h: Duration | None = None) -> None:
+        self._begun_at = t
+        before = perf_counter_ns()
+        try:
+            *whole, last = self._begun(t, h)
+            for piece in whole:
+                self._follow(piece)
+                self._concurrent.step(piece.inputs, piece.t, piece.h)
+            self._follow(last)
+            self._concurrent.begin_step(last.inputs, last.t, last.h)
+        except Exception as error:
+            raise self._failure(t, error) from error
+        self.is_begun, self._is_ahead = True, False
+        self.wall_time_ns += perf_counter_ns() - before
+
+    @override
+    def finish(self) -> None:
+        self.is_begun = False
+        before = perf_counter_ns()
+        try:
+            self._concurrent.finish_step()
+            outputs = self._outputs()
+            self.wall_time_ns += perf_counter_ns() - before
+            self._accept(outputs, self._begun_at)
+        except Exception as error:
+            raise self._failure(self._begun_at, error) from error
+
+    @override
+    def begin_ahead(self, t: Time) -> None:
+        if not self.sources:
+            self.begin(t)
+            self._is_ahead = True
+
+    @override
+    def settle(self) -> None:
+        if self.is_begun:
+            with suppress(ComponentError) if self._is_ahead else nullcontext():
+                self.finish()
+
+
+def participant(
+    name: str, component: Component, connectors: Mapping[str, Connector], step_size: Duration
+) -> Participant:
+    """The participant that suits the capabilities of `component`."""
+    if isinstance(component, ConcurrentComponent):
+        return ConcurrentParticipant(name, component, connectors, step_size)
+    return LocalParticipant(name, component, connectors, step_size)

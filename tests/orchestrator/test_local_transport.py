@@ -1,0 +1,139 @@
+"""What the socket pair of the transport `local` promises beyond what every transport does."""
+
+import importlib
+import socket
+import struct
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import TypeAlias
+
+import pytest
+
+from orchestrator.errors import ComponentError, ComponentTypeError
+from orchestrator.placement import transport_type
+from orchestrator.randomness import stream
+from orchestrator.remote import local
+from orchestrator.remote.component import Deadlines
+from orchestrator.remote.local import LocalTransport
+
+pytestmark = pytest.mark.skipif(
+    not Path("/proc/self/fd").exists(), reason="counts descriptors in /proc"
+)
+
+
+@pytest.fixture
+def runs(monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
+    """The module `remote_runs`; afterwards no descriptor may be left."""
+    monkeypatch.syspath_prepend(Path(__file__).parent / "packages")
+    before = descriptors()
+    yield importlib.import_module("remote_runs")
+    for module in ("remote_runs", "remote_units"):
+        sys.modules.pop(module, None)
+    assert descriptors() == before
+
+
+def descriptors() -> set[str]:
+    """The open descriptors of this process, and what they are."""
+    found = set()
+    for entry in Path("/proc/self/fd").iterdir():
+        if entry.exists() or entry.is_symlink():
+            found.add(f"{entry.name} {str(entry.readlink()).partition(':')[0]}")
+    return found
+
+
+Pair: TypeAlias = tuple[socket.socket, socket.socket]
+
+
+@pytest.fixture
+def pair() -> Iterator[Pair]:
+    """Both ends of a socket pair."""
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        yield ours, theirs
+
+
+def test_it_is_built_in() -> None:
+    assert transport_type("local") is LocalTransport
+    with pytest.raises(ComponentTypeError, match="did you mean `local`"):
+        transport_type("locale")
+
+
+def test_a_frozen_process_ends_the_run_at_the_deadline(runs: ModuleType) -> None:
+    with pytest.raises(ComponentError) as caught:
+        runs.run_reckless(LocalTransport(), deadlines=Deadlines(step=0.5), deed="freeze")
+    message = "component `b` at t = 0.02 s: did not answer within 0.5 s (to `step`)"
+    assert str(caught.value) == message
+
+
+def test_a_host_that_a_child_outlives_is_noticed_at_once(runs: ModuleType) -> None:
+    """A forked child has the socket as well, so that its end is not the end of the host."""
+    before = time.monotonic()
+    with pytest.raises(ComponentError, match="its process exited with code 3"):
+        runs.run_reckless(LocalTransport(), deed="fork_and_quit")
+    assert time.monotonic() - before < 10  # the child takes 15 s, the deadline of a step is 30 s
+
+
+def test_a_component_that_closes_the_socket_is_reported(runs: ModuleType) -> None:
+    with pytest.raises(ComponentError) as caught:
+        runs.run_reckless(LocalTransport(), deed="close_all")
+    assert str(caught.value).startswith("component `b` at t = 0.02 s: ")
+    assert "its process exited with code 1; it wrote last:" in str(caught.value)
+
+
+def test_what_a_component_starts_does_not_get_the_socket(runs: ModuleType) -> None:
+    assert runs.run_reckless(LocalTransport(), deed="hand_down").times[-1] == 60_000_000
+
+
+def test_a_message_that_comes_in_pieces_survives_the_end_of_the_waiting(pair: Pair) -> None:
+    messages, theirs = local._Messages(pair[0]), pair[1]
+    body = bytes(range(256)) * 40_000  # more than a socket keeps
+    frame = struct.pack("<Q", len(body)) + body
+
+    def send(piece: bytes) -> None:
+        thread = threading.Thread(target=theirs.sendall, args=(piece,))
+        thread.start()
+        with pytest.raises(TimeoutError):
+            messages.receive(time.monotonic() + 0.3)
+        thread.join()
+
+    for start, end in ((0, 3), (3, 8), (8, 5_000_000)):
+        send(frame[start:end])
+    sender = threading.Thread(target=theirs.sendall, args=(frame[5_000_000:],))
+    sender.start()
+    assert messages.receive(time.monotonic() + 10) == body
+    sender.join()
+
+
+def test_a_length_that_is_a_lie_takes_no_memory(pair: Pair) -> None:
+    messages, theirs = local._Messages(pair[0]), pair[1]
+    theirs.sendall(struct.pack("<Q", 2**64 - 1) + b"x")
+    theirs.close()
+    with pytest.raises(EOFError):
+        messages.receive(time.monotonic() + 5)
+
+
+@pytest.mark.parametrize("length", [0, 1, 2**20 - 8, 2**20, 3 * 2**20 + 1])
+def test_messages_of_every_length_come_whole(pair: Pair, length: int) -> None:
+    sent = stream(1, "message").bytes(length)
+    ours, theirs = map(local._Messages, pair)
+
+    def send() -> None:
+        for _ in range(2):
+            ours.send(sent)
+
+    sender = threading.Thread(target=send)
+    sender.start()
+    assert [theirs.receive(time.monotonic() + 10) for _ in range(2)] == [sent] * 2
+    sender.join()
+
+
+def test_messages_that_come_together_are_told_apart(pair: Pair) -> None:
+    ours, theirs = map(local._Messages, pair)
+    sent = [b"", b"one", b"", b"another"]
+    for message in sent:
+        ours.send(message)
+    assert [theirs.receive(time.monotonic() + 10) for _ in sent] == sent
