@@ -25,8 +25,8 @@ Capability = TypeVar("Capability")
 class Component(abc.ABC):
     """One subsystem of a co-simulation.
 
-    Guaranteed order of calls: `setup`, `initialise`, (`step`)*, `close`; `outputs` at any
-    point between `initialise` and `close`. `close` is called also after an error.
+    Guaranteed order of calls: `expect_stop`, `setup`, `initialise`, (`step`)*, `close`; `outputs`
+    at any point between `initialise` and `close`. `close` is called also after an error.
 
     Signals are handed over, not copied: an array given to a component is read-only, and an
     array returned by `outputs` is never written to again by the component (it becomes
@@ -57,6 +57,12 @@ class Component(abc.ABC):
         Args:
             start: the first communication point.
             rng: the component's own random stream; its only source of randomness.
+        """
+
+    def expect_stop(self, stop: Time) -> None:
+        """Hear when the run ends at the latest [ns]; called before each `setup`, if it is known.
+
+        A component that has no use for that does nothing.
         """
 
     def initialise(self, inputs: Signals) -> None:
@@ -164,6 +170,10 @@ class WrappedComponent(Component):
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         self._wrapped.setup(start, rng)
+
+    @override
+    def expect_stop(self, stop: Time) -> None:
+        self._wrapped.expect_stop(stop)
 
     @override
     def initialise(self, inputs: Signals) -> None:

@@ -67,6 +67,8 @@ class Parameter:
         minimum, maximum: inclusive bounds of numbers, and of all that a distribution may
             draw, in `unit`.
         doc: one sentence.
+        is_optional: whether the component behaves as usual without it, so that resolved scenarios
+            do not write its default out.
     """
 
     type: Any
@@ -75,6 +77,7 @@ class Parameter:
     minimum: float | None = None
     maximum: float | None = None
     doc: str = ""
+    is_optional: bool = False
 
 
 class Parametrised:

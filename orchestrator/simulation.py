@@ -62,7 +62,7 @@ def simulate(
     plan: RunPlan | None = None
     with run.guarded("simulating"), branching.confined():
         audience.begin(system, start, stop)
-        exchange.set_up(start, seed)
+        exchange.set_up(start, stop, seed)
         initialise(system, exchange, start, solved)
         wanted = None if branching.has_decisions else audience.wants(system)
         if compiled and wanted is not None:

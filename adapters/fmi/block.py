@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from adapters.fmi.description import FmuVariable
+from adapters.fmi.variable import FmuVariable
 from orchestrator.signal import Array
 
 

@@ -10,10 +10,11 @@ from typing_extensions import override
 
 from adapters.fmi.block import shape_of
 from adapters.fmi.connectors import SEED, connectors, is_seed
-from adapters.fmi.description import DTYPES, FmuDescription, FmuVariable
+from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.sizes import Sizes
+from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.capabilities import InitialEvaluation
 from orchestrator.component import Capability, Component, WrappedRestorableComponent
 from orchestrator.native import NativeOwner, NativeUnit
@@ -41,13 +42,25 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
     Inputs that are the objects they were at the last step are not set again. When the length
     of a named axis changes, the FMU is reconfigured and every array along that axis is set
     again (FMI 3.0.2, section 2.2.9).
+
+    Args:
+        description: of the FMU.
+        values: of parameters, and start values of what is neither parameter nor input.
+        instantiate: makes the instance.
+        tolerance: relative, for the solver of the FMU; `None`: its own.
     """
 
     def __init__(
-        self, description: FmuDescription, values: Mapping[str, Any], instantiate: Instantiate
+        self,
+        description: FmuDescription,
+        values: Mapping[str, Any],
+        instantiate: Instantiate,
+        *,
+        tolerance: float | None,
     ) -> None:
         self._description = description
         self._values = values
+        self._tolerance = tolerance
         self._instantiate = instantiate
         self._sizes = Sizes(description, values)
         self._connectors = connectors(description, self._sizes.start)
@@ -61,12 +74,17 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         self._read: Signals = {}
         self._seed: int | None = None
         self._start: Time = 0
+        self._stop: Time | None = None
         self._is_initialising = False
 
     @property
     @override
     def connectors(self) -> Mapping[str, Connector]:
         return self._connectors
+
+    @override
+    def expect_stop(self, stop: Time) -> None:
+        self._stop = stop
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -125,7 +143,11 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         if changed:
             instance.configure(changed)
         self._set_parameters(instance)
-        instance.enter_initialisation(seconds(self._start))
+        instance.enter_initialisation(
+            seconds(self._start),
+            stop=None if self._stop is None else seconds(self._stop),
+            tolerance=self._tolerance,
+        )
         self._written = {}
 
     def _set_parameters(self, instance: FmuInstance) -> None:

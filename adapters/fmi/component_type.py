@@ -15,8 +15,10 @@ from adapters.fmi.fmi2 import Fmi2Instance
 from adapters.fmi.fmi3 import Fmi3Instance
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.messages import MessageLog
-from adapters.fmi.settings import settings
+from adapters.fmi.options import Said, option_parameters, with_locals
+from adapters.fmi.settings import settings, start_settings
 from adapters.fmi.sizes import Sizes
+from adapters.fmi.starts import start_parameters, started
 from adapters.fmi.step_size import step_problem
 from adapters.fmi.unpacked import check_binary
 from orchestrator.component import Component
@@ -50,7 +52,12 @@ class FmuComponentType(ComponentType):
     @property
     @override
     def parameters(self) -> Mapping[str, Parameter]:
-        return MappingProxyType(parameters(self._fmu, self._sizes.chosen))
+        chosen = self._sizes.chosen
+        return MappingProxyType(
+            parameters(self._fmu, chosen)
+            | start_parameters(self._fmu, chosen)
+            | option_parameters(self._fmu)
+        )
 
     @override
     def once_per_process(self, values: Mapping[str, Any]) -> str | None:
@@ -70,15 +77,21 @@ class FmuComponentType(ComponentType):
         offered = self.parameters
         if unknown := sorted(set(values) - set(offered)):
             raise ComponentTypeError(f"{self._fmu.path}: there is no parameter `{unknown[0]}`")
-        native = settings(self._fmu, values)
+        said = Said.of(self._fmu, values)
+        fmu = with_locals(self._fmu, said.options.locals)
+        native = settings(fmu, said.parameters)
+        starts = start_settings(fmu, said.parameters, said.starts)
+        fmu = started(fmu, starts)
+        native |= {n: v for n, v in starts.items() if fmu.variables[n].causality != "input"}
         log = MessageLog(name)
-        for missing in left_out(self._fmu):
-            log.note(f"{missing} of {self._fmu.path.name} cannot be connected")
-        may_restore = self._fmu.can_restore
+        for missing in left_out(fmu):
+            log.note(f"{missing} of {fmu.path.name} cannot be connected")
+        may_restore = fmu.can_restore
         component = FmuComponent(
-            self._fmu,
+            fmu,
             native,
-            functools.partial(_instantiate, self._fmu, name, log, may_restore=may_restore),
+            functools.partial(_instantiate, fmu, name, log, may_restore=may_restore),
+            tolerance=said.options.tolerance,
         )
         return RestorableFmuComponent(component) if may_restore else component
 

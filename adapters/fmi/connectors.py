@@ -7,7 +7,8 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from adapters.fmi.block import shape_of, size_text
-from adapters.fmi.description import DTYPES, FmuDescription, FmuVariable
+from adapters.fmi.description import FmuDescription
+from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.parameters import DRAWN, REQUIRED, Parameter
 from orchestrator.signal import Causality, Connector, Signal, Variability
 
@@ -96,7 +97,7 @@ def parameters(description: FmuDescription, chosen: frozenset[str]) -> dict[str,
         chosen: the structural parameters that are not the length of any input.
     """
     own = [v for v in description.of("parameter") if v.variability != "constant"]
-    found = {v.name: _parameter(v) for v in own if _is_offered(v, chosen)}
+    found = {v.name: _parameter(v) for v in own if is_offered(v, chosen)}
     structural = (v for v in description.of("structuralParameter") if v.name in chosen)
     return found | {v.name: _parameter(v) for v in structural}
 
@@ -108,7 +109,7 @@ def is_seed(variable: FmuVariable) -> bool:
     return variable.name == SEED and is_integer and is_scalar_parameter and not variable.items
 
 
-def _is_offered(variable: FmuVariable, chosen: frozenset[str]) -> bool:
+def is_offered(variable: FmuVariable, chosen: frozenset[str]) -> bool:
     """Whether a scenario can set it; not if its length follows the inputs during the run."""
     structural = {axis.structural for axis in variable.axes} - {None}
     has_type = variable.type in DTYPES or (variable.type == "String" and not variable.axes)
@@ -116,26 +117,27 @@ def _is_offered(variable: FmuVariable, chosen: frozenset[str]) -> bool:
 
 
 def _parameter(variable: FmuVariable) -> Parameter:
-    element = _element_type(variable)
+    element = element_type(variable)
     is_number = element in {int, float}
     return Parameter(
         type=tuple[element, ...] if variable.axes else element,  # type: ignore[valid-type]
         unit=variable.unit if is_number else "1",
-        default=_default(variable),
+        default=default_of(variable),
         minimum=variable.minimum if is_number else None,
         maximum=variable.maximum if is_number else None,
-        doc=variable.description + _size_note(variable),
+        doc=variable.description + size_note(variable),
     )
 
 
-def _element_type(variable: FmuVariable) -> Any:
+def element_type(variable: FmuVariable) -> Any:
+    """The type of an element in a scenario."""
     if variable.items:
         return Literal[tuple(variable.items)]
     return _PYTHON_TYPES.get(variable.type, int)
 
 
-def _default(variable: FmuVariable) -> Any:
-    """The start value; arrays may have one for all elements, in any size."""
+def default_of(variable: FmuVariable) -> Any:
+    """The start value for people; arrays may have one for all elements, in any size."""
     if is_seed(variable):
         return DRAWN
     start = variable.start
@@ -147,7 +149,8 @@ def _default(variable: FmuVariable) -> Any:
     return start if variable.axes else start[0]
 
 
-def _size_note(variable: FmuVariable) -> str:
+def size_note(variable: FmuVariable) -> str:
+    """How many values an array takes; empty for a scalar."""
     if not variable.axes:
         return ""
     order = " row by row" if len(variable.axes) > 1 else ""

@@ -94,8 +94,17 @@ class Fmi2Instance(LoadedInstance):
         self._handle.call("fmi2SetString", reference, 1, pointer)
 
     @override
-    def enter_initialisation(self, t: float) -> None:
-        self._handle.call("fmi2SetupExperiment", 0, 0.0, t, 0, 0.0)
+    def enter_initialisation(
+        self, t: float, *, stop: float | None, tolerance: float | None
+    ) -> None:
+        self._handle.call(
+            "fmi2SetupExperiment",
+            int(tolerance is not None),
+            tolerance or 0.0,
+            t,
+            int(stop is not None),
+            stop or 0.0,
+        )
         self._handle.call("fmi2EnterInitializationMode")
 
     @override

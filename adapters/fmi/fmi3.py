@@ -11,13 +11,14 @@ import numpy as np
 from typing_extensions import override
 
 from adapters.fmi.block import Block
-from adapters.fmi.description import DTYPES, FmuDescription
+from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError
 from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.unpacked import LoadedFmu
+from adapters.fmi.variable import DTYPES
 from orchestrator.signal import Signal
 
 _ARRAYS: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)
@@ -117,8 +118,17 @@ class Fmi3Instance(LoadedInstance):
         self._handle.call("fmi3SetString", reference, 1, pointer, 1)
 
     @override
-    def enter_initialisation(self, t: float) -> None:
-        self._handle.call("fmi3EnterInitializationMode", False, 0.0, t, False, 0.0)  # noqa: FBT003
+    def enter_initialisation(
+        self, t: float, *, stop: float | None, tolerance: float | None
+    ) -> None:
+        self._handle.call(
+            "fmi3EnterInitializationMode",
+            tolerance is not None,
+            tolerance or 0.0,
+            t,
+            stop is not None,
+            stop or 0.0,
+        )
 
     @override
     def step(self, t: float, h: float) -> None:

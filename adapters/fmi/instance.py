@@ -63,8 +63,16 @@ class FmuInstance(abc.ABC):
         """Set parameters that are strings."""
 
     @abc.abstractmethod
-    def enter_initialisation(self, t: float) -> None:
-        """Enter initialisation mode at time `t` [s]."""
+    def enter_initialisation(
+        self, t: float, *, stop: float | None, tolerance: float | None
+    ) -> None:
+        """Enter initialisation mode at time `t` [s].
+
+        Args:
+            t: the first communication point [s].
+            stop: the last one, if it is known [s].
+            tolerance: relative, for the solver of the FMU; `None`: its own.
+        """
 
     @abc.abstractmethod
     def exit_initialisation(self) -> None:

@@ -15,6 +15,7 @@ from adapters.fmi.description import FmuDescription
 from adapters.fmi.handle import FunctionNames, Handle
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.messages import MessageLog
+from adapters.fmi.starts import startable
 from adapters.fmi.unpacked import LoadedFmu
 from orchestrator.native import NativeKind, NativeOwner, NativeUnit, NativeVariable
 from orchestrator.signal import Connector, Signal
@@ -51,6 +52,7 @@ class LoadedInstance(FmuInstance):
         self._blocks = [
             *blocks(description.of("structuralParameter", "parameter"), self.dtypes),
             *blocks(description.of("input"), self.dtypes),
+            *blocks((v for v in startable(description) if v.causality != "input"), self.dtypes),
         ]
         self._block_of = {v.name: block for block in self._blocks for v in block.variables}
         self._output_blocks = blocks(description.of("output"), self.dtypes)

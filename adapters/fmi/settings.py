@@ -5,8 +5,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from adapters.fmi.block import shape_of, size_text
-from adapters.fmi.description import FmuDescription, FmuVariable
+from adapters.fmi.description import FmuDescription
 from adapters.fmi.sizes import Sizes
+from adapters.fmi.starts import PREFIX
+from adapters.fmi.variable import FmuVariable
 from orchestrator.errors import ComponentTypeError
 from orchestrator.suggestion import suggestion
 
@@ -26,12 +28,10 @@ def settings(description: FmuDescription, values: Mapping[str, Any]) -> dict[str
         ComponentTypeError: an array has the wrong length, or an Enumeration no such item.
     """
     lengths = Sizes(description, values).start
-    found = {}
-    for name, value in values.items():
-        variable = description.variables[name]
-        if variable.axes:
-            _check_length(variable, lengths, len(value))
-        found[name] = _numbers(variable, value)
+    found = {
+        name: _setting(description.variables[name], name, value, lengths)
+        for name, value in values.items()
+    }
     return found | {
         variable.name: _start(variable, lengths)
         for variable in description.of("parameter")
@@ -39,7 +39,37 @@ def settings(description: FmuDescription, values: Mapping[str, Any]) -> dict[str
     }
 
 
-def _check_length(variable: FmuVariable, lengths: Mapping[str, int], given: int) -> None:
+def start_settings(
+    description: FmuDescription, values: Mapping[str, Any], starts: Mapping[str, Any]
+) -> dict[str, Any]:
+    """The start values to be set, by variable; as `settings`.
+
+    Args:
+        description: the FMU.
+        values: of parameters, by name.
+        starts: of other variables, by name; `None`: what the FMU says itself.
+
+    Raises:
+        ComponentTypeError: see `settings`.
+    """
+    lengths = Sizes(description, values).start
+    return {
+        name: _setting(description.variables[name], PREFIX + name, value, lengths)
+        for name, value in starts.items()
+        if value is not None
+    }
+
+
+def _setting(variable: FmuVariable, called: str, value: Any, lengths: Mapping[str, int]) -> Any:
+    """`value` as FMI takes it."""
+    if variable.axes:
+        _check_length(variable, called, lengths, len(value))
+    return _numbers(variable, called, value)
+
+
+def _check_length(
+    variable: FmuVariable, called: str, lengths: Mapping[str, int], given: int
+) -> None:
     count = math.prod(shape_of(variable, lengths))
     if given in {1, count}:
         return
@@ -48,18 +78,18 @@ def _check_length(variable: FmuVariable, lengths: Mapping[str, int], given: int)
     hint = ", or one for all"
     if len(variable.axes) == len(structural) == 1 and given:
         hint = f", one for all, or `{structural.pop()}: {given}`"
-    raise ComponentTypeError(f"`{variable.name}` has {given} values; write {count}{why}{hint}")
+    raise ComponentTypeError(f"`{called}` has {given} values; write {count}{why}{hint}")
 
 
-def _numbers(variable: FmuVariable, value: Any) -> Any:
+def _numbers(variable: FmuVariable, called: str, value: Any) -> Any:
     """`value` with the numbers of items in the place of their names."""
     if not variable.items:
         return value
     if isinstance(value, tuple | list):
-        return tuple(_numbers(variable, item) for item in value)
+        return tuple(_numbers(variable, called, item) for item in value)
     if value not in variable.items:
         hint = suggestion(str(value), variable.items)
-        raise ComponentTypeError(f"`{variable.name}` has no item `{value}`; {hint}")
+        raise ComponentTypeError(f"`{called}` has no item `{value}`; {hint}")
     return variable.items[value]
 
 

@@ -6,8 +6,9 @@ from typing import Any
 
 from adapters.fmi.block import shape_of
 from adapters.fmi.connectors import start_value
-from adapters.fmi.description import FmuDescription, FmuVariable
+from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError
+from adapters.fmi.variable import FmuVariable
 from orchestrator.signal import Array, Signal, Signals
 
 

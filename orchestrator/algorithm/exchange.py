@@ -122,11 +122,11 @@ class Exchange:
                 histories = {source: self.participants[source].remember() for source in sources}
                 each.approximate(InputCourses(feeds, histories, degree, is_smooth=is_smooth))
 
-    def set_up(self, start: Time, seed: int) -> None:
+    def set_up(self, start: Time, stop: Time, seed: int) -> None:
         """Let every component enter its initial state."""
         self.sources.start(start)
         for name, each in self.participants.items():
-            each.set_up(start, stream(seed, name))
+            each.set_up(start, stop, stream(seed, name))
 
     def settle(self) -> None:
         """Wait for steps that were begun and end beyond the last communication point."""

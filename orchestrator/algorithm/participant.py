@@ -106,10 +106,11 @@ class Participant(abc.ABC):
         """Let inputs run as these polynomials over every step from now on."""
         self._pieces = Pieces(self._component, courses)
 
-    def set_up(self, start: Time, rng: np.random.Generator) -> None:
-        """Enter the initial state at `start`."""
+    def set_up(self, start: Time, stop: Time, rng: np.random.Generator) -> None:
+        """Enter the initial state at `start`, of a run that ends at `stop` at the latest."""
         before = perf_counter_ns()
         try:
+            self._component.expect_stop(stop)
             self._component.setup(start, rng)
             self._reached = start
         except Exception as error:

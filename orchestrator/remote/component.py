@@ -179,11 +179,16 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
         self._capabilities = {CAPABILITIES[name] for name in offered}
         self._is_set_up = False
         self._forgotten: list[int] = []
+        self._stop: Time | None = None
 
     @property
     @override
     def connectors(self) -> Mapping[str, Connector]:
         return self._connectors
+
+    @override
+    def expect_stop(self, stop: Time) -> None:
+        self._stop = stop
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -193,7 +198,7 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
         self._values = {}
         self._forgotten = []
         self._is_set_up = True
-        document = {"rng": generator_to_document(rng)}
+        document = {"rng": generator_to_document(rng), "stop": self._stop}
         self._dialogue.ask(Kind.SETUP, t=start, document=document)
         self._dialogue.answer(self._deadlines.create)
 

@@ -156,6 +156,8 @@ class ComponentHost:
         self._states.clear()
         document = command.document
         self._needs_close = True
+        if document.get("stop") is not None:
+            self._created().expect_stop(document["stop"])
         self._created().setup(command.t, generator_from_document(document["rng"]))
         return self._done(command).encode()
 

@@ -59,12 +59,13 @@ class ComponentUse:
     def all_values(self) -> Mapping[str, Any]:
         """The parameters that the scenario sets, and the defaults of all others.
 
-        Seeds that the component draws itself have no value here.
+        Seeds that the component draws itself have no value here, nor have optional parameters
+        that the scenario does not set.
         """
         defaults = {
             name: parameter.default
             for name, parameter in self.type.parameters.items()
-            if parameter.default not in (REQUIRED, DRAWN)
+            if parameter.default not in (REQUIRED, DRAWN) and not parameter.is_optional
         }
         return {**defaults, **self.values}
 

@@ -16,9 +16,12 @@ HERE = Path(__file__).parent
 def built(name: str, version: int, folder: Path) -> Path:
     """The FMU in the folder `name`."""
     library = folder / f"{name}{fmpy.sharedLibraryExtension}"
+    sources = sorted((HERE / name).glob("*.c"))
+    if version == 3:
+        sources.append(HERE / "absent3.c")
     compile_library(
         select_targets(["host"])[0],
-        sources=sorted((HERE / name).glob("*.c")),
+        sources=sources,
         include=[HERE / name],
         system_include=fmi_headers(),
         library=library,
@@ -40,3 +43,9 @@ def lag2(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def ends3(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The FMI 3.0 FMU in the folder `ends3`: its steps say what came."""
     return built("ends3", 3, tmp_path_factory.mktemp("ends3"))
+
+
+@pytest.fixture(scope="session")
+def starts3(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMI 3.0 FMU in the folder `starts3`: it shows what it was told before the first step."""
+    return built("starts3", 3, tmp_path_factory.mktemp("starts3"))

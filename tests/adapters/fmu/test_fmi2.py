@@ -65,7 +65,11 @@ def test_connectors_and_parameters_are_those_of_the_description(lag2: Path) -> N
     assert connectors["x"].feedthrough == frozenset()
     assert connectors["count_out"].feedthrough == {"count_in"}
     assert connectors["flag_out"].feedthrough == {"u", "count_in", "flag_in"}  # not declared
-    assert set(kind.parameters) == {"time_constant", "fail_at", "fail_as", "method"}
+    assert set(kind.parameters) == {
+        *("time_constant", "fail_at", "fail_as", "method"),
+        *("start.u", "start.count_in", "start.flag_in"),
+        *("fmi.tolerance", "fmi.locals"),
+    }
     assert "without `label` (String)" in kind.description
 
 
@@ -143,3 +147,15 @@ def test_a_fmu_without_states_is_not_restorable(lag2: Path, tmp_path: Path) -> N
     component.step(INPUTS, 0, STEP)
     assert not component.outputs()["rollback"]
     component.close()
+
+
+def test_stop_time_tolerance_and_start_values_arrive(lag2: Path) -> None:
+    values = {"fmi.locals": ("stop", "tolerance"), "fmi.tolerance": 1e-3, "start.count_in": 5}
+    lag = FmuComponentType(lag2).create("lag", values)
+    assert lag.connectors["count_in"].start_value() == 5
+    lag.expect_stop(7 * STEP)
+    lag.setup(0, stream(1, "lag"))
+    lag.initialise(INPUTS)
+    assert lag.outputs()["stop"] == 0.7
+    assert lag.outputs()["tolerance"] == 1e-3
+    lag.close()

@@ -7,7 +7,7 @@
 #include "misbehave.h"
 
 typedef struct {
-    fmi2Real time_constant, fail_at, u, x, t;
+    fmi2Real time_constant, fail_at, u, x, stop, tolerance, t;
     fmi2Integer fail_as, count, method;
     fmi2Boolean flag, rollback;
     const fmi2CallbackFunctions *callbacks;
@@ -37,8 +37,10 @@ void fmi2FreeInstance(fmi2Component c) {
 }
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean td, fmi2Real tol, fmi2Real start,
                                fmi2Boolean sd, fmi2Real stop) {
-    (void)td, (void)tol, (void)sd, (void)stop;
-    ((Lag *)c)->t = start;
+    Lag *lag = c;
+    lag->t = start;
+    lag->stop = sd ? stop : -1;
+    lag->tolerance = td ? tol : -1;
     return fmi2OK;
 }
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { (void)c; return fmi2OK; }
@@ -47,8 +49,8 @@ fmi2Status fmi2Terminate(fmi2Component c) { (void)c; return fmi2OK; }
 fmi2Status fmi2Reset(fmi2Component c) { (void)c; return fmi2Error; }
 
 static fmi2Real *real(Lag *lag, fmi2ValueReference r) {
-    fmi2Real *fields[] = {&lag->time_constant, &lag->fail_at, &lag->u, &lag->x};
-    return r < 4 ? fields[r] : NULL;
+    fmi2Real *fields[] = {&lag->time_constant, &lag->fail_at, &lag->u, &lag->x, &lag->stop, &lag->tolerance};
+    return r < 6 ? fields[r] : NULL;
 }
 static fmi2Integer *integer(Lag *lag, fmi2ValueReference r) {
     fmi2Integer *fields[] = {&lag->fail_as, &lag->count, &lag->count, &lag->method};

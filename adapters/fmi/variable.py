@@ -1,0 +1,102 @@
+"""One variable of an FMU, as modelDescription.xml declares it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from orchestrator.units import Unit
+
+DTYPES: Final[Mapping[str, npt.DTypeLike]] = {
+    "Float32": np.float32,
+    "Float64": np.float64,
+    "Int8": np.int8,
+    "UInt8": np.uint8,
+    "Int16": np.int16,
+    "UInt16": np.uint16,
+    "Int32": np.int32,
+    "UInt32": np.uint32,
+    "Int64": np.int64,
+    "UInt64": np.uint64,
+    "Boolean": np.bool_,
+    # FMI 2.0
+    "Real": np.float64,
+    "Integer": np.int32,
+}
+"""Element types of the variables that can be signals, besides Binary."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Axis:
+    """One dimension of an array: a fixed length, or a structural parameter.
+
+    Attributes:
+        length: of the axis when nothing is set.
+        structural: name of the structural parameter; `None` for a fixed length.
+    """
+
+    length: int
+    structural: str | None
+
+    @property
+    def name(self) -> str | None:
+        """What connectors call the axis: the structural parameter without a leading `n_`."""
+        return None if self.structural is None else self.structural.removeprefix("n_")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FmuVariable:
+    """One variable of the FMU.
+
+    Attributes:
+        name: as in the file.
+        reference: its value reference.
+        type: of the functions that access it, e.g. `Float64`, `Real`, `Binary`, `String`.
+        causality, variability, initial: as in the file, defaults filled in.
+        unit: `"1"` if the file is silent.
+        definition: of the unit, if the file has one.
+        is_relative: whether it is a difference of quantities (`relativeQuantity`).
+        start: the start values in row-major order, one value for all elements, or none.
+        minimum, maximum: inclusive bounds.
+        items: of an Enumeration, the values within the bounds by their names, in the order of
+            the file.
+        axes: the dimensions; empty for a scalar.
+        dependencies: of an output, the names of the inputs it depends on at the same time;
+            `None` stands for all.
+        mime_type: contents of a Binary.
+        clocks: the value references of the clocks while which tick it can be used; none: always.
+        derivative_of: the variable whose derivative it is, or none.
+        description: one sentence.
+    """
+
+    name: str
+    reference: int
+    type: str
+    causality: str
+    variability: str
+    initial: str
+    unit: str
+    definition: Unit | None
+    is_relative: bool
+    start: tuple[Any, ...]
+    minimum: float | None
+    maximum: float | None
+    items: Mapping[str, int]
+    axes: tuple[Axis, ...]
+    dependencies: frozenset[str] | None
+    mime_type: str
+    clocks: tuple[int, ...]
+    derivative_of: str | None
+    description: str
+
+    @property
+    def is_clocked(self) -> bool:
+        """Whether it can be used only while a clock ticks."""
+        return bool(self.clocks)
+
+    @property
+    def is_signal(self) -> bool:
+        """Whether a connector can carry it."""
+        return (self.type in DTYPES or self.type == "Binary") and not self.is_clocked

@@ -1,0 +1,142 @@
+"""Start values, tolerance, stop time and variables inside: what a scenario may say of any FMU."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from adapters.fmi import FmuComponentType
+from orchestrator.cli import main
+from orchestrator.component import Component
+from orchestrator.randomness import stream
+from orchestrator.recording.reader import Recording
+
+SCENARIO = """\
+schema: 1
+title: Starts
+time: {stop: 2 s}
+components:
+  starts:
+    fmu: starts3.fmu
+    step: 1 s
+    process: true
+    parameters:
+      start.x: 3 m
+      start.u: 40 dm
+      fmi.tolerance: 1e-4
+      fmi.locals: [twice, "der(*)"]
+"""
+
+
+def started(path: Path, **values: Any) -> Component:
+    named = {name.replace("__", "."): value for name, value in values.items()}
+    component = FmuComponentType(path).create("starts", named)
+    component.setup(0, stream(1, "starts"))
+    component.initialise({name: c.start_value() for name, c in component.connectors.items()})
+    return component
+
+
+@pytest.fixture
+def scenario(starts3: Path, tmp_path: Path) -> Path:
+    (tmp_path / "starts3.fmu").write_bytes(starts3.read_bytes())
+    path = tmp_path / "starts.yaml"
+    path.write_text(SCENARIO)
+    return path
+
+
+def test_what_can_be_chosen_is_offered_with_unit_bounds_and_default(starts3: Path) -> None:
+    """What is calculated has no start value to choose; a first guess says that it is one."""
+    offered = FmuComponentType(starts3).parameters
+    assert set(offered) == {"start.u", "start.x", "start.guess", "fmi.tolerance", "fmi.locals"}
+    u, x = offered["start.u"], offered["start.x"]
+    assert (u.default, u.unit, u.maximum, u.doc) == (2.0, "m", 9.0, "start value of this input")
+    assert (x.default, x.doc) == (1.0, "start value of this state: grows with time")
+    assert offered["start.guess"].doc == "start value of this local, a first guess"
+
+
+@pytest.mark.parametrize(
+    ("values", "y"),
+    [
+        ({}, 1 + 20 + 500),
+        ({"start__x": 3.0}, 3 + 20 + 500),
+        ({"start__u": 4.0}, 1 + 40 + 500),
+        ({"start__guess": 7.0}, 1 + 20 + 700),
+        ({"start__x": 3.0, "start__u": 4.0, "start__guess": 7.0}, 3 + 40 + 700),
+    ],
+)
+def test_start_values_arrive_when_the_fmu_takes_them(
+    starts3: Path, values: dict[str, float], y: float
+) -> None:
+    component = started(starts3, **values)
+    assert component.outputs()["y"] == y
+    component.close()
+
+
+def test_an_input_that_nothing_drives_keeps_its_start_value(starts3: Path) -> None:
+    component = FmuComponentType(starts3).create("starts", {"start.u": 4.0})
+    assert component.connectors["u"].start_value() == 4.0
+
+
+def test_nothing_said_is_said_to_nobody(starts3: Path) -> None:
+    """Without tolerance and stop time the FMU hears that neither is defined."""
+    component = started(starts3)
+    assert component.outputs()["tolerance"] == -1.0
+    assert component.outputs()["stop"] == -1.0
+    assert set(component.outputs()) == {"y", "tolerance", "stop"}
+    component.close()
+
+
+@pytest.mark.parametrize("transport", ["in-process", "loopback"])
+def test_a_scenario_says_it_all(scenario: Path, tmp_path: Path, transport: str) -> None:
+    """The stop time is that of the run; variables inside are recorded like any output."""
+    out = tmp_path / transport
+    assert main(["run", str(scenario), "--out", str(out), "--transport", transport]) == 0
+    run = Recording(out)
+    assert run["starts.stop"].at(0) == 2.0
+    assert run["starts.tolerance"].at(0) == 1e-4
+    assert [float(run["starts.y"].at(k * 10**9)) for k in range(3)] == [543.0, 544.0, 545.0]
+    assert [float(run["starts.twice"].at(k * 10**9)) for k in range(3)] == [6.0, 8.0, 10.0]
+    assert set(run.signals) == {
+        f"starts.{name}" for name in ("y", "tolerance", "stop", "twice", "der(x)")
+    }
+
+
+def test_the_manifest_repeats_the_run_and_says_no_more_than_the_scenario(
+    scenario: Path, tmp_path: Path
+) -> None:
+    first, again, second = tmp_path / "first", tmp_path / "again.yaml", tmp_path / "second"
+    assert main(["run", str(scenario), "--out", str(first)]) == 0
+    resolved = json.loads((first / "manifest.json").read_text())["scenario"]
+    assert resolved["components"]["starts"]["parameters"] == {
+        "start.x": "3.0 m",
+        "start.u": "4.0 m",
+        "fmi.tolerance": 1e-4,
+        "fmi.locals": ["twice", "der(*)"],
+    }
+    again.write_text(json.dumps(resolved))
+    assert main(["run", str(again), "--out", str(second)]) == 0
+    assert Recording(second).fingerprint() == Recording(first).fingerprint()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("start.x: 3 m", "start.x: 3 s", 'start.x: "3 s": expected a length (m), got a time (s)'),
+        ("start.x: 3 m", "start.y: 3 m", "start.y: there is no parameter `start.y`"),
+        ("40 dm", "100 dm", "start.u: must be at most 9 m, got 10 m"),
+        ("1e-4", "-1", "fmi.tolerance: must be at least 0, got -1"),
+        ("[twice, ", "[twic, ", "fmi.locals[0]: no variable inside matches `twic`; did you mean"),
+        ('"der(*)"', "y", "fmi.locals[1]: no variable inside matches `y`"),
+    ],
+)
+def test_mistakes_are_located(
+    scenario: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, problem: str
+) -> None:
+    assert SCENARIO.count(old) == 1
+    scenario.write_text(SCENARIO.replace(old, new))
+    assert main(["check", str(scenario)]) == 2
+    (line,) = capsys.readouterr().out.splitlines()
+    number = SCENARIO[: SCENARIO.index(old)].count("\n") + 1
+    assert line.startswith(f"{scenario}:{number}:")
+    assert f"components.starts.parameters.{problem}" in line
