@@ -75,3 +75,40 @@ class VariableSteps:
 
     A step may also be made as several shorter ones.
     """
+
+
+class DirectionalDerivatives(abc.ABC):
+    """How outputs change with inputs is known (FMI: `providesDirectionalDerivatives`)."""
+
+    @abc.abstractmethod
+    def directional(self, change: Signals) -> Signals:
+        """How fast outputs change while inputs change: the Jacobian times `change`. No effect.
+
+        It holds at the current communication point, for the inputs that were given last.
+
+        Args:
+            change: by input, some of the continuous ones, each a float64 array of the shape of the
+                input; all others are constant.
+
+        Returns:
+            By output, every continuous one that depends on inputs or is known not to, float64
+            arrays of the shapes of the outputs, in their units for the units of the inputs.
+        """
+
+
+class AdjointDerivatives(abc.ABC):
+    """How inputs contribute to outputs is known (FMI 3.0: `providesAdjointDerivatives`)."""
+
+    @abc.abstractmethod
+    def adjoint(self, weight: Signals) -> Signals:
+        """The gradient of weighted outputs by the inputs: `weight` times the Jacobian. No effect.
+
+        It holds at the current communication point, for the inputs that were given last.
+
+        Args:
+            weight: by output, some of the continuous ones, each a float64 array of the shape of the
+                output.
+
+        Returns:
+            By input, every continuous one, float64 arrays of the shapes of the inputs.
+        """

@@ -10,6 +10,7 @@ from typing_extensions import override
 
 from adapters.fmi.block import shape_of
 from adapters.fmi.connectors import SEED, connectors, is_seed
+from adapters.fmi.derivatives import derivatives
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import FmuInstance
@@ -67,6 +68,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         self._inputs = [
             name for name, c in self._connectors.items() if c.causality is Causality.INPUT
         ]
+        self._derivatives = derivatives(description, self._running)
         self._instance: FmuInstance | None = None
         self._finalizer: weakref.finalize[..., FmuComponent] | None = None
         self._lengths: dict[str, int] = {}
@@ -115,6 +117,9 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
     def capability(self, kind: type[Capability]) -> Capability | None:
         if kind is InitialEvaluation and self._sizes.may_change:
             return None  # sizes are set before initialisation, once
+        for each in self._derivatives:
+            if isinstance(each, kind):
+                return each
         return super().capability(kind)
 
     @override

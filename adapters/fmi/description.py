@@ -30,7 +30,10 @@ class FmuDescription:
         identifier: file name of the binary without suffix.
         token: instantiation token (FMI 2.0: guid).
         variables: by name, in the order of the file.
+        unknowns: names of the outputs, as the model structure lists them.
         can_restore: it can return to an earlier state.
+        can_serialize: it can turn such a state into bytes and back.
+        has_directional, has_adjoint: it knows these derivatives of its outputs.
         is_once_per_process: two instances of it cannot be in one process.
         internal_step: FMI 3.0: the fixed step of its solver [s], exactly as in the file, positive;
             `None` if it does not say one.
@@ -44,7 +47,11 @@ class FmuDescription:
     identifier: str
     token: str
     variables: Mapping[str, FmuVariable]
+    unknowns: frozenset[str]
     can_restore: bool
+    can_serialize: bool
+    has_directional: bool
+    has_adjoint: bool
     is_once_per_process: bool
     internal_step: Fraction | None
     log_categories: tuple[str, ...]
@@ -85,7 +92,13 @@ def read_description(path: Path) -> FmuDescription:
         identifier=kind.modelIdentifier,
         token=parsed.guid,
         variables=variables(parsed, root),
-        can_restore=_flag(flags, "canGetAndSetFMUState") or _flag(flags, "canGetAndSetFMUstate"),
+        unknowns=frozenset(each.variable.name for each in parsed.outputs),
+        can_restore=_flag(flags, "canGetAndSetFMUState", "canGetAndSetFMUstate"),
+        can_serialize=_flag(flags, "canSerializeFMUState", "canSerializeFMUstate"),
+        has_directional=_flag(
+            flags, "providesDirectionalDerivatives", "providesDirectionalDerivative"
+        ),
+        has_adjoint=_flag(flags, "providesAdjointDerivatives"),
         is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),
         internal_step=internal_step(flags.get("fixedInternalStepSize")),
         log_categories=tuple(category.name for category in parsed.logCategories),
@@ -117,5 +130,6 @@ def _parse(path: Path, xml: bytes) -> ET.Element:
         raise ComponentTypeError(f"{path}: modelDescription.xml is no XML: {error}") from error
 
 
-def _flag(attributes: Mapping[str, str], name: str) -> bool:
-    return attributes.get(name) in {"true", "1"}
+def _flag(attributes: Mapping[str, str], *names: str) -> bool:
+    """Whether one of these is true; FMI 2.0 and 3.0 spell them differently."""
+    return any(attributes.get(name) in {"true", "1"} for name in names)

@@ -3,7 +3,7 @@
 import ctypes
 import itertools
 import weakref
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from ctypes import c_double, c_int, c_size_t, c_void_p
 from typing import Any, Final
 
@@ -23,6 +23,7 @@ from adapters.fmi.unpacked import LoadedFmu
 
 _VALUES: Final = (c_void_p, c_void_p, c_size_t, c_void_p)
 _STEP: Final = (c_void_p, c_double, c_double, c_int)
+_DERIVATIVE: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, c_void_p, c_void_p)
 _DTYPES: Final[Mapping[str, npt.DTypeLike]] = {
     "Real": np.float64,
     "Integer": np.int32,
@@ -48,7 +49,12 @@ def _on_message(
 class Fmi2Instance(LoadedInstance):
     """FMI 2.0.4, section 4.2: scalars only, synchronous steps."""
 
-    names = FunctionNames(prefix="fmi2", instantiate="fmi2Instantiate", state="FMUstate")
+    names = FunctionNames(
+        prefix="fmi2",
+        instantiate="fmi2Instantiate",
+        state="FMUstate",
+        directional="fmi2GetDirectionalDerivative",
+    )
     dtypes = _DTYPES
 
     @override
@@ -92,6 +98,12 @@ class Fmi2Instance(LoadedInstance):
     @override
     def _write_string(self, reference: Any, pointer: Any) -> None:
         self._handle.call("fmi2SetString", reference, 1, pointer)
+
+    @override
+    def _call_derivative(self, function: str, arguments: Sequence[Any]) -> None:
+        unknowns, knowns, (seed, _, found, _) = arguments[:2], arguments[2:4], arguments[4:]
+        entry = self._fmu.function(function, _DERIVATIVE)
+        self._guard.check(function, entry(self._instance, *unknowns, *knowns, seed, found))
 
     @override
     def enter_initialisation(

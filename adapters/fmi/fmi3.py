@@ -1,7 +1,7 @@
 """One instance of an FMI 3.0 co-simulation FMU."""
 
 import ctypes
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from ctypes import c_bool, c_double, c_size_t, c_void_p
 from typing import Any, Final
 
@@ -23,6 +23,7 @@ from orchestrator.signal import Signal
 
 _ARRAYS: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)
 _BINARIES: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_size_t)
+_DERIVATIVE: Final = (c_void_p, *(c_void_p, c_size_t) * 4)
 _STEP: Final = (c_void_p, c_double, c_double, c_bool, c_void_p, c_void_p, c_void_p, c_void_p)
 
 
@@ -30,7 +31,10 @@ class Fmi3Instance(LoadedInstance):
     """FMI 3.0.2, sections 2.2 and 4.2, without event mode, clocks and early return."""
 
     names = FunctionNames(
-        prefix="fmi3", instantiate="fmi3InstantiateCoSimulation", state="FMUState"
+        prefix="fmi3",
+        instantiate="fmi3InstantiateCoSimulation",
+        state="FMUState",
+        directional="fmi3GetDirectionalDerivative",
     )
     dtypes = DTYPES
 
@@ -116,6 +120,11 @@ class Fmi3Instance(LoadedInstance):
     @override
     def _write_string(self, reference: Any, pointer: Any) -> None:
         self._handle.call("fmi3SetString", reference, 1, pointer, 1)
+
+    @override
+    def _call_derivative(self, function: str, arguments: Sequence[Any]) -> None:
+        status = self._fmu.function(function, _DERIVATIVE)(self._instance, *arguments)
+        self._guard.check(function, status)
 
     @override
     def enter_initialisation(

@@ -20,11 +20,13 @@ class FunctionNames:
         prefix: of all of them.
         instantiate: makes an instance.
         state: what they call an FMU state.
+        directional: gets directional derivatives.
     """
 
     prefix: str
     instantiate: str
     state: str
+    directional: str
 
 
 class Handle:

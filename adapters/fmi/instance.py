@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from adapters.fmi.errors import failure
 from adapters.fmi.messages import STATUS_NAMES, MessageLog
 from orchestrator.native import NativeOwner, NativeUnit
-from orchestrator.signal import Connector, Signal
+from orchestrator.signal import Array, Connector, Signal
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 
@@ -122,6 +122,37 @@ class FmuInstance(abc.ABC):
     @abc.abstractmethod
     def read(self) -> dict[str, Signal]:
         """All outputs; arrays are new and read-only."""
+
+    @property
+    @abc.abstractmethod
+    def lengths(self) -> Mapping[str, int]:
+        """The values of the structural parameters."""
+
+    @abc.abstractmethod
+    def directional(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Array) -> Array:
+        """The derivatives of `unknowns` along a change of `knowns`.
+
+        Args:
+            unknowns: outputs.
+            knowns: inputs.
+            seed: their changes one after the other, float64, shape (elements of knowns,).
+
+        Returns:
+            Float64, shape (elements of unknowns,).
+        """
+
+    @abc.abstractmethod
+    def adjoint(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Array) -> Array:
+        """The gradient by `knowns` of `unknowns` that are weighted.
+
+        Args:
+            unknowns: outputs.
+            knowns: inputs.
+            seed: weights one after the other, float64, shape (elements of unknowns,).
+
+        Returns:
+            Float64, shape (elements of knowns,).
+        """
 
     @abc.abstractmethod
     def save(self) -> int:

@@ -3,10 +3,13 @@
 import abc
 import ctypes
 import functools
+import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from ctypes import c_void_p
 from typing import Any, ClassVar
 
+import numpy as np
 import numpy.typing as npt
 from typing_extensions import override
 
@@ -18,7 +21,7 @@ from adapters.fmi.messages import MessageLog
 from adapters.fmi.starts import startable
 from adapters.fmi.unpacked import LoadedFmu
 from orchestrator.native import NativeKind, NativeOwner, NativeUnit, NativeVariable
-from orchestrator.signal import Connector, Signal
+from orchestrator.signal import Array, Connector, Signal
 
 
 class LoadedInstance(FmuInstance):
@@ -161,6 +164,47 @@ class LoadedInstance(FmuInstance):
     @override
     def exit_initialisation(self) -> None:
         self._handle.exit_initialisation()
+
+    @property
+    @override
+    def lengths(self) -> Mapping[str, int]:
+        return self._lengths
+
+    @override
+    def directional(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Array) -> Array:
+        found = np.zeros(self._count(unknowns))
+        self._differentiate(self.names.directional, unknowns, knowns, (seed, found))
+        return found
+
+    @override
+    def adjoint(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Array) -> Array:
+        found = np.zeros(self._count(knowns))
+        self._differentiate("fmi3GetAdjointDerivative", unknowns, knowns, (seed, found))
+        return found
+
+    def _count(self, names: Sequence[str]) -> int:
+        variables = self._description.variables
+        return sum(math.prod(shape_of(variables[name], self._lengths)) for name in names)
+
+    def _differentiate(
+        self,
+        function: str,
+        unknowns: Sequence[str],
+        knowns: Sequence[str],
+        values: tuple[Array, Array],
+    ) -> None:
+        """Call a function for derivatives with `values`, its seed and what it fills in."""
+        arguments: list[Any] = []
+        for names in (unknowns, knowns):
+            references = [self._description.variables[name].reference for name in names]
+            arguments += [(ctypes.c_uint32 * len(names))(*references), len(names)]
+        for each in values:
+            arguments += [c_void_p(each.ctypes.data), each.size]
+        self._call_derivative(function, arguments)
+
+    @abc.abstractmethod
+    def _call_derivative(self, function: str, arguments: Sequence[Any]) -> None:
+        """Call it with the unknowns, the knowns, the seed and the result, each with its size."""
 
     @override
     def save(self) -> int:
