@@ -1,5 +1,6 @@
 """An FMU as a component."""
 
+import math
 import weakref
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -69,6 +70,8 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
             name for name, c in self._connectors.items() if c.causality is Causality.INPUT
         ]
         self._derivatives = derivatives(description, self._running)
+        arrays = [v for v in description.of("input") if v.is_bytes and v.axes]
+        self._siblings = {name: v.elements for v in arrays for name in v.elements}
         self._instance: FmuInstance | None = None
         self._finalizer: weakref.finalize[..., FmuComponent] | None = None
         self._lengths: dict[str, int] = {}
@@ -159,8 +162,13 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         values = {n: v for n, v in self._values.items() if n not in self._lengths}
         if self._seed is not None:
             values[SEED] = self._seed
-        texts = {name: value for name, value in values.items() if isinstance(value, str)}
-        instance.write_text(texts)
+        variables = self._description.variables
+        texts = {
+            name: (value,) if isinstance(value, str) else tuple(value)
+            for name, value in values.items()
+            if variables[name].type == "String"
+        }
+        instance.write_text(self._whole(texts))
         instance.write(
             {
                 name: self._as_array(self._description.variables[name], value)
@@ -168,6 +176,13 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
                 if name not in texts
             }
         )
+
+    def _whole(self, texts: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+        """All elements of arrays of which one stands for all."""
+        counts = {
+            n: math.prod(shape_of(self._description.variables[n], self._lengths)) for n in texts
+        }
+        return {n: t * counts[n] if len(t) == 1 else t for n, t in texts.items()}
 
     def _as_array(self, variable: FmuVariable, value: Any) -> Signal:
         """A parameter value in the element type and the shape of its variable.
@@ -190,6 +205,8 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
             if value is not written.get(name):
                 written[name] = value
                 changed[name] = self._sizes.fill(name, value, self._lengths)
+                for other in self._siblings.get(name, ()):
+                    changed[other] = inputs[other]
         if changed:
             instance.write(changed)
 

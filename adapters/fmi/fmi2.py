@@ -14,11 +14,12 @@ import numpy.typing as npt
 from typing_extensions import override
 
 from adapters.fmi.block import Block
-from adapters.fmi.errors import FmuError
+from adapters.fmi.errors import FmuError, listed
 from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
+from adapters.fmi.parcels import Parcel
 from adapters.fmi.unpacked import LoadedFmu
 
 _VALUES: Final = (c_void_p, c_void_p, c_size_t, c_void_p)
@@ -92,12 +93,24 @@ class Fmi2Instance(LoadedInstance):
         for references, count, address, _ in block.calls(names):
             status = function(self._instance, references, count, address)
             if status != OK:
-                listed = ", ".join(f"`{name}`" for name in names)
-                self._guard.check(f"fmi2Set{block.kind} of {listed}", status)
+                self._guard.check(f"fmi2Set{block.kind} of {listed(names)}", status)
 
     @override
-    def _write_string(self, reference: Any, pointer: Any) -> None:
-        self._handle.call("fmi2SetString", reference, 1, pointer)
+    def _write_parcel(self, parcel: Parcel, elements: Sequence[bytes]) -> None:
+        pointers = (ctypes.c_char_p * len(elements))(*elements)
+        self._move("fmi2SetString", parcel, pointers)
+
+    @override
+    def _read_parcel(self, parcel: Parcel) -> list[bytes]:
+        pointers = (ctypes.c_char_p * len(parcel.names))()
+        self._move("fmi2GetString", parcel, pointers)
+        return [text or b"" for text in pointers]
+
+    def _move(self, name: str, parcel: Parcel, pointers: Any) -> None:
+        function = self._fmu.function(name, _VALUES)
+        status = function(self._instance, parcel.references, len(pointers), pointers)
+        if status != OK:
+            self._guard.check(f"{name} of {listed(parcel.names)}", status)
 
     @override
     def _call_derivative(self, function: str, arguments: Sequence[Any]) -> None:

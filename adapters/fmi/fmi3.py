@@ -1,7 +1,7 @@
 """One instance of an FMI 3.0 co-simulation FMU."""
 
 import ctypes
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from ctypes import c_bool, c_double, c_size_t, c_void_p
 from typing import Any, Final
 
@@ -12,14 +12,14 @@ from typing_extensions import override
 
 from adapters.fmi.block import Block
 from adapters.fmi.description import FmuDescription
-from adapters.fmi.errors import FmuError
+from adapters.fmi.errors import FmuError, listed
 from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
+from adapters.fmi.parcels import Parcel
 from adapters.fmi.unpacked import LoadedFmu
 from adapters.fmi.variable import DTYPES
-from orchestrator.signal import Signal
 
 _ARRAYS: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)
 _BINARIES: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_size_t)
@@ -45,9 +45,6 @@ class Fmi3Instance(LoadedInstance):
         self._flags = [c_bool(), c_bool(), c_bool()]
         self._last_time = c_double()
         self._step_results = [*map(ctypes.byref, self._flags), ctypes.byref(self._last_time)]
-        self._binary_outputs = [
-            v for v in description.of("output") if v.type == "Binary" and v.is_signal
-        ]
         categories = [c for c in description.log_categories if c.startswith("logStatus")]
         if categories and not log.is_verbose:
             names = (ctypes.c_char_p * len(categories))(*(c.encode() for c in categories))
@@ -90,36 +87,39 @@ class Fmi3Instance(LoadedInstance):
         self._resize_blocks()
 
     @override
-    def write(self, values: Mapping[str, Signal]) -> None:
-        binaries = {name: value for name, value in values.items() if isinstance(value, bytes)}
-        super().write(
-            {n: v for n, v in values.items() if n not in binaries} if binaries else values
-        )
-        if binaries:
-            self._write_binaries(binaries)
-
-    @override
     def _write_block(self, block: Block, names: list[str]) -> None:
         function = self._fmu.function(f"fmi3Set{block.kind}", _ARRAYS)
         for references, count, address, size in block.calls(names):
             status = function(self._instance, references, count, address, size)
             if status != OK:
-                self._guard.check(f"fmi3Set{block.kind} of {_listed(names)}", status)
-
-    def _write_binaries(self, values: Mapping[str, bytes]) -> None:
-        variables = self._description.variables
-        count = len(values)
-        references = (ctypes.c_uint32 * count)(*(variables[name].reference for name in values))
-        sizes = (c_size_t * count)(*map(len, values.values()))
-        pointers = (ctypes.c_char_p * count)(*values.values())
-        status = self._fmu.function("fmi3SetBinary", _BINARIES)(
-            self._instance, references, count, sizes, pointers, count
-        )
-        self._guard.check(f"fmi3SetBinary of {_listed(values)}", status)
+                self._guard.check(f"fmi3Set{block.kind} of {listed(names)}", status)
 
     @override
-    def _write_string(self, reference: Any, pointer: Any) -> None:
-        self._handle.call("fmi3SetString", reference, 1, pointer, 1)
+    def _write_parcel(self, parcel: Parcel, elements: Sequence[bytes]) -> None:
+        sizes = (c_size_t * len(elements))(*map(len, elements))
+        pointers = (ctypes.c_char_p * len(elements))(*elements)
+        self._move("Set", parcel, sizes, pointers)
+
+    @override
+    def _read_parcel(self, parcel: Parcel) -> list[bytes]:
+        count = len(parcel.names)
+        sizes, pointers = (c_size_t * count)(), (c_void_p * count)()
+        self._move("Get", parcel, sizes, pointers)
+        is_text = parcel.kind == "String"
+        return [  # copied at once: the FMU may reuse its memory at the next call
+            b"" if not pointer else ctypes.string_at(pointer, -1 if is_text else size)
+            for pointer, size in zip(pointers, sizes, strict=True)
+        ]
+
+    def _move(self, what: str, parcel: Parcel, sizes: Any, pointers: Any) -> None:
+        name, count = f"fmi3{what}{parcel.kind}", len(pointers)
+        references = (self._instance, parcel.references, len(parcel.references))
+        if parcel.kind == "String":
+            status = self._fmu.function(name, _ARRAYS)(*references, pointers, count)
+        else:
+            status = self._fmu.function(name, _BINARIES)(*references, sizes, pointers, count)
+        if status != OK:
+            self._guard.check(f"{name} of {listed(parcel.names)}", status)
 
     @override
     def _call_derivative(self, function: str, arguments: Sequence[Any]) -> None:
@@ -178,27 +178,3 @@ class Fmi3Instance(LoadedInstance):
         status = function(self._instance, block.references, count, elements, block.size)
         if status != OK:
             self._guard.check(f"fmi3Get{block.kind}", status)
-
-    @override
-    def read(self) -> dict[str, Signal]:
-        found = super().read()
-        if self._binary_outputs:
-            found.update(self._read_binaries())
-        return found
-
-    def _read_binaries(self) -> dict[str, bytes]:
-        count = len(self._binary_outputs)
-        references = (ctypes.c_uint32 * count)(*(v.reference for v in self._binary_outputs))
-        sizes, pointers = (c_size_t * count)(), (c_void_p * count)()
-        status = self._fmu.function("fmi3GetBinary", _BINARIES)(
-            self._instance, references, count, sizes, pointers, count
-        )
-        self._guard.check("fmi3GetBinary", status)
-        return {  # copied at once: the FMU may reuse its memory at the next call
-            variable.name: ctypes.string_at(pointer, size) if pointer and size else b""
-            for variable, pointer, size in zip(self._binary_outputs, pointers, sizes, strict=True)
-        }
-
-
-def _listed(names: Iterable[str]) -> str:
-    return ", ".join(f"`{name}`" for name in names)

@@ -56,11 +56,15 @@ class FmuInstance(abc.ABC):
 
     @abc.abstractmethod
     def write(self, values: Mapping[str, Signal]) -> None:
-        """Set parameters or inputs; arrays have the lengths that `configure` said."""
+        """Set parameters or inputs; arrays have the lengths that `configure` said.
+
+        Args:
+            values: by name. Those of an array of texts or Binaries come together.
+        """
 
     @abc.abstractmethod
-    def write_text(self, values: Mapping[str, str]) -> None:
-        """Set parameters that are strings."""
+    def write_text(self, values: Mapping[str, Sequence[str]]) -> None:
+        """Set parameters of the type String, by name, to all of their elements."""
 
     @abc.abstractmethod
     def enter_initialisation(

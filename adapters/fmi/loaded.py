@@ -18,6 +18,7 @@ from adapters.fmi.description import FmuDescription
 from adapters.fmi.handle import FunctionNames, Handle
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.messages import MessageLog
+from adapters.fmi.parcels import Parcel, packed, parcels
 from adapters.fmi.starts import startable
 from adapters.fmi.unpacked import LoadedFmu
 from orchestrator.native import NativeKind, NativeOwner, NativeUnit, NativeVariable
@@ -59,6 +60,9 @@ class LoadedInstance(FmuInstance):
         ]
         self._block_of = {v.name: block for block in self._blocks for v in block.variables}
         self._output_blocks = blocks(description.of("output"), self.dtypes)
+        self._output_parcels = parcels(description.of("output"))
+        self._has_bytes = any(v.is_bytes for v in description.variables.values())
+        self._variable_of = {e: v for v in description.variables.values() for e in v.elements}
         self._resize_blocks()
 
     @abc.abstractmethod
@@ -74,8 +78,12 @@ class LoadedInstance(FmuInstance):
         """Get the values of a block into the memory at the address `elements`."""
 
     @abc.abstractmethod
-    def _write_string(self, reference: Any, pointer: Any) -> None:
-        """Set one variable, by pointers to its reference and to its text."""
+    def _write_parcel(self, parcel: Parcel, elements: Sequence[bytes]) -> None:
+        """Set the variables of a parcel."""
+
+    @abc.abstractmethod
+    def _read_parcel(self, parcel: Parcel) -> list[bytes]:
+        """Get the elements of a parcel."""
 
     def _resize_blocks(self) -> None:
         for block in (*self._blocks, *self._output_blocks):
@@ -85,13 +93,21 @@ class LoadedInstance(FmuInstance):
 
     @override
     def write(self, values: Mapping[str, Signal]) -> None:
+        numbers = self._write_bytes(values) if self._has_bytes else values
         groups: defaultdict[Block, list[str]] = defaultdict(list)
-        for name, value in values.items():
+        for name, value in numbers.items():
             block = self._block_of[name]
             block.views[name][...] = value
             groups[block].append(name)
         for block, names in groups.items():
             self._write_block(block, names)
+
+    def _write_bytes(self, values: Mapping[str, Signal]) -> Mapping[str, Signal]:
+        """Set texts and Binaries; the rest of `values`."""
+        moved, numbers = packed(self._variable_of, values)
+        for parcel, elements in moved:
+            self._write_parcel(parcel, elements)
+        return numbers
 
     @override
     def read(self) -> dict[str, Signal]:
@@ -100,12 +116,14 @@ class LoadedInstance(FmuInstance):
             elements = block.fresh()
             self._read_block(block, address_of(elements))
             found.update(block.split(elements != 0 if block.kind == "Boolean" else elements))
+        for parcel in self._output_parcels:
+            found.update(zip(parcel.names, self._read_parcel(parcel), strict=True))
         return found
 
     @override
     def native(self, connectors: Mapping[str, Connector], owner: NativeOwner) -> NativeUnit | None:
-        variables = {name: self._description.variables[name] for name in connectors}
-        if any(v.type == "Binary" and v.axes for v in variables.values()):
+        variables = {name: self._variable_of[name] for name in connectors}
+        if any(v.is_bytes and v.axes for v in variables.values()):
             return None
         types = {v.type for v in variables.values()}
         version = self._description.version
@@ -155,11 +173,11 @@ class LoadedInstance(FmuInstance):
         self._guard.check(f"{self.names.prefix}Get{type_}", status)
 
     @override
-    def write_text(self, values: Mapping[str, str]) -> None:
-        for name, text in values.items():
-            reference = ctypes.c_uint32(self._description.variables[name].reference)
-            pointer = (ctypes.c_char_p * 1)(text.encode())
-            self._write_string(ctypes.byref(reference), pointer)
+    def write_text(self, values: Mapping[str, Sequence[str]]) -> None:
+        for name, texts in values.items():
+            reference = (ctypes.c_uint32 * 1)(self._description.variables[name].reference)
+            parcel = Parcel("String", (name,) * len(texts), reference)
+            self._write_parcel(parcel, [text.encode() for text in texts])
 
     @override
     def exit_initialisation(self) -> None:
@@ -234,5 +252,6 @@ def _kind(type_: str, version: int) -> NativeKind:
         "Float64": NativeKind.FLOAT64,
         "Float32": NativeKind.FLOAT32,
         "Binary": NativeKind.BINARY,
+        "String": NativeKind.TEXT,
     }
     return kinds.get(type_, NativeKind.PLAIN)

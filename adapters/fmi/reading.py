@@ -19,6 +19,7 @@ def variables(parsed: Any, root: ET.Element) -> dict[str, FmuVariable]:
     """
     enumeration = "Integer" if parsed.fmiVersion == "2.0" else "Int64"
     raw = _raw_attributes(root)
+    listed = _listed_starts(root)
     dependencies = {
         unknown.variable.name: unknown.dependencies
         for unknown in parsed.outputs
@@ -30,6 +31,7 @@ def variables(parsed: Any, root: ET.Element) -> dict[str, FmuVariable]:
             variable,
             raw.get(variable.name, {}),
             dependencies,
+            listed=listed,
             enumeration=enumeration,
             definitions=definitions,
         )
@@ -46,11 +48,22 @@ def _raw_attributes(root: ET.Element) -> dict[str, Mapping[str, str]]:
     return found
 
 
+def _listed_starts(root: ET.Element) -> dict[str, tuple[Any, ...]]:
+    """The start values of FMI 3.0 that are elements, of which FMPy reads the first only."""
+    found: dict[str, tuple[Any, ...]] = {}
+    for element in root.iterfind("ModelVariables/*"):
+        values = tuple(start.get("value", "") for start in element.iterfind("Start"))
+        is_text = element.tag == "String"
+        found[element.get("name", "")] = values if is_text else tuple(map(bytes.fromhex, values))
+    return found
+
+
 def _variable(
     parsed: Any,
     raw: Mapping[str, str],
     dependencies: Mapping[str, list[Any]],
     *,
+    listed: Mapping[str, tuple[Any, ...]],
     enumeration: str,
     definitions: Mapping[str, Unit],
 ) -> FmuVariable:
@@ -71,7 +84,7 @@ def _variable(
         unit=unit,
         definition=definitions.get(unit),
         is_relative=_is_relative(raw, declared),
-        start=_start(parsed),
+        start=listed.get(parsed.name) or _start(parsed),
         minimum=minimum,
         maximum=maximum,
         items=_items(declared, minimum, maximum) if parsed.type == "Enumeration" else {},

@@ -1,5 +1,6 @@
 """One variable of an FMU, as modelDescription.xml declares it."""
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
@@ -25,7 +26,10 @@ DTYPES: Final[Mapping[str, npt.DTypeLike]] = {
     "Real": np.float64,
     "Integer": np.int32,
 }
-"""Element types of the variables that can be signals, besides Binary."""
+"""Element types of the variables whose signals are arrays."""
+
+BYTES: Final = frozenset({"Binary", "String"})
+"""Types of the variables whose signals are bytes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,6 +101,23 @@ class FmuVariable:
         return bool(self.clocks)
 
     @property
+    def is_bytes(self) -> bool:
+        """Whether its signals are bytes, one for each element."""
+        return self.type in BYTES
+
+    @property
     def is_signal(self) -> bool:
-        """Whether a connector can carry it."""
-        return (self.type in DTYPES or self.type == "Binary") and not self.is_clocked
+        """Whether connectors can carry it."""
+        is_fixed = all(axis.structural is None for axis in self.axes)
+        return (self.type in DTYPES or (self.is_bytes and is_fixed)) and not self.is_clocked
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """The names of its connectors: one for an array of numbers, one for each text or Binary.
+
+        Indices count from 0, as those of connections do.
+        """
+        if not self.axes or not self.is_bytes:
+            return (self.name,)
+        indices = itertools.product(*(range(axis.length) for axis in self.axes))
+        return tuple(f"{self.name}[{', '.join(map(str, index))}]" for index in indices)

@@ -26,6 +26,7 @@ _IN_MEMORY: Final[Mapping[NativeKind, np.dtype[Any]]] = {
 """Element types in the memory of an FMU where they are not those of the signal."""
 
 
+_BYTES: Final = frozenset({NativeKind.BINARY, NativeKind.TEXT})
 _CACHE_LINE: Final = 64
 
 
@@ -147,7 +148,7 @@ class UnitPlan:
             kind=kind,
             signal=self._pending.address(names[0]),
         )
-        if kind is NativeKind.BINARY:
+        if kind in _BYTES:
             call.is_binary = True
             call.sizes = self._kept(np.zeros(len(names), np.uintp)).ctypes.data
             call.pointers = self._kept(np.zeros(len(names), np.uintp)).ctypes.data
@@ -183,7 +184,7 @@ class UnitPlan:
             copy=copies,
             copies=len(feeds),
         )
-        if kind is NativeKind.BINARY:
+        if kind in _BYTES:
             call.is_binary = True
             call.elements = self._kept(np.zeros(2 * len(names), np.uintp)).ctypes.data
         else:
@@ -192,12 +193,12 @@ class UnitPlan:
         item, offset = dtype.itemsize, 0
         for copy, feed, count in zip(copies, feeds, counts, strict=True):
             copy.source, copy.version = source.of(feed.component, feed.output)
-            if kind is not NativeKind.BINARY:
+            if kind not in _BYTES:
                 copy.to = call.elements + offset
                 offset += count * item
                 copy.size = count if kind is NativeKind.BOOLEAN32 else count * item
             self._copies.append((feed, copy))
-        if kind not in {NativeKind.BINARY, NativeKind.BOOLEAN32} and _are_adjacent(copies):
+        if kind not in {*_BYTES, NativeKind.BOOLEAN32} and _are_adjacent(copies):
             call.elements = copies[0].source  # no need to copy them
             for copy in copies:
                 copy.to = copy.source

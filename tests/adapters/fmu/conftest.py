@@ -61,3 +61,9 @@ def bilinear3(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def product2(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The FMI 2.0 FMU in the folder `product2`: as `bilinear3`, and a text."""
     return built("product2", 2, tmp_path_factory.mktemp("product2"))
+
+
+@pytest.fixture(scope="session")
+def words3(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMI 3.0 FMU in the folder `words3`: it gives texts and Binaries back."""
+    return built("words3", 3, tmp_path_factory.mktemp("words3"))

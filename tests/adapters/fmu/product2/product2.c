@@ -16,6 +16,15 @@ static void copy(char *to, size_t size, const char *from) {
     to[size - 1] = 0;
 }
 
+/* Bytes that no importer would set: `hex:ff` is heard as the byte 255. */
+static void decode(char *to, const char *from) {
+    for (; *from; from += 2) {
+        const char digits[3] = {from[0], from[1], 0};
+        *to++ = (char)strtol(digits, NULL, 16);
+    }
+    *to = 0;
+}
+
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char *fmi2GetVersion(void) { return fmi2Version; }
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
@@ -56,6 +65,7 @@ fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference r[], size_t n
         if (r[i] == HEARD) {
             copy(p->heard, sizeof p->heard, p->prefix);
             strcat(p->heard, p->said);
+            if (strncmp(p->said, "hex:", 4) == 0) decode(p->heard, p->said + 4);
         }
         v[i] = r[i] == SAID ? p->said : r[i] == PREFIX ? p->prefix : p->heard;
     }
