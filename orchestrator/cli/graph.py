@@ -50,7 +50,7 @@ def _component(node: Node) -> dict[str, object]:
 
 
 def _number(span: StepSize) -> int | float:
-    """For JSON, which knows no fractions."""
+    """A span as JSON can hold it."""
     return span if isinstance(span, int) else float(span)
 
 
