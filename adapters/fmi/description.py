@@ -31,6 +31,8 @@ class FmuDescription:
         token: instantiation token (FMI 2.0: guid).
         variables: by name, in the order of the file.
         can_restore: it can return to an earlier state.
+        has_variable_steps: its steps may differ in length.
+        may_return_early: FMI 3.0: a step can be left before its end.
         is_once_per_process: two instances of it cannot be in one process.
         internal_step: FMI 3.0: the fixed step of its solver [s], exactly as in the file, positive;
             `None` if it does not say one.
@@ -45,6 +47,8 @@ class FmuDescription:
     token: str
     variables: Mapping[str, FmuVariable]
     can_restore: bool
+    has_variable_steps: bool
+    may_return_early: bool
     is_once_per_process: bool
     internal_step: Fraction | None
     log_categories: tuple[str, ...]
@@ -86,6 +90,8 @@ def read_description(path: Path) -> FmuDescription:
         token=parsed.guid,
         variables=variables(parsed, root),
         can_restore=_flag(flags, "canGetAndSetFMUState") or _flag(flags, "canGetAndSetFMUstate"),
+        has_variable_steps=_flag(flags, "canHandleVariableCommunicationStepSize"),
+        may_return_early=_flag(flags, "canReturnEarlyAfterIntermediateUpdate"),
         is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),
         internal_step=internal_step(flags.get("fixedInternalStepSize")),
         log_categories=tuple(category.name for category in parsed.logCategories),

@@ -4,7 +4,7 @@
 #else
 #define EXPORT __attribute__((visibility("default")))
 #endif
-#define ABSENT(name) EXPORT int fmi3##name(void) { return 3; }
+#define ABSENT(name) EXPORT __attribute__((weak)) int fmi3##name(void) { return 3; }
 
 ABSENT(ActivateModelPartition)
 ABSENT(CompletedIntegratorStep)
