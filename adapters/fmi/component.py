@@ -20,7 +20,7 @@ from orchestrator.capabilities import EndRequest, EndRequesting, InitialEvaluati
 from orchestrator.component import Capability, Component, WrappedRestorableComponent
 from orchestrator.native import NativeOwner, NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
-from orchestrator.timebase import Duration, Time, seconds
+from orchestrator.timebase import CommunicationGrid, Duration, Time, seconds
 
 Instantiate: TypeAlias = Callable[[], FmuInstance]
 """Makes a new instance of the FMU, with its own folder and library."""
@@ -78,7 +78,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
         self._read: Signals = {}
         self._seed: int | None = None
         self._start: Time = 0
-        self._stop: Time | None = None
+        self._grid: CommunicationGrid | None = None
         self._is_initialising = False
         self._end_request: EndRequest | None = None
 
@@ -88,8 +88,8 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
         return self._connectors
 
     @override
-    def expect_stop(self, stop: Time) -> None:
-        self._stop = stop
+    def expect(self, grid: CommunicationGrid) -> None:
+        self._grid = grid
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -150,7 +150,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
         self._set_parameters(instance)
         instance.enter_initialisation(
             seconds(self._start),
-            stop=None if self._stop is None else seconds(self._stop),
+            stop=None if self._grid is None else seconds(self._grid.stop),
             tolerance=self._tolerance,
         )
         self._written = {}
@@ -199,13 +199,15 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
         if self._sizes.may_have_changed(inputs, self._written):
             self._resize(instance, inputs)
         self._write_inputs(instance, inputs)
-        self._ask(self._stepper.make(instance, t, h), t + h)
+        self._end_request = self._stepper.make(instance, *self._span(t, h), t + h)
+        if self._end_request is None or self._end_request.time == t + h:
+            self._read = instance.read()
 
-    def _ask(self, request: EndRequest | None, end: Time) -> None:
-        """Keep what the FMU asked for in a step to `end`, and get its outputs if it came there."""
-        self._end_request = request
-        if request is None or request.time == end:
-            self._read = self._running().read()
+    def _span(self, t: Time, h: Duration) -> tuple[float, float]:
+        """Where the step from `t` to `t + h` begins, and its length [s]."""
+        if self._grid is None:
+            return seconds(t), seconds(h)
+        return self._grid.seconds(t), self._grid.length(t, h)
 
     @property
     @override
@@ -253,8 +255,9 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
     @override
     def complete_step(self, status: int, t: Time, h: Duration) -> None:
         instance = self._running()
-        outcome = instance.outcome(status, seconds(t))
-        self._end_request = self._stepper.go_on(instance, outcome, t, h)
+        begin, length = self._span(t, h)
+        outcome = instance.outcome(status, begin)
+        self._end_request = self._stepper.go_on(instance, outcome, begin, length, t + h)
 
     @override
     def getting_failed(self, type_: str, status: int) -> None:

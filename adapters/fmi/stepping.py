@@ -9,7 +9,7 @@ from adapters.fmi.instance import FmuInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.outcome import MADE, StepOutcome
 from orchestrator.capabilities import EndRequest
-from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, Time, seconds
+from orchestrator.timebase import NANOSECONDS_PER_SECOND, Time
 
 
 @dataclass(slots=True)
@@ -91,8 +91,16 @@ class Stepper:
             self._log.note(f"returned early from {_calls(self.pauses.early)} of its step")
         self.pauses = Pauses()
 
-    def make(self, instance: FmuInstance, t: Time, h: Duration) -> EndRequest | None:
-        """Let the FMU step from `t` to `t + h` [ns].
+    def make(
+        self, instance: FmuInstance, begin: float, length: float, end: Time
+    ) -> EndRequest | None:
+        """Let the FMU take a communication step.
+
+        Args:
+            instance: of the FMU.
+            begin: where the step begins [s].
+            length: of the step [s].
+            end: where it ends [ns].
 
         Returns:
             What it asks for, if it wants the simulation to end.
@@ -101,33 +109,35 @@ class Stepper:
             FmuError: the step failed, or was discarded for good.
         """
         if self._smallest is not None:
-            return self._carefully(instance, t, h, self._smallest)
-        outcome = instance.step(seconds(t), seconds(h))
-        return None if outcome is MADE else self.go_on(instance, outcome, t, h)
+            return self._carefully(instance, begin, length, end, self._smallest)
+        outcome = instance.step(begin, length)
+        return None if outcome is MADE else self.go_on(instance, outcome, begin, length, end)
 
     def go_on(
-        self, instance: FmuInstance, outcome: StepOutcome, t: Time, h: Duration
+        self, instance: FmuInstance, outcome: StepOutcome, begin: float, length: float, end: Time
     ) -> EndRequest | None:
         """Complete a step whose first call came to `outcome`; otherwise as `make`."""
-        begin, end = seconds(t), seconds(t + h)
+        limit = begin + length
         while True:
-            reached = end if outcome.time is None else outcome.time
+            reached = limit if outcome.time is None else outcome.time
             if outcome.wants_end:
-                return EndRequest(time=min(_nanoseconds(reached), t + h), why=self._asking)
-            if _nanoseconds(reached) >= t + h:
+                return self._request(reached, end)
+            if _nanoseconds(reached) >= end:
                 return None
             if not self._may_vary or reached <= begin:
                 _refuse(instance, outcome, begin, self._hint)
-            self._count(outcome)
-            self.pauses.shortest = min(self.pauses.shortest, reached - begin, end - reached)
+            self.pauses.early += outcome.is_early
+            self.pauses.discarded += outcome.is_discarded
+            self._note(reached - begin)
+            self._note(limit - reached)
             begin = reached
-            outcome = instance.step(begin, end - begin)
+            outcome = instance.step(begin, limit - begin)
 
     def _carefully(
-        self, instance: FmuInstance, t: Time, h: Duration, smallest: float
+        self, instance: FmuInstance, begin: float, length: float, end: Time, smallest: float
     ) -> EndRequest | None:
         """Do as `make`, with the state before each call at hand."""
-        begin, end, length = seconds(t), seconds(t + h), seconds(h)
+        limit = begin + length
         is_first, is_whole = True, True  # of the calls from `begin`; no call has failed
         state = instance.save()
         try:
@@ -135,33 +145,35 @@ class Stepper:
                 outcome = instance.step(begin, length)
                 reached = begin + length if outcome.time is None else outcome.time
                 if outcome.wants_end:
-                    return EndRequest(time=min(_nanoseconds(reached), t + h), why=self._asking)
-                if not outcome.is_discarded or reached >= begin + length:
-                    if not is_whole or outcome.is_early:
-                        self.pauses.shortest = min(self.pauses.shortest, reached - begin)
-                    if _nanoseconds(reached) >= t + h:
-                        return None
-                    if reached <= begin:
-                        _refuse(instance, outcome, begin)
-                    self.pauses.early += outcome.is_early
-                    begin, length, is_first = reached, min(2 * length, end - reached), True
-                    instance.forget(state)
-                    state = instance.save()
-                else:
-                    is_ahead = is_first and reached > begin
-                    length = reached - begin if is_ahead else length / 2
-                    if length < smallest:
-                        hint = f"; calls of {2 * length:.3g} s fail as well (`fmi.smallest_step`)"
+                    return self._request(reached, end)
+                if outcome.is_discarded and reached < begin + length:
+                    is_ahead = is_first and reached - begin >= smallest
+                    shorter = reached - begin if is_ahead else length / 2
+                    if shorter < smallest:
+                        hint = f"; it does so in calls of {length:.3g} s (`fmi.smallest_step`)"
                         _refuse(instance, outcome, begin, hint)
                     self.pauses.retried += 1
-                    is_first = is_whole = False
+                    length, is_first, is_whole = shorter, False, False
                     instance.restore(state, None)
+                    continue
+                if not is_whole or outcome.is_early:
+                    self._note(reached - begin)
+                if _nanoseconds(reached) >= end:
+                    return None
+                if reached <= begin:
+                    _refuse(instance, outcome, begin)
+                self.pauses.early += outcome.is_early
+                begin, length, is_first = reached, min(2 * length, limit - reached), True
+                instance.forget(state)
+                state = instance.save()
         finally:
             instance.forget(state)
 
-    def _count(self, outcome: StepOutcome) -> None:
-        self.pauses.early += outcome.is_early
-        self.pauses.discarded += outcome.is_discarded
+    def _request(self, reached: float, end: Time) -> EndRequest:
+        return EndRequest(time=min(_nanoseconds(reached), end), why=self._asking)
+
+    def _note(self, length: float) -> None:
+        self.pauses.shortest = min(self.pauses.shortest, length)
 
 
 def _refuse(instance: FmuInstance, outcome: StepOutcome, begin: float, hint: str = "") -> NoReturn:

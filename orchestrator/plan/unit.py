@@ -83,7 +83,7 @@ class UnitPlan:
     @property
     def step_size(self) -> Duration:
         """The communication step of the component [ns]."""
-        return self.participant.step_size
+        return int(self.participant.step_size)
 
     @property
     def rows(self) -> int:
@@ -106,7 +106,7 @@ class UnitPlan:
     def _describe(self, table: layouts.Unit, unit: NativeUnit) -> None:
         table.instance, table.step, table.version = unit.instance, unit.step, unit.version
         table.keeps_state = unit.keeps_state
-        table.step_size = self.participant.step_size
+        table.step_size = self.step_size
         table.pending = self._pending.block.ctypes.data
         table.published = self.published.block.ctypes.data
         table.size = len(self.published.block)
@@ -244,7 +244,7 @@ class UnitPlan:
 
     def _is_under_way(self, t: Time) -> bool:
         """Whether a step that was begun before `t` ends behind it."""
-        return (t - self._start) % self.participant.step_size != 0
+        return (t - self._start) % self.step_size != 0
 
     def _attend(self, status: int, t: Time) -> int:
         """Make the rest of the step from `t` [ns], whose call returned `status`."""
