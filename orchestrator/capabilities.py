@@ -9,9 +9,11 @@ addition to `Component`:
 
 import abc
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from orchestrator.course import Course
 from orchestrator.signal import Signals
+from orchestrator.timebase import Time
 
 
 class InitialEvaluation(abc.ABC):
@@ -112,3 +114,26 @@ class AdjointDerivatives(abc.ABC):
         Returns:
             By input, every continuous one, float64 arrays of the shapes of the inputs.
         """
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EndRequest:
+    """A component asks for the end of the run.
+
+    Attributes:
+        time: how far it has come [ns]: the end of its last step, or before, if it could not make
+            all of that. Then the step counts as not made, and the run ends before its end.
+        why: a few words for the user.
+    """
+
+    time: Time
+    why: str
+
+
+class EndRequesting(abc.ABC):
+    """May ask that the run end here, as if it were the stop time (FMI: `terminateSimulation`)."""
+
+    @property
+    @abc.abstractmethod
+    def end_request(self) -> EndRequest | None:
+        """What it asks for since the last `initialise` or `step`; `None`: to go on. No effect."""

@@ -9,6 +9,7 @@ from typing import ClassVar, Final, NoReturn, TextIO
 from tqdm import tqdm
 from typing_extensions import override
 
+from orchestrator.early_end import EarlyEnd
 from orchestrator.signal import Signals
 from orchestrator.stretch import Stretch
 from orchestrator.system import Endpoint, System
@@ -45,7 +46,8 @@ class SimulationResult:
         time: the last communication point that was reached [ns].
         values: the outputs published there, by component and connector.
         wall_time: where the time went.
-        error: what ended the run early, or `None`.
+        error: what made the run fail, or `None`.
+        early_end: why it ended before its stop time without failing, or `None`.
     """
 
     start: Time
@@ -53,6 +55,7 @@ class SimulationResult:
     values: Mapping[str, Signals]
     wall_time: WallTime
     error: BaseException | None = None
+    early_end: EarlyEnd | None = None
 
     @property
     def status(self) -> str:
@@ -78,7 +81,8 @@ class Observer(abc.ABC):
     def begin(self, system: System, start: Time, stop: Time) -> None:
         """A run of `system` from `start` to `stop` [ns] begins; no component is set up yet.
 
-        It may end before `stop`, where an output says so; the result has the time.
+        It may end before `stop`, where an output says so or a component asks for it; the result has
+        the time.
         """
 
     @abc.abstractmethod

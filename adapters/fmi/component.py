@@ -16,8 +16,9 @@ from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.sizes import Sizes
+from adapters.fmi.stepping import Stepper
 from adapters.fmi.variable import DTYPES, FmuVariable
-from orchestrator.capabilities import InitialEvaluation
+from orchestrator.capabilities import EndRequest, EndRequesting, InitialEvaluation
 from orchestrator.component import Capability, Component, WrappedRestorableComponent
 from orchestrator.native import NativeOwner, NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
@@ -38,7 +39,7 @@ class FmuState:
     read: Signals
 
 
-class FmuComponent(Component, NativeOwner, InitialEvaluation):
+class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
     """An FMU in this process.
 
     Inputs that are the objects they were at the last step are not set again. When the length
@@ -49,6 +50,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         description: of the FMU.
         values: of parameters, and start values of what is neither parameter nor input.
         instantiate: makes the instance.
+        stepper: takes its steps.
         tolerance: relative, for the solver of the FMU; `None`: its own.
     """
 
@@ -58,11 +60,13 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         values: Mapping[str, Any],
         instantiate: Instantiate,
         *,
+        stepper: Stepper,
         tolerance: float | None,
     ) -> None:
         self._description = description
         self._values = values
         self._tolerance = tolerance
+        self._stepper = stepper
         self._instantiate = instantiate
         self._sizes = Sizes(description, values)
         self._connectors = connectors(description, self._sizes.start)
@@ -81,6 +85,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         self._start: Time = 0
         self._grid: CommunicationGrid | None = None
         self._is_initialising = False
+        self._end_request: EndRequest | None = None
 
     @property
     @override
@@ -97,7 +102,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         self._start = start
         self._seed = self._draw_seed(rng)
         self._instance = self._instantiate()
-        self._is_initialising = False
+        self._is_initialising, self._end_request = False, None
         # also at interpreter exit, when `close` was never called
         self._finalizer = weakref.finalize(self, self._instance.free)
 
@@ -216,11 +221,20 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         if self._sizes.may_have_changed(inputs, self._written):
             self._resize(instance, inputs)
         self._write_inputs(instance, inputs)
+        self._end_request = self._stepper.make(instance, *self._span(t, h), t + h)
+        if self._end_request is None or self._end_request.time == t + h:
+            self._read = instance.read()
+
+    def _span(self, t: Time, h: Duration) -> tuple[float, float]:
+        """Where the step from `t` to `t + h` begins, and its length [s]."""
         if self._grid is None:
-            instance.step(seconds(t), seconds(h))
-        else:
-            instance.step(self._grid.seconds(t), self._grid.length(t, h))
-        self._read = instance.read()
+            return seconds(t), seconds(h)
+        return self._grid.seconds(t), self._grid.length(t, h)
+
+    @property
+    @override
+    def end_request(self) -> EndRequest | None:
+        return self._end_request
 
     def _resize(self, instance: FmuInstance, inputs: Signals) -> None:
         lengths = self._sizes.measure(inputs)
@@ -237,7 +251,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
 
     @override
     def native(self) -> NativeUnit | None:
-        if self._sizes.may_change:
+        if self._sizes.may_change or self._stepper.keeps_states:
             return None
         return self._running().native(self._connectors, self)
 
@@ -261,8 +275,11 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         self._running().setting_failed(type_, names, status)
 
     @override
-    def step_failed(self, status: int, t: Time, h: Duration) -> None:
-        self._running().judge_step(status, seconds(t), seconds(h))
+    def complete_step(self, status: int, t: Time, h: Duration) -> None:
+        instance = self._running()
+        begin, length = self._span(t, h)
+        outcome = instance.outcome(status, begin)
+        self._end_request = self._stepper.go_on(instance, outcome, begin, length, t + h)
 
     @override
     def getting_failed(self, type_: str, status: int) -> None:
@@ -270,6 +287,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
 
     @override
     def close(self) -> None:
+        self._stepper.account()
         if self._finalizer is not None:
             self._finalizer()
         self._finalizer = None

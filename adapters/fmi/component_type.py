@@ -15,11 +15,19 @@ from adapters.fmi.fmi2 import Fmi2Instance
 from adapters.fmi.fmi3 import Fmi3Instance
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.messages import MessageLog
-from adapters.fmi.options import Said, option_parameters, with_locals
+from adapters.fmi.options import (
+    RETRY_HINT,
+    Options,
+    Said,
+    may_retry,
+    option_parameters,
+    with_locals,
+)
 from adapters.fmi.settings import settings, start_settings
 from adapters.fmi.sizes import Sizes
 from adapters.fmi.starts import start_parameters, started
 from adapters.fmi.step_size import step_problem
+from adapters.fmi.stepping import Stepper
 from adapters.fmi.unpacked import check_binary
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
@@ -91,9 +99,20 @@ class FmuComponentType(ComponentType):
             fmu,
             native,
             functools.partial(_instantiate, fmu, name, log, may_restore=may_restore),
+            stepper=_stepper(fmu, log, said.options),
             tolerance=said.options.tolerance,
         )
         return RestorableFmuComponent(component) if may_restore else component
+
+
+def _stepper(fmu: FmuDescription, log: MessageLog, options: Options) -> Stepper:
+    return Stepper(
+        log,
+        asking="`fmi2Terminated`" if fmu.version == 2 else "`terminateSimulation`",
+        may_vary=fmu.has_variable_steps,
+        smallest=options.smallest_step,
+        hint=RETRY_HINT if may_retry(fmu) else "",
+    )
 
 
 def _instantiate(

@@ -34,6 +34,8 @@ class FmuDescription:
         can_restore: it can return to an earlier state.
         can_serialize: it can turn such a state into bytes and back.
         has_directional, has_adjoint: it knows these derivatives of its outputs.
+        has_variable_steps: its steps may differ in length.
+        may_return_early: FMI 3.0: a step can be left before its end.
         is_once_per_process: two instances of it cannot be in one process.
         internal_step: FMI 3.0: the fixed step of its solver [s], exactly as in the file, positive;
             `None` if it does not say one.
@@ -52,6 +54,8 @@ class FmuDescription:
     can_serialize: bool
     has_directional: bool
     has_adjoint: bool
+    has_variable_steps: bool
+    may_return_early: bool
     is_once_per_process: bool
     internal_step: Fraction | None
     log_categories: tuple[str, ...]
@@ -99,6 +103,8 @@ def read_description(path: Path) -> FmuDescription:
             flags, "providesDirectionalDerivatives", "providesDirectionalDerivative"
         ),
         has_adjoint=_flag(flags, "providesAdjointDerivatives"),
+        has_variable_steps=_flag(flags, "canHandleVariableCommunicationStepSize"),
+        may_return_early=_flag(flags, "canReturnEarlyAfterIntermediateUpdate"),
         is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),
         internal_step=internal_step(flags.get("fixedInternalStepSize")),
         log_categories=tuple(category.name for category in parsed.logCategories),

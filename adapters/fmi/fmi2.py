@@ -19,6 +19,7 @@ from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
+from adapters.fmi.outcome import MADE, StepOutcome
 from adapters.fmi.parcels import Parcel
 from adapters.fmi.unpacked import LoadedFmu
 
@@ -133,28 +134,26 @@ class Fmi2Instance(LoadedInstance):
         self._handle.call("fmi2EnterInitializationMode")
 
     @override
-    def step(self, t: float, h: float) -> None:
+    def step(self, t: float, h: float) -> StepOutcome:
         self._log.recent.clear()
         function = self._fmu.function("fmi2DoStep", _STEP)
         status = function(self._instance, t, h, int(not self._may_restore))
-        self.judge_step(status, t, h)
+        return MADE if status == OK else self.outcome(status, t)
 
     @override
-    def judge_step(self, status: int, t: float, h: float) -> None:
-        if status == DISCARD:
-            self._guard.refuse("fmi2DoStep", status, self._progress())
-        if status != OK:
+    def outcome(self, status: int, t: float) -> StepOutcome:
+        if status != DISCARD:
             self._guard.check("fmi2DoStep", status)
-
-    def _progress(self) -> str:
-        """Why a step was discarded, as far as the FMU tells."""
-        time, is_over = c_double(), c_int()
-        self._fmu.call(
-            "fmi2GetRealStatus", self._instance, _LAST_SUCCESSFUL_TIME, ctypes.byref(time)
-        )
-        self._fmu.call("fmi2GetBooleanStatus", self._instance, _TERMINATED, ctypes.byref(is_over))
-        ends = "; the FMU asks to end the simulation" if is_over.value else ""
-        return f" (the last successful time is {time.value:.9g} s{ends})"
+            return MADE
+        time, is_over = c_double(t), c_int()
+        for kind, function, value in (
+            (_LAST_SUCCESSFUL_TIME, "fmi2GetRealStatus", time),
+            (_TERMINATED, "fmi2GetBooleanStatus", is_over),
+        ):
+            before = value.value
+            if self._fmu.call(function, self._instance, kind, ctypes.byref(value)) != OK:
+                value.value = before  # an FMU need not know
+        return StepOutcome(time=time.value, is_discarded=True, wants_end=bool(is_over.value))
 
     @override
     def _read_block(self, block: Block, elements: Any) -> None:

@@ -17,6 +17,7 @@ from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
+from adapters.fmi.outcome import MADE, StepOutcome
 from adapters.fmi.parcels import Parcel
 from adapters.fmi.unpacked import LoadedFmu
 from adapters.fmi.variable import DTYPES
@@ -28,7 +29,7 @@ _STEP: Final = (c_void_p, c_double, c_double, c_bool, c_void_p, c_void_p, c_void
 
 
 class Fmi3Instance(LoadedInstance):
-    """FMI 3.0.2, sections 2.2 and 4.2, without event mode, clocks and early return."""
+    """FMI 3.0.2, sections 2.2 and 4.2, without event mode and clocks."""
 
     names = FunctionNames(
         prefix="fmi3",
@@ -41,6 +42,8 @@ class Fmi3Instance(LoadedInstance):
     def __init__(
         self, description: FmuDescription, name: str, log: MessageLog, *, may_restore: bool
     ) -> None:
+        # a step that returned early is followed by a shorter one
+        self._may_return_early = description.may_return_early and description.has_variable_steps
         super().__init__(description, name, log, may_restore=may_restore)
         self._flags = [c_bool(), c_bool(), c_bool()]
         self._last_time = c_double()
@@ -69,7 +72,7 @@ class Fmi3Instance(LoadedInstance):
             False,  # noqa: FBT003  (visible)
             is_verbose,
             False,  # noqa: FBT003  (event mode)
-            False,  # noqa: FBT003  (early return)
+            self._may_return_early,
             None,
             0,
             None,
@@ -140,28 +143,34 @@ class Fmi3Instance(LoadedInstance):
         )
 
     @override
-    def step(self, t: float, h: float) -> None:
+    def step(self, t: float, h: float) -> StepOutcome:
         self._log.recent.clear()
         function = self._fmu.function("fmi3DoStep", _STEP)
         self._last_time.value = t
         status = function(self._instance, t, h, not self._may_restore, *self._step_results)
-        self.judge_step(status, t, h)
+        _, is_over, is_early = self._flags
+        if status == OK and not (is_over.value or is_early.value):
+            return MADE
+        return self.outcome(status, t)
 
     @override
-    def judge_step(self, status: int, t: float, h: float) -> None:
-        if status == DISCARD:
-            reached = f" (the last successful time is {self._last_time.value:.9g} s)"
-            self._guard.refuse("fmi3DoStep", status, reached)
-        if status > OK:
+    def outcome(self, status: int, t: float) -> StepOutcome:
+        is_discarded = status == DISCARD
+        if status > OK and not is_discarded:
             self._guard.check("fmi3DoStep", status)
-        _, is_over, is_early = self._flags
-        if is_early.value:
+        needs_event, is_over, is_early = (flag.value for flag in self._flags)
+        reached = self._last_time.value
+        if is_early and not self._may_return_early:
             raise FmuError(
-                f"fmi3DoStep returned early, at {self._last_time.value:.9g} s, although that was "
-                "not allowed"
+                f"fmi3DoStep returned early, at {reached:.9g} s, although that was not allowed"
             )
-        if is_over.value:
-            raise FmuError(f"the FMU asks to end the simulation at {t + h:.9g} s")
+        return StepOutcome(
+            time=reached if is_discarded or is_early else None,
+            is_discarded=is_discarded,
+            is_early=is_early and not is_discarded,
+            wants_end=is_over,
+            needs_event=needs_event,
+        )
 
     @override
     def _flag_addresses(self) -> tuple[int, ...]:

@@ -2,9 +2,11 @@
 
 import abc
 from collections.abc import Mapping, Sequence
+from typing import NoReturn
 
 from adapters.fmi.errors import failure
 from adapters.fmi.messages import STATUS_NAMES, MessageLog
+from adapters.fmi.outcome import StepOutcome
 from orchestrator.native import NativeOwner, NativeUnit
 from orchestrator.signal import Array, Connector, Signal
 
@@ -35,12 +37,12 @@ class Guard:
             return
         self.refuse(function, status)
 
-    def refuse(self, function: str, status: int, remark: str = "") -> None:
-        """Raise the error for `status`, with what the FMU logged."""
+    def refuse(self, function: str, status: int, remark: str = "", hint: str = "") -> NoReturn:
+        """Raise the error for `status`, with what the FMU logged between `remark` and `hint`."""
         self.is_dead = self.is_dead or status == FATAL
         self.has_failed = self.has_failed or status in {DISCARD, ERROR}
         name = STATUS_NAMES[status] if status < len(STATUS_NAMES) else str(status)
-        raise failure(function, name + remark, self._log.recent)
+        raise failure(function, name + remark, self._log.recent, hint)
 
 
 class FmuInstance(abc.ABC):
@@ -83,8 +85,12 @@ class FmuInstance(abc.ABC):
         """Leave initialisation mode."""
 
     @abc.abstractmethod
-    def step(self, t: float, h: float) -> None:
-        """Advance from `t` to `t + h` [s]."""
+    def step(self, t: float, h: float) -> StepOutcome:
+        """Ask for a step from `t` to `t + h` [s], and say what came of it.
+
+        Raises:
+            FmuError: it failed.
+        """
 
     @abc.abstractmethod
     def native(self, connectors: Mapping[str, Connector], owner: NativeOwner) -> NativeUnit | None:
@@ -108,11 +114,24 @@ class FmuInstance(abc.ABC):
         """
 
     @abc.abstractmethod
-    def judge_step(self, status: int, t: float, h: float) -> None:
-        """Judge the step from `t` to `t + h` [s]; -1: what it said beside an OK.
+    def outcome(self, status: int, t: float) -> StepOutcome:
+        """What came of the step from `t` [s] that was asked for last, elsewhere.
+
+        Args:
+            status: that it returned; -1: it was OK or a warning, and more was said beside it.
+            t: where the step began [s].
 
         Raises:
-            FmuError: it failed, was discarded, or asks to end the simulation.
+            FmuError: it failed.
+        """
+
+    @abc.abstractmethod
+    def discarded(self, reached: float, hint: str) -> NoReturn:
+        """Raise what is wrong with a discarded step.
+
+        Args:
+            reached: the last successful time [s].
+            hint: what to say behind it.
         """
 
     @abc.abstractmethod
@@ -163,8 +182,13 @@ class FmuInstance(abc.ABC):
         """Store the FMU state; an address for `restore` and `forget`."""
 
     @abc.abstractmethod
-    def restore(self, state: int, lengths: Mapping[str, int]) -> None:
-        """Return to a stored state, in which structural parameters have the values `lengths`."""
+    def restore(self, state: int, lengths: Mapping[str, int] | None) -> None:
+        """Return to a stored state.
+
+        Args:
+            state: which one.
+            lengths: the values that structural parameters have in it; `None`: as now.
+        """
 
     @abc.abstractmethod
     def forget(self, state: int) -> None:

@@ -7,7 +7,7 @@ import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from ctypes import c_void_p
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,7 @@ from typing_extensions import override
 from adapters.fmi.block import Block, address_of, blocks, shape_of
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.handle import FunctionNames, Handle
-from adapters.fmi.instance import FmuInstance
+from adapters.fmi.instance import DISCARD, FmuInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.parcels import Parcel, packed, parcels
 from adapters.fmi.starts import startable
@@ -169,6 +169,11 @@ class LoadedInstance(FmuInstance):
         self._guard.check(f"{self.names.prefix}Set{type_} of {listed}", status)
 
     @override
+    def discarded(self, reached: float, hint: str) -> NoReturn:
+        remark = f" (the last successful time is {reached:.9g} s)"
+        self._guard.refuse(f"{self.names.prefix}DoStep", DISCARD, remark, hint)
+
+    @override
     def getting_failed(self, type_: str, status: int) -> None:
         self._guard.check(f"{self.names.prefix}Get{type_}", status)
 
@@ -229,9 +234,9 @@ class LoadedInstance(FmuInstance):
         return self._handle.save()
 
     @override
-    def restore(self, state: int, lengths: Mapping[str, int]) -> None:
+    def restore(self, state: int, lengths: Mapping[str, int] | None) -> None:
         self._handle.restore(state)
-        if lengths != self._lengths:
+        if lengths is not None and lengths != self._lengths:
             self._lengths = dict(lengths)
             self._resize_blocks()
 

@@ -15,6 +15,9 @@ from orchestrator.suggestion import suggestion
 
 PREFIX: Final = "fmi."
 
+RETRY_HINT: Final = "; `fmi.smallest_step` lets it be tried again, in shorter steps"
+"""What the error of a discarded step adds, where the FMU could make it in several."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
@@ -23,10 +26,12 @@ class Options:
     Attributes:
         tolerance: relative, for the solver of the FMU; `None`: its own.
         locals: names or patterns of variables that are outputs of the component, too.
+        smallest_step: that a discarded step may be cut down to [s]; `None`: it is not.
     """
 
     tolerance: float | None = None
     locals: tuple[str, ...] = ()
+    smallest_step: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,8 +80,23 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             doc="variables inside that become outputs: names, or patterns with `*` and `?`",
             is_optional=True,
         )
+    if may_retry(description):
+        found["smallest_step"] = Parameter(
+            type=float | None,
+            unit="s",
+            default=None,
+            minimum=1e-9,
+            doc="a step that the FMU discards is made again in shorter ones, down to this; its "
+            "state is kept before each step for that, so it is not done by default",
+            is_optional=True,
+        )
     named = {PREFIX + name: parameter for name, parameter in found.items()}
     return {n: p for n, p in named.items() if n not in description.variables}
+
+
+def may_retry(description: FmuDescription) -> bool:
+    """Whether a step that the FMU discards can be made again in several."""
+    return description.can_restore and description.has_variable_steps
 
 
 def with_locals(description: FmuDescription, wanted: tuple[str, ...]) -> FmuDescription:

@@ -11,6 +11,7 @@ from orchestrator.algorithm.history import History, InputCourses, is_approximate
 from orchestrator.algorithm.mixing import MixedInput, MixSources, PastValues
 from orchestrator.algorithm.outputs import OutputCheck
 from orchestrator.algorithm.pieces import Piece, Pieces
+from orchestrator.algorithm.requests import Asking
 from orchestrator.capabilities import InitialEvaluation, OutputSlopes, PointEvaluation
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, CosimError
@@ -31,6 +32,7 @@ class Participant(abc.ABC):
 
     Attributes:
         name: of the component in its system.
+        asking: whether it asks for the end of the run.
         step_size: communication step size [ns].
         is_concurrent: whether the step runs elsewhere between `begin` and `finish`.
         is_begun: whether a step has been begun that has not been waited for yet.
@@ -42,7 +44,7 @@ class Participant(abc.ABC):
 
     __slots__ = ("_check_outputs", "_component", "_continuous", "_evaluation", "_feeds",
                  "_grid", "_history", "_mixed", "_past", "_pending", "_pieces", "_reached",
-                 "_starts", "_used", "is_begun", "name", "published", "reads", "sources",
+                 "_starts", "_used", "asking", "is_begun", "name", "published", "reads", "sources",
                  "step_size", "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
@@ -55,6 +57,7 @@ class Participant(abc.ABC):
         step_size: StepSize,
     ) -> None:
         self.name: Final = name
+        self.asking: Final = Asking(name, component)
         self.step_size: Final = step_size
         self.published: Final[dict[str, Signal]] = {}
         self.sources: frozenset[str] = frozenset()
@@ -128,6 +131,7 @@ class Participant(abc.ABC):
             outputs = self._component.outputs()
             self.wall_time_ns += perf_counter_ns() - before
             self._accept(outputs, start)
+            self.asking.is_within(start)
         except Exception as error:
             raise self._failure(start, error) from error
         self._used, self._reached = inputs, start
@@ -216,11 +220,18 @@ class Participant(abc.ABC):
 
     @abc.abstractmethod
     def finish(self) -> None:
-        """Wait until the step that was begun is done, and check its outputs."""
+        """Wait until the step that was begun is done, and check its outputs.
+
+        Raises:
+            ComponentError: the component failed.
+            EndedWithinStep: it asks for the end of the run and did not come to the end of the step.
+        """
 
     def publish(self) -> None:
         """Show the outputs of the step finished last to others."""
         self.published.update(self._pending)
+        if self.asking.may_ask:
+            self.asking.publish()
         for past in self._past:
             past.note()
         if self._history is not None:

@@ -2,8 +2,8 @@
  *
  * A plan is a table of units and of what is to be called for each of them at a step: values that are
  * set, the step, values that are got. `plan_run` works through it until the end of a stretch, and
- * stops before whatever needs Python: a call that returned neither OK nor Warning, a value that is not finite, an
- * output that ends the run. Nothing here knows what is connected or recorded beyond addresses. */
+ * stops before whatever needs Python: a call that returned neither OK nor Warning, a value that is not finite,
+ * what ends the run. A step that said more than OK is completed in Python (`attend`). Nothing here knows what is connected or recorded beyond addresses. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -24,6 +24,7 @@ typedef int (*Get2)(void *, const uint32_t *, size_t, void *);
 typedef int (*Get3)(void *, const uint32_t *, size_t, void *, size_t);
 typedef int (*GetBinary)(void *, const uint32_t *, size_t, size_t *, const uint8_t **, size_t);
 typedef int (*SetBinary)(void *, const uint32_t *, size_t, const size_t *, const uint8_t *const *, size_t);
+typedef int (*Attend)(int status, int64_t from); /* makes the rest of a step that said more than OK */
 typedef int (*Step2)(void *, double, double, int);
 typedef int (*Step3)(void *, double, double, bool, bool *, bool *, bool *, double *);
 
@@ -105,9 +106,16 @@ typedef struct {
     double spent;     /* wall time of this stretch [ns], from samples */
     bool *flag[3];    /* results of a step, FMI 3.0: event, end, early return */
     double *last_time;
+    Attend attend;
+    int64_t ending; /* what the last step asks for, an `Ending` */
 } Unit;
 
-typedef enum { ALL_DONE, SET_FAILED, STEP_FAILED, GET_FAILED, NOT_FINITE, NO_MEMORY, RUN_ENDS } Outcome;
+/* What `attend` says: the step was made; and the run is to end behind it; it was not made, and the run is
+ * to end before; it failed. */
+typedef enum { GOES_ON, ENDS_BEHIND, ENDS_WITHIN, HAS_FAILED } Ending;
+
+typedef enum { ALL_DONE, SET_FAILED, STEP_FAILED, GET_FAILED, NOT_FINITE, NO_MEMORY, RUN_ENDS,
+               RUN_ENDED } Outcome;
 
 typedef struct {
     Unit *unit; /* in the order of their turns */
@@ -313,7 +321,11 @@ static Outcome make_step(Plan *p, Unit *u, int64_t from) {
         Setting *s = &u->setting[p->call];
         if (gather(s) && is_failure(p, u, set(u, s))) return SET_FAILED;
     }
-    if (is_failure(p, u, step(u, from))) return STEP_FAILED;
+    u->ending = GOES_ON;
+    int status = step(u, from);
+    if (is_failure(p, u, status)) u->ending = u->attend(status, from);
+    if (u->ending == HAS_FAILED) return STEP_FAILED;
+    if (u->ending == ENDS_WITHIN) return ALL_DONE; /* there are no outputs */
     for (p->call = 0; p->call < u->gettings; p->call++)
         if (is_failure(p, u, get(u, &u->getting[p->call]))) return GET_FAILED;
     for (p->call = 0; p->call < u->gettings; p->call++) {
@@ -383,6 +395,7 @@ static Outcome arrive(Plan *p, int64_t t, bool is_sample, double weight) {
         p->failed_from = t - u->step_size;
         Outcome outcome =
             p->is_parallel ? ALL_DONE : make_timed_step(p, u, t - u->step_size, is_sample, weight);
+        if (outcome == ALL_DONE && u->ending == ENDS_WITHIN) outcome = RUN_ENDED;
         if (outcome == ALL_DONE) outcome = publish(u);
         if (outcome != ALL_DONE) return outcome;
     }
@@ -400,15 +413,17 @@ static Outcome go_on(Plan *p) {
         if (outcome != ALL_DONE) return outcome;
         int64_t t = next_point(p);
         if ((outcome = arrive(p, t, is_sample, weight)) != ALL_DONE) return outcome;
+        bool ends = false;
         for (size_t k = 0; k < p->units; k++) {
             Unit *u = &p->unit[k];
             if (u->due != t) continue;
+            ends |= u->ending == ENDS_BEHIND;
             if ((outcome = record(u)) != ALL_DONE) return outcome;
             u->due += u->step_size;
         }
         p->now = t;
         p->points++;
-        if (p->until && *p->until) return RUN_ENDS;
+        if (ends || (p->until && *p->until)) return RUN_ENDS;
         if (p->points == p->most || next_point(p) > p->end) return ALL_DONE;
     }
 }

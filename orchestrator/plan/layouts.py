@@ -7,8 +7,14 @@ from ctypes import POINTER, c_double, c_int, c_int32, c_int64, c_size_t, c_uint6
 from pathlib import Path
 from typing import Any, Final
 
-ALL_DONE, SET_FAILED, STEP_FAILED, GET_FAILED, NOT_FINITE, NO_MEMORY, RUN_ENDS = range(7)
+ALL_DONE, SET_FAILED, STEP_FAILED, GET_FAILED, NOT_FINITE, NO_MEMORY, RUN_ENDS, RUN_ENDED = range(8)
 """What `plan_run` returns."""
+
+GOES_ON, ENDS_BEHIND, ENDS_WITHIN, HAS_FAILED = range(4)
+"""What `attend` returns."""
+
+Attend = ctypes.CFUNCTYPE(c_int, c_int, c_int64)
+"""Makes the rest of a step: takes its status and where it begins [ns]."""
 
 
 class Bytes(ctypes.Structure):
@@ -66,6 +72,7 @@ class Unit(ctypes.Structure):
         ("published_bytes", POINTER(Bytes)), ("binaries", c_size_t), ("track", POINTER(Track)),
         ("tracks", c_size_t), ("due", c_int64), ("rows", c_size_t), ("publications", c_uint64),
         ("calls", c_uint64), ("spent", c_double), ("flag", c_void_p * 3), ("last_time", c_void_p),
+        ("attend", c_void_p), ("ending", c_int64),
     )  # fmt: skip
 
 

@@ -77,6 +77,7 @@ class UnitPlan:
         self._setting_names: list[tuple[str, list[str]]] = []
         self._rings: dict[str, Array] = {}
         self._start: Time = 0
+        self._raised: BaseException | None = None
         self._describe(table, unit)
         unit.owner.count_calls(ctypes.addressof(table) + layouts.Unit.calls.offset)
 
@@ -114,6 +115,8 @@ class UnitPlan:
         table.binaries = len(self.published.binaries)
         table.flag = (ctypes.c_void_p * 3)(*unit.flags)
         table.last_time = unit.last_time
+        attend = self._kept(layouts.Attend(self._attend))
+        table.attend = ctypes.cast(attend, ctypes.c_void_p)
         gettings = [self._getting(type_, names) for type_, names in self._groups.items()]
         table.getting = self._kept((layouts.Getting * len(gettings))(*gettings))
         table.gettings = len(gettings)
@@ -233,6 +236,7 @@ class UnitPlan:
         if self._pending is not self.published and self._is_under_way(t):
             for name, value in self.participant.pending.items():
                 self._pending.put(name, value, self._library)
+        self._table.ending = self._ending()
         owner = self._unit.owner
         for feed, copy in self._copies:
             version = ctypes.c_uint64.from_address(copy.version).value
@@ -242,6 +246,23 @@ class UnitPlan:
     def _is_under_way(self, t: Time) -> bool:
         """Whether a step that was begun before `t` ends behind it."""
         return (t - self._start) % self.step_size != 0
+
+    def _attend(self, status: int, t: Time) -> int:
+        """Make the rest of the step from `t` [ns], whose call returned `status`."""
+        try:
+            self._unit.owner.complete_step(status, t, self.step_size)
+            self.participant.asking.is_within(t + self.step_size)
+        except BaseException as error:
+            self._raised = error
+            return layouts.HAS_FAILED
+        return self._ending()
+
+    def _ending(self) -> int:
+        """What the last step asks for, as the engine says it."""
+        asking = self.participant.asking
+        if asking.request is None:
+            return layouts.GOES_ON
+        return layouts.ENDS_WITHIN if asking.has_ended else layouts.ENDS_BEHIND
 
     def show(self, scale: float) -> None:
         """Let Python see what was published."""
@@ -261,6 +282,8 @@ class UnitPlan:
         }
         under_way = self._is_under_way(t)
         read = self.participant.pending if under_way else self.participant.published
+        if not under_way and self.participant.asking.request is not None:
+            self.participant.asking.publish()
         self._unit.owner.adopt([feed.input for feed, _ in self._copies], written, dict(read))
 
     def times(self, t: Time) -> Array:
@@ -290,11 +313,13 @@ class UnitPlan:
     def fail(self, outcome: int, call: int, status: int, t: Time) -> ComponentError:
         """The error for what stopped the engine in the step from `t`."""
         owner = self._unit.owner
+        if isinstance(self._raised, Exception):
+            return self.participant.failure(t, self._raised)
+        if self._raised is not None:
+            raise self._raised
         try:
             if outcome == layouts.SET_FAILED:
                 owner.setting_failed(*self._setting_names[call], status)
-            elif outcome == layouts.STEP_FAILED:
-                owner.step_failed(status, t, self.step_size)
             elif outcome == layouts.GET_FAILED:
                 owner.getting_failed(list(self._groups)[call], status)
             elif outcome == layouts.NOT_FINITE:

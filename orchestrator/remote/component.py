@@ -20,7 +20,12 @@ from typing import Any, NoReturn
 import numpy as np
 from typing_extensions import Buffer, override
 
-from orchestrator.capabilities import PointEvaluation, VariableSteps
+from orchestrator.capabilities import (
+    EndRequest,
+    EndRequesting,
+    PointEvaluation,
+    VariableSteps,
+)
 from orchestrator.component import Capability, ConcurrentComponent, WrappedRestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError
 from orchestrator.remote.protocol import (
@@ -31,6 +36,7 @@ from orchestrator.remote.protocol import (
     connectors_from_message,
     generator_to_document,
     grid_to_document,
+    request_from_document,
 )
 from orchestrator.remote.transport import Link, LinkLostError, Transport
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
@@ -164,7 +170,7 @@ class RemoteState:
         self.values = values
 
 
-class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
+class RemoteComponent(ConcurrentComponent, EndRequesting, PointEvaluation, VariableSteps):
     """A component hosted at the other end of a link; `launch` creates it."""
 
     def __init__(self, dialogue: _Dialogue, created: _Reply, deadlines: Deadlines) -> None:
@@ -176,6 +182,7 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
         self._inputs = SignalEncoder({})
         self._outputs = SignalDecoder({})
         self._values: Signals = {}
+        self._end_request: EndRequest | None = None
         offered = created.message.document.get("capabilities", ())
         self._capabilities = {CAPABILITIES[name] for name in offered}
         self._is_set_up = False
@@ -230,6 +237,11 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
     def outputs(self) -> Signals:
         return self._values
 
+    @property
+    @override
+    def end_request(self) -> EndRequest | None:
+        return self._end_request
+
     @override
     def close(self) -> None:
         if self._dialogue.awaiting is not None:
@@ -261,6 +273,7 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
         return {n: c for n, c in self._connectors.items() if c.causality is causality}
 
     def _accept(self, reply: _Reply) -> None:
+        self._end_request = request_from_document(reply.message.document)
         self._values = self._outputs.decode(reply.raw, reply.offset)
 
 
