@@ -18,10 +18,11 @@ from adapters.fmi.instance import FmuInstance
 from adapters.fmi.sizes import Sizes
 from adapters.fmi.stepping import Stepper
 from adapters.fmi.variable import DTYPES, FmuVariable
+from orchestrator.algorithm.outputs import same
 from orchestrator.capabilities import EndRequest, EndRequesting, InitialEvaluation
 from orchestrator.component import Capability, Component, WrappedRestorableComponent
 from orchestrator.native import NativeOwner, NativeUnit
-from orchestrator.signal import Causality, Connector, Signal, Signals
+from orchestrator.signal import Causality, Connector, Signal, Signals, Variability
 from orchestrator.timebase import CommunicationGrid, Duration, Time, seconds
 
 Instantiate: TypeAlias = Callable[[], FmuInstance]
@@ -73,6 +74,9 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
         self._inputs = [
             name for name, c in self._connectors.items() if c.causality is Causality.INPUT
         ]
+        self._jumping = {
+            n for n in self._inputs if self._connectors[n].variability is not Variability.CONTINUOUS
+        }
         self._derivatives = derivatives(description, self._running)
         arrays = [v for v in description.of("input") if v.is_bytes and v.axes]
         self._siblings = {name: v.elements for v in arrays for name in v.elements}
@@ -142,7 +146,8 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
         instance = self._running()
         self._enter_initialisation(instance, inputs)
         self._write_inputs(instance, inputs)
-        instance.exit_initialisation()
+        if instance.exit_initialisation(seconds(self._start)):
+            self._end_request = self._stepper.request(self._start)
         self._read = instance.read()
 
     def _enter_initialisation(self, instance: FmuInstance, inputs: Signals) -> None:
@@ -202,26 +207,42 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
         shape = shape_of(variable, self._lengths)
         return np.full(shape, elements) if elements.size == 1 else elements.reshape(shape)
 
-    def _write_inputs(self, instance: FmuInstance, inputs: Signals) -> None:
+    def _write_inputs(
+        self, instance: FmuInstance, inputs: Signals, begin: float | None = None
+    ) -> bool:
+        """Set what is new; at the time `begin` [s], some of it may jump.
+
+        Returns:
+            Whether the FMU asks to end the simulation.
+        """
         written = self._written
+        is_jumping = begin is not None and instance.uses_events
         changed = {}
         for name in self._inputs:
-            value = inputs[name]
-            if value is not written.get(name):
+            value, old = inputs[name], written.get(name)
+            if value is not old:
                 written[name] = value
+                if is_jumping and old is not None and name in self._jumping and same(value, old):
+                    continue  # no event
                 changed[name] = self._sizes.fill(name, value, self._lengths)
                 for other in self._siblings.get(name, ()):
                     changed[other] = inputs[other]
+        if begin is not None and is_jumping and not self._jumping.isdisjoint(changed):
+            return instance.write_jumps(changed, begin)
         if changed:
             instance.write(changed)
+        return False
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
         instance = self._running()
         if self._sizes.may_have_changed(inputs, self._written):
             self._resize(instance, inputs)
-        self._write_inputs(instance, inputs)
-        self._end_request = self._stepper.make(instance, *self._span(t, h), t + h)
+        begin, length = self._span(t, h)
+        if self._write_inputs(instance, inputs, begin):
+            self._end_request = self._stepper.request(t)
+            return
+        self._end_request = self._stepper.make(instance, begin, length, t + h)
         if self._end_request is None or self._end_request.time == t + h:
             self._read = instance.read()
 
@@ -251,9 +272,10 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
 
     @override
     def native(self) -> NativeUnit | None:
-        if self._sizes.may_change or self._stepper.keeps_states:
+        instance = self._running()
+        if self._sizes.may_change or self._stepper.keeps_states or instance.uses_events:
             return None
-        return self._running().native(self._connectors, self)
+        return instance.native(self._connectors, self)
 
     @override
     def count_calls(self, address: int | None) -> None:

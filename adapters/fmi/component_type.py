@@ -98,7 +98,9 @@ class FmuComponentType(ComponentType):
         component = FmuComponent(
             fmu,
             native,
-            functools.partial(_instantiate, fmu, name, log, may_restore=may_restore),
+            functools.partial(
+                _instantiate, fmu, name, log, may_restore=may_restore, options=said.options
+            ),
             stepper=_stepper(fmu, log, said.options),
             tolerance=said.options.tolerance,
         )
@@ -116,7 +118,9 @@ def _stepper(fmu: FmuDescription, log: MessageLog, options: Options) -> Stepper:
 
 
 def _instantiate(
-    fmu: FmuDescription, name: str, log: MessageLog, *, may_restore: bool
+    fmu: FmuDescription, name: str, log: MessageLog, *, may_restore: bool, options: Options
 ) -> FmuInstance:
-    instance = Fmi2Instance if fmu.version == 2 else Fmi3Instance
-    return instance(fmu, name, log, may_restore=may_restore)
+    if fmu.version == 2:
+        return Fmi2Instance(fmu, name, log, may_restore=may_restore)
+    uses_events = fmu.has_event_mode and options.event_mode
+    return Fmi3Instance(fmu, name, log, may_restore=may_restore, uses_events=uses_events)

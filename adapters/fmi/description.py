@@ -36,6 +36,7 @@ class FmuDescription:
         has_directional, has_adjoint: it knows these derivatives of its outputs.
         has_variable_steps: its steps may differ in length.
         may_return_early: FMI 3.0: a step can be left before its end.
+        has_event_mode: FMI 3.0: the importer may handle its events.
         is_once_per_process: two instances of it cannot be in one process.
         internal_step: FMI 3.0: the fixed step of its solver [s], exactly as in the file, positive;
             `None` if it does not say one.
@@ -56,6 +57,7 @@ class FmuDescription:
     has_adjoint: bool
     has_variable_steps: bool
     may_return_early: bool
+    has_event_mode: bool
     is_once_per_process: bool
     internal_step: Fraction | None
     log_categories: tuple[str, ...]
@@ -104,6 +106,7 @@ def read_description(path: Path) -> FmuDescription:
         ),
         has_adjoint=_flag(flags, "providesAdjointDerivatives"),
         has_variable_steps=_flag(flags, "canHandleVariableCommunicationStepSize"),
+        has_event_mode=_flag(flags, "hasEventMode"),
         may_return_early=_flag(flags, "canReturnEarlyAfterIntermediateUpdate"),
         is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),
         internal_step=internal_step(flags.get("fixedInternalStepSize")),

@@ -1,6 +1,7 @@
 """One instance of an FMI 3.0 co-simulation FMU."""
 
 import ctypes
+import functools
 from collections.abc import Mapping, Sequence
 from ctypes import c_bool, c_double, c_size_t, c_void_p
 from typing import Any, Final
@@ -13,6 +14,7 @@ from typing_extensions import override
 from adapters.fmi.block import Block
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError, listed
+from adapters.fmi.event_mode import EventMode
 from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
 from adapters.fmi.loaded import LoadedInstance
@@ -21,6 +23,7 @@ from adapters.fmi.outcome import MADE, StepOutcome
 from adapters.fmi.parcels import Parcel
 from adapters.fmi.unpacked import LoadedFmu
 from adapters.fmi.variable import DTYPES
+from orchestrator.signal import Signal
 
 _ARRAYS: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)
 _BINARIES: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_size_t)
@@ -29,7 +32,15 @@ _STEP: Final = (c_void_p, c_double, c_double, c_bool, c_void_p, c_void_p, c_void
 
 
 class Fmi3Instance(LoadedInstance):
-    """FMI 3.0.2, sections 2.2 and 4.2, without event mode and clocks."""
+    """FMI 3.0.2, sections 2.2 and 4.2, without clocks.
+
+    Args:
+        description: of the FMU.
+        name: of the instance.
+        log: receives what the FMU says.
+        may_restore: whether a step may be followed by a return to a state before it.
+        uses_events: whether its events are handled with it.
+    """
 
     names = FunctionNames(
         prefix="fmi3",
@@ -40,11 +51,21 @@ class Fmi3Instance(LoadedInstance):
     dtypes = DTYPES
 
     def __init__(
-        self, description: FmuDescription, name: str, log: MessageLog, *, may_restore: bool
+        self,
+        description: FmuDescription,
+        name: str,
+        log: MessageLog,
+        *,
+        may_restore: bool,
+        uses_events: bool = False,
     ) -> None:
         # a step that returned early is followed by a shorter one
-        self._may_return_early = description.may_return_early and description.has_variable_steps
+        may_vary = description.has_variable_steps
+        self._may_return_early = (description.may_return_early or uses_events) and may_vary
+        self._uses_events = uses_events
         super().__init__(description, name, log, may_restore=may_restore)
+        self._events = EventMode(self._handle, self._do_step, may_vary=may_vary)
+        self._next_times: dict[int, float] = {}
         self._flags = [c_bool(), c_bool(), c_bool()]
         self._last_time = c_double()
         self._step_results = [*map(ctypes.byref, self._flags), ctypes.byref(self._last_time)]
@@ -71,7 +92,7 @@ class Fmi3Instance(LoadedInstance):
             f"{resources}/".encode() if resources.is_dir() else None,
             False,  # noqa: FBT003  (visible)
             is_verbose,
-            False,  # noqa: FBT003  (event mode)
+            self._uses_events,
             self._may_return_early,
             None,
             0,
@@ -142,14 +163,50 @@ class Fmi3Instance(LoadedInstance):
             stop or 0.0,
         )
 
+    @property
+    @override
+    def uses_events(self) -> bool:
+        return self._uses_events
+
+    @override
+    def exit_initialisation(self, t: float) -> bool:
+        super().exit_initialisation(t)
+        return self._uses_events and self._events.begin(t)
+
+    @override
+    def write_jumps(self, values: Mapping[str, Signal], t: float) -> bool:
+        if self._uses_events:
+            return self._events.handle(t, functools.partial(self.write, values))
+        return super().write_jumps(values, t)
+
+    @override
+    def save(self) -> int:
+        state = super().save()
+        self._next_times[state] = self._events.next_time
+        return state
+
+    @override
+    def restore(self, state: int, lengths: Mapping[str, int] | None) -> None:
+        super().restore(state, lengths)
+        self._events.next_time = self._next_times[state]
+
+    @override
+    def forget(self, state: int) -> None:
+        super().forget(state)
+        self._next_times.pop(state, None)
+
     @override
     def step(self, t: float, h: float) -> StepOutcome:
+        return self._events.step(t, h) if self._uses_events else self._do_step(t, h)
+
+    def _do_step(self, t: float, h: float) -> StepOutcome:
         self._log.recent.clear()
         function = self._fmu.function("fmi3DoStep", _STEP)
         self._last_time.value = t
         status = function(self._instance, t, h, not self._may_restore, *self._step_results)
-        _, is_over, is_early = self._flags
-        if status == OK and not (is_over.value or is_early.value):
+        needs_event, is_over, is_early = self._flags
+        is_event = needs_event.value and self._uses_events
+        if status == OK and not (is_over.value or is_early.value or is_event):
             return MADE
         return self.outcome(status, t)
 

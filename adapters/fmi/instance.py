@@ -64,6 +64,19 @@ class FmuInstance(abc.ABC):
             values: by name. Those of an array of texts or Binaries come together.
         """
 
+    @property
+    @abc.abstractmethod
+    def uses_events(self) -> bool:
+        """Whether its events are handled with it: FMI 3.0, `eventModeUsed`."""
+
+    @abc.abstractmethod
+    def write_jumps(self, values: Mapping[str, Signal], t: float) -> bool:
+        """Set inputs some of which jump at `t` [s]; as an event where events are handled.
+
+        Returns:
+            Whether the FMU asks to end the simulation.
+        """
+
     @abc.abstractmethod
     def write_text(self, values: Mapping[str, Sequence[str]]) -> None:
         """Set parameters of the type String, by name, to all of their elements."""
@@ -81,8 +94,12 @@ class FmuInstance(abc.ABC):
         """
 
     @abc.abstractmethod
-    def exit_initialisation(self) -> None:
-        """Leave initialisation mode."""
+    def exit_initialisation(self, t: float) -> bool:
+        """Leave initialisation mode at `t` [s], and handle the events there.
+
+        Returns:
+            Whether the FMU asks to end the simulation.
+        """
 
     @abc.abstractmethod
     def step(self, t: float, h: float) -> StepOutcome:

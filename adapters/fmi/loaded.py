@@ -184,9 +184,20 @@ class LoadedInstance(FmuInstance):
             parcel = Parcel("String", (name,) * len(texts), reference)
             self._write_parcel(parcel, [text.encode() for text in texts])
 
+    @property
     @override
-    def exit_initialisation(self) -> None:
+    def uses_events(self) -> bool:
+        return False
+
+    @override
+    def write_jumps(self, values: Mapping[str, Signal], t: float) -> bool:
+        self.write(values)
+        return False
+
+    @override
+    def exit_initialisation(self, t: float) -> bool:
         self._handle.exit_initialisation()
+        return False
 
     @property
     @override

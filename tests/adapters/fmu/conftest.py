@@ -67,3 +67,9 @@ def product2(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def words3(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The FMI 3.0 FMU in the folder `words3`: it gives texts and Binaries back."""
     return built("words3", 3, tmp_path_factory.mktemp("words3"))
+
+
+@pytest.fixture(scope="session")
+def events3(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMI 3.0 FMU in the folder `events3`: events of all kinds."""
+    return built("events3", 3, tmp_path_factory.mktemp("events3"))
