@@ -79,6 +79,27 @@ class VariableSteps:
     """
 
 
+class PortableState(abc.ABC):
+    """Its state can be turned into bytes and back (FMI: `canSerializeFMUState`)."""
+
+    @abc.abstractmethod
+    def dump(self) -> bytes:
+        """The state at the current communication point, its inputs and outputs included. No effect.
+
+        A component of the same type and parameters can go on from it, in any process.
+        """
+
+    @abc.abstractmethod
+    def load(self, content: bytes) -> None:
+        """Return to a state that was dumped, by this component or another one like it.
+
+        Called between `initialise` and `close`, as `dump`.
+
+        Raises:
+            CosimError: these are no bytes of such a state.
+        """
+
+
 class DirectionalDerivatives(abc.ABC):
     """How outputs change with inputs is known (FMI: `providesDirectionalDerivatives`)."""
 

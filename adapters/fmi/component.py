@@ -3,7 +3,6 @@
 import math
 import weakref
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -15,7 +14,9 @@ from adapters.fmi.derivatives import derivatives
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import FmuInstance
+from adapters.fmi.portable import PortableFmu
 from adapters.fmi.sizes import Sizes
+from adapters.fmi.state import FmuState
 from adapters.fmi.stepping import Stepper
 from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.algorithm.outputs import same
@@ -27,17 +28,6 @@ from orchestrator.timebase import CommunicationGrid, Duration, Time, seconds
 
 Instantiate: TypeAlias = Callable[[], FmuInstance]
 """Makes a new instance of the FMU, with its own folder and library."""
-
-
-@dataclass(frozen=True, eq=False)
-class FmuState:
-    """A stored state of one instance, and what the importer knew then."""
-
-    instance: FmuInstance
-    address: int
-    lengths: Mapping[str, int]
-    written: Mapping[str, Signal]
-    read: Signals
 
 
 class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
@@ -77,7 +67,9 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
         self._jumping = {
             n for n in self._inputs if self._connectors[n].variability is not Variability.CONTINUOUS
         }
-        self._derivatives = derivatives(description, self._running)
+        self._offered = derivatives(description, self._running)
+        if description.can_restore and description.can_serialize:
+            self._offered.append(PortableFmu(description, self, self._running))
         arrays = [v for v in description.of("input") if v.is_bytes and v.axes]
         self._siblings = {name: v.elements for v in arrays for name in v.elements}
         self._instance: FmuInstance | None = None
@@ -129,7 +121,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
     def capability(self, kind: type[Capability]) -> Capability | None:
         if kind is InitialEvaluation and self._sizes.may_change:
             return None  # sizes are set before initialisation, once
-        for each in self._derivatives:
+        for each in self._offered:
             if isinstance(each, kind):
                 return each
         return super().capability(kind)

@@ -55,6 +55,7 @@ class Fmi2Instance(LoadedInstance):
         prefix="fmi2",
         instantiate="fmi2Instantiate",
         state="FMUstate",
+        deserialize="fmi2DeSerializeFMUstate",
         directional="fmi2GetDirectionalDerivative",
     )
     dtypes = _DTYPES

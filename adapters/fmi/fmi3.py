@@ -2,6 +2,7 @@
 
 import ctypes
 import functools
+import struct
 from collections.abc import Mapping, Sequence
 from ctypes import c_bool, c_double, c_size_t, c_void_p
 from typing import Any, Final
@@ -25,6 +26,7 @@ from adapters.fmi.unpacked import LoadedFmu
 from adapters.fmi.variable import DTYPES
 from orchestrator.signal import Signal
 
+_TIME: Final = struct.Struct("<d")
 _ARRAYS: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)
 _BINARIES: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_size_t)
 _DERIVATIVE: Final = (c_void_p, *(c_void_p, c_size_t) * 4)
@@ -46,6 +48,7 @@ class Fmi3Instance(LoadedInstance):
         prefix="fmi3",
         instantiate="fmi3InstantiateCoSimulation",
         state="FMUState",
+        deserialize="fmi3DeserializeFMUState",
         directional="fmi3GetDirectionalDerivative",
     )
     dtypes = DTYPES
@@ -189,6 +192,16 @@ class Fmi3Instance(LoadedInstance):
     def restore(self, state: int, lengths: Mapping[str, int] | None) -> None:
         super().restore(state, lengths)
         self._events.next_time = self._next_times[state]
+
+    @override
+    def serialize(self, state: int) -> bytes:
+        return _TIME.pack(self._next_times[state]) + super().serialize(state)
+
+    @override
+    def deserialize(self, content: bytes) -> int:
+        state = super().deserialize(content[_TIME.size :])
+        (self._next_times[state],) = _TIME.unpack_from(content)
+        return state
 
     @override
     def forget(self, state: int) -> None:

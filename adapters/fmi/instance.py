@@ -208,6 +208,18 @@ class FmuInstance(abc.ABC):
         """
 
     @abc.abstractmethod
+    def serialize(self, state: int) -> bytes:
+        """A stored state as bytes."""
+
+    @abc.abstractmethod
+    def deserialize(self, content: bytes) -> int:
+        """A stored state made of bytes; an address for `restore` and `forget`.
+
+        Raises:
+            FmuError: the FMU does not take them.
+        """
+
+    @abc.abstractmethod
     def forget(self, state: int) -> None:
         """Free a stored state; harmless after `free`."""
 

@@ -252,6 +252,14 @@ class LoadedInstance(FmuInstance):
             self._resize_blocks()
 
     @override
+    def serialize(self, state: int) -> bytes:
+        return self._handle.serialize(state)
+
+    @override
+    def deserialize(self, content: bytes) -> int:
+        return self._handle.deserialize(content)
+
+    @override
     def forget(self, state: int) -> None:
         self._handle.forget(state)
 

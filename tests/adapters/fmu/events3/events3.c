@@ -185,3 +185,20 @@ fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {
     *state = NULL;
     return fmi3OK;
 }
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size) {
+    (void)c, (void)state;
+    *size = sizeof(Events);
+    return fmi3OK;
+}
+fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
+    (void)c;
+    memcpy(bytes, state, size);
+    return fmi3OK;
+}
+fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
+    Events *e = *state = malloc(size);
+    memcpy(e, bytes, size);
+    e->environment = ((Events *)c)->environment; /* addresses are those of this process */
+    e->log = ((Events *)c)->log;
+    return fmi3OK;
+}
