@@ -29,7 +29,7 @@ FOLDER = os.environ.get("NLOSIM_REFERENCE_FMUS")
 EVENTFUL = ("BouncingBall", "Feedthrough", "Stair", "StateSpace")
 MODELS = ("BouncingBall", "Dahlquist", "Feedthrough", "Resource", "Stair", "VanDerPol")
 CASES = [
-    *(("2.0", name, compiled, False) for name in MODELS for compiled in (False, True)),
+    *(("2.0", name, c, False) for name in MODELS for c in (False, True)),
     *(
         ("3.0", name, compiled, False)
         for name in (*MODELS, "StateSpace")
@@ -37,7 +37,7 @@ CASES = [
     ),
     *(("3.0", name, False, True) for name in EVENTFUL),
 ]
-"""FMI version, model, whether compiled code steps it, and whether its events are handled with it."""
+"""FMI version, model, whether compiled code steps it, whether its events are handled with it."""
 
 NOT_IN_2 = {
     *("Float32_continuous_output", "Float32_discrete_output", "Binary_output"),
