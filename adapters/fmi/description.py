@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 from xml.etree import ElementTree as ET
 
 import fmpy.model_description
@@ -17,6 +17,8 @@ from adapters.fmi.reading import variables
 from adapters.fmi.step_size import internal_step
 from adapters.fmi.variable import FmuVariable
 from orchestrator.errors import ComponentTypeError
+
+_EARLY: Final = ("mightReturnEarlyFromDoStep", "canReturnEarlyAfterIntermediateUpdate")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,7 +93,7 @@ def read_description(path: Path) -> FmuDescription:
         variables=variables(parsed, root),
         can_restore=_flag(flags, "canGetAndSetFMUState") or _flag(flags, "canGetAndSetFMUstate"),
         has_variable_steps=_flag(flags, "canHandleVariableCommunicationStepSize"),
-        may_return_early=_flag(flags, "canReturnEarlyAfterIntermediateUpdate"),
+        may_return_early=any(_flag(flags, name) for name in _EARLY),
         is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),
         internal_step=internal_step(flags.get("fixedInternalStepSize")),
         log_categories=tuple(category.name for category in parsed.logCategories),
