@@ -35,6 +35,7 @@ class FmuDescription:
         can_restore: it can return to an earlier state.
         has_variable_steps: its steps may differ in length.
         may_return_early: FMI 3.0: a step can be left before its end.
+        intermediate: FMI 3.0: names of the variables that are shown within a step.
         is_once_per_process: two instances of it cannot be in one process.
         internal_step: FMI 3.0: the fixed step of its solver [s], exactly as in the file, positive;
             `None` if it does not say one.
@@ -51,6 +52,7 @@ class FmuDescription:
     can_restore: bool
     has_variable_steps: bool
     may_return_early: bool
+    intermediate: tuple[str, ...]
     is_once_per_process: bool
     internal_step: Fraction | None
     log_categories: tuple[str, ...]
@@ -94,6 +96,7 @@ def read_description(path: Path) -> FmuDescription:
         can_restore=_flag(flags, "canGetAndSetFMUState") or _flag(flags, "canGetAndSetFMUstate"),
         has_variable_steps=_flag(flags, "canHandleVariableCommunicationStepSize"),
         may_return_early=any(_flag(flags, name) for name in _EARLY),
+        intermediate=_intermediate(root) if _flag(flags, "providesIntermediateUpdate") else (),
         is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),
         internal_step=internal_step(flags.get("fixedInternalStepSize")),
         log_categories=tuple(category.name for category in parsed.logCategories),
@@ -123,6 +126,14 @@ def _parse(path: Path, xml: bytes) -> ET.Element:
         return ET.fromstring(xml)  # noqa: S314  (whoever loads an FMU runs its code)
     except ET.ParseError as error:
         raise ComponentTypeError(f"{path}: modelDescription.xml is no XML: {error}") from error
+
+
+def _intermediate(root: ET.Element) -> tuple[str, ...]:
+    return tuple(
+        element.get("name", "")
+        for element in root.iterfind("ModelVariables/*")
+        if _flag(element.attrib, "intermediateUpdate")
+    )
 
 
 def _flag(attributes: Mapping[str, str], name: str) -> bool:

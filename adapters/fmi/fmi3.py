@@ -15,6 +15,7 @@ from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError
 from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
+from adapters.fmi.intermediate import IntermediateUpdates
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.outcome import MADE, StepOutcome
@@ -40,6 +41,12 @@ class Fmi3Instance(LoadedInstance):
     ) -> None:
         # a step that returned early is followed by a shorter one
         self._may_return_early = description.may_return_early and description.has_variable_steps
+        self._updates = IntermediateUpdates(
+            [description.variables[n] for n in description.intermediate],
+            self.dtypes,
+            log,
+            self._read_block,
+        )
         super().__init__(description, name, log, may_restore=may_restore)
         self._flags = [c_bool(), c_bool(), c_bool()]
         self._last_time = c_double()
@@ -72,13 +79,18 @@ class Fmi3Instance(LoadedInstance):
             is_verbose,
             False,  # noqa: FBT003  (event mode)
             self._may_return_early,
-            None,
-            0,
+            self._updates.references if self._updates.count else None,
+            self._updates.count,
             None,
             self._callback,
-            fmpy.fmi3.fmi3IntermediateUpdateCallback(),
+            self._updates.callback,
         )
         return instance
+
+    @override
+    def _resize_blocks(self) -> None:
+        super()._resize_blocks()
+        self._updates.resize(self._lengths)
 
     @override
     def configure(self, lengths: Mapping[str, int]) -> None:

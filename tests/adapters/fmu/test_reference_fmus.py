@@ -49,7 +49,7 @@ def test_reference_results_are_met(
     compiled: bool,  # noqa: FBT001  (a parameter)
     tmp_path: Path,
 ) -> None:
-    """At every time of the reference; `Stair` asks for the end at its last, 9 s, in a run to 10 s."""
+    """At every time of the reference; `Stair` asks for the end at the last, 9 s, of 10 s."""
     folder = Path(FOLDER or "") / version
     expected = results(folder / f"{name}_out.csv")
     times = [round(float(t) * 1e9) for t in expected["time"]]  # some carry rounding errors
