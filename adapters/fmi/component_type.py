@@ -21,6 +21,7 @@ from adapters.fmi.options import (
     Said,
     may_retry,
     option_parameters,
+    with_intermediate,
     with_locals,
 )
 from adapters.fmi.settings import settings, start_settings
@@ -87,6 +88,7 @@ class FmuComponentType(ComponentType):
             raise ComponentTypeError(f"{self._fmu.path}: there is no parameter `{unknown[0]}`")
         said = Said.of(self._fmu, values)
         fmu = with_locals(self._fmu, said.options.locals)
+        fmu = with_intermediate(fmu, said.options.intermediate)
         native = settings(fmu, said.parameters)
         starts = start_settings(fmu, said.parameters, said.starts)
         fmu = started(fmu, starts)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 from xml.etree import ElementTree as ET
 
 import fmpy.model_description
@@ -17,6 +17,8 @@ from adapters.fmi.reading import variables
 from adapters.fmi.step_size import internal_step
 from adapters.fmi.variable import FmuVariable
 from orchestrator.errors import ComponentTypeError
+
+_EARLY: Final = ("mightReturnEarlyFromDoStep", "canReturnEarlyAfterIntermediateUpdate")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,6 +39,7 @@ class FmuDescription:
         has_variable_steps: its steps may differ in length.
         may_return_early: FMI 3.0: a step can be left before its end.
         has_event_mode: FMI 3.0: the importer may handle its events.
+        intermediate: FMI 3.0: names of the variables that are shown within a step.
         is_once_per_process: two instances of it cannot be in one process.
         internal_step: FMI 3.0: the fixed step of its solver [s], exactly as in the file, positive;
             `None` if it does not say one.
@@ -58,6 +61,7 @@ class FmuDescription:
     has_variable_steps: bool
     may_return_early: bool
     has_event_mode: bool
+    intermediate: tuple[str, ...]
     is_once_per_process: bool
     internal_step: Fraction | None
     log_categories: tuple[str, ...]
@@ -107,7 +111,8 @@ def read_description(path: Path) -> FmuDescription:
         has_adjoint=_flag(flags, "providesAdjointDerivatives"),
         has_variable_steps=_flag(flags, "canHandleVariableCommunicationStepSize"),
         has_event_mode=_flag(flags, "hasEventMode"),
-        may_return_early=_flag(flags, "canReturnEarlyAfterIntermediateUpdate"),
+        may_return_early=_flag(flags, *_EARLY),
+        intermediate=_intermediate(root) if _flag(flags, "providesIntermediateUpdate") else (),
         is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),
         internal_step=internal_step(flags.get("fixedInternalStepSize")),
         log_categories=tuple(category.name for category in parsed.logCategories),
@@ -137,6 +142,14 @@ def _parse(path: Path, xml: bytes) -> ET.Element:
         return ET.fromstring(xml)  # noqa: S314  (whoever loads an FMU runs its code)
     except ET.ParseError as error:
         raise ComponentTypeError(f"{path}: modelDescription.xml is no XML: {error}") from error
+
+
+def _intermediate(root: ET.Element) -> tuple[str, ...]:
+    return tuple(
+        element.get("name", "")
+        for element in root.iterfind("ModelVariables/*")
+        if _flag(element.attrib, "intermediateUpdate")
+    )
 
 
 def _flag(attributes: Mapping[str, str], *names: str) -> bool:

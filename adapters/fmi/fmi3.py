@@ -18,6 +18,7 @@ from adapters.fmi.errors import FmuError, listed
 from adapters.fmi.event_mode import EventMode
 from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
+from adapters.fmi.intermediate import IntermediateUpdates
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.outcome import MADE, StepOutcome
@@ -66,6 +67,12 @@ class Fmi3Instance(LoadedInstance):
         may_vary = description.has_variable_steps
         self._may_return_early = (description.may_return_early or uses_events) and may_vary
         self._uses_events = uses_events
+        self._updates = IntermediateUpdates(
+            [description.variables[n] for n in description.intermediate],
+            self.dtypes,
+            log,
+            self._read_block,
+        )
         super().__init__(description, name, log, may_restore=may_restore)
         self._events = EventMode(self._handle, self._do_step, may_vary=may_vary)
         self._next_times: dict[int, float] = {}
@@ -97,13 +104,18 @@ class Fmi3Instance(LoadedInstance):
             is_verbose,
             self._uses_events,
             self._may_return_early,
-            None,
-            0,
+            self._updates.references if self._updates.count else None,
+            self._updates.count,
             None,
             self._callback,
-            fmpy.fmi3.fmi3IntermediateUpdateCallback(),
+            self._updates.callback,
         )
         return instance
+
+    @override
+    def _resize_blocks(self) -> None:
+        super()._resize_blocks()
+        self._updates.resize(self._lengths)
 
     @override
     def configure(self, lengths: Mapping[str, int]) -> None:

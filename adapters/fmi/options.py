@@ -1,6 +1,6 @@
 """What a scenario may say about how an FMU is run: parameters `fmi.*` of the component."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from types import MappingProxyType
@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from adapters.fmi import starts as starts_
 from adapters.fmi.description import FmuDescription
-from adapters.fmi.variable import FmuVariable
+from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.errors import ParameterError
 from orchestrator.parameters import Parameter, ParameterProblem
 from orchestrator.suggestion import suggestion
@@ -26,12 +26,14 @@ class Options:
     Attributes:
         tolerance: relative, for the solver of the FMU; `None`: its own.
         locals: names or patterns of variables that are outputs of the component, too.
+        intermediate: names or patterns of variables that are logged within steps.
         smallest_step: that a discarded step may be cut down to [s]; `None`: it is not.
         event_mode: whether the events of an FMU that lets us are handled here.
     """
 
     tolerance: float | None = None
     locals: tuple[str, ...] = ()
+    intermediate: tuple[str, ...] = ()
     smallest_step: float | None = None
     event_mode: bool = True
 
@@ -82,6 +84,14 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             doc="variables inside that become outputs: names, or patterns with `*` and `?`",
             is_optional=True,
         )
+    if _shown(description):
+        found["intermediate"] = Parameter(
+            type=tuple[str, ...],
+            default=(),
+            doc="variables that are logged whenever the FMU shows them within a step: names, or "
+            "patterns with `*` and `?`",
+            is_optional=True,
+        )
     if may_retry(description):
         found["smallest_step"] = Parameter(
             type=float | None,
@@ -120,19 +130,52 @@ def with_locals(description: FmuDescription, wanted: tuple[str, ...]) -> FmuDesc
         ParameterError: a pattern matches nothing.
     """
     offered = _recordable(description)
+    chosen = _matching("locals", "no variable inside", offered, wanted)
+    if not chosen:
+        return description
+    changed = {n: replace(offered[n], causality="output", dependencies=None) for n in chosen}
+    return replace(description, variables=MappingProxyType({**description.variables, **changed}))
+
+
+def with_intermediate(description: FmuDescription, wanted: tuple[str, ...]) -> FmuDescription:
+    """The FMU as it shows only some of what it would show within steps.
+
+    Args:
+        description: the FMU.
+        wanted: names or patterns.
+
+    Raises:
+        ParameterError: a pattern matches nothing.
+    """
+    offered = _shown(description)
+    chosen = _matching("intermediate", "nothing that is shown within steps", offered, wanted)
+    return replace(description, intermediate=tuple(n for n in offered if n in chosen))
+
+
+def _matching(
+    option: str, nothing: str, offered: Collection[str], wanted: tuple[str, ...]
+) -> set[str]:
+    """Those of the names that match a pattern at least."""
     problems, chosen = [], set()
     for k, pattern in enumerate(wanted):
         found = {n for n in offered if n == pattern or fnmatchcase(n, pattern)}
         chosen |= found
         if not found:
-            what = f"no variable inside matches `{pattern}`; {suggestion(pattern, offered)}"
-            problems.append(ParameterProblem((PREFIX + "locals", k), what))
+            what = f"{nothing} matches `{pattern}`; {suggestion(pattern, offered)}"
+            problems.append(ParameterProblem((PREFIX + option, k), what))
     if problems:
         raise ParameterError(problems)
-    if not chosen:
-        return description
-    changed = {n: replace(offered[n], causality="output", dependencies=None) for n in chosen}
-    return replace(description, variables=MappingProxyType({**description.variables, **changed}))
+    return chosen
+
+
+def _shown(description: FmuDescription) -> tuple[str, ...]:
+    """The variables that can be logged within steps."""
+    variables = description.variables
+    return tuple(
+        name
+        for name in description.intermediate
+        if variables[name].type in DTYPES and not variables[name].is_clocked
+    )
 
 
 def _recordable(description: FmuDescription) -> dict[str, FmuVariable]:

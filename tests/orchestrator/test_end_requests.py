@@ -1,8 +1,10 @@
 """A component that asks for the end ends the run as `until` does, whatever it is made of."""
 
+import re
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -24,6 +26,8 @@ from orchestrator.parameters import parameter
 from orchestrator.remote.component import launch
 from orchestrator.remote.protocol import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport
+from orchestrator.run import run_scenario
+from orchestrator.scenario.build import load_scenario
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
@@ -239,3 +243,31 @@ def test_branches_end_where_it_asks_as_with_until(seed: int) -> None:
     assert one.choices == other.choices
     assert asked.time == until.time < 60 * 10**8
     assert asked.early_end is not None
+
+
+SCENARIO = """\
+schema: 1
+title: Until it stands
+time: {stop: 10 s}
+coupling: {algorithm: gauss-seidel}
+components:
+  drive: {type: table-source, step: 100 ms, parameters: {file: drive.csv, interpolation: linear}}
+  watch: {type: "my_parts:Standstill", step: 100 ms}
+connections:
+  - {from: drive.v, to: watch.speed}
+"""
+
+
+def test_the_example_of_the_manual_ends_a_run(tmp_path: Path) -> None:
+    """Braking by 1 m/s in each second from 3.05 m/s on: seen above 0.1 m/s until 2.9 s."""
+    page = Path(__file__).parents[2] / "docs" / "adding-a-component.md"
+    (example,) = re.findall(r"```\n(# my_parts.py\n.*?)```", page.read_text(), re.DOTALL)
+    (tmp_path / "my_parts.py").write_text(example)
+    (tmp_path / "drive.csv").write_text("time,v [m/s]\n0,3.05\n3,0.05\n4,0\n10,0\n")
+    scenario = tmp_path / "stop.yaml"
+    scenario.write_text(SCENARIO)
+    outcome = run_scenario(load_scenario(scenario), tmp_path / "run")
+    assert outcome.early_end is not None
+    text = "`watch` asks for the end (standing still for 2 s) at t = 4.9 s"
+    assert outcome.early_end.text == text
+    assert outcome.simulated == 4.9

@@ -1,7 +1,6 @@
 """A step that an FMU cannot make in one call is made in several, and that is said."""
 
 import math
-import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,6 +20,7 @@ from orchestrator.recording.recorder import Recorder
 from orchestrator.signal import Signal
 from orchestrator.simulation import simulate
 from orchestrator.system import System
+from tests.adapters.fmu.descriptions import changed
 
 MS = 1_000_000
 STEP = 100 * MS
@@ -38,15 +38,6 @@ def started(path: Path, values: dict[str, Any], inputs: dict[str, Signal] = INPU
     component.setup(0, stream(1, "unit"))
     component.initialise(inputs)
     return component
-
-
-def changed(path: Path, folder: Path, old: bytes, new: bytes) -> Path:
-    """The FMU with something else in its description."""
-    changed = folder / path.name
-    with zipfile.ZipFile(path) as before, zipfile.ZipFile(changed, "w") as after:
-        for name in before.namelist():
-            after.writestr(name, before.read(name).replace(old, new))
-    return changed
 
 
 def euler(parts: Sequence[float]) -> float:
@@ -114,7 +105,7 @@ def test_without_states_the_error_says_what_would_help(lag2: Path, tmp_path: Pat
     """Only where it would: the FMU must be able to return, and to make shorter steps."""
     hint = "; `fmi.smallest_step` lets it be tried again, in shorter steps"
     flags = (b'canGetAndSetFMUstate="true"', b'canHandleVariableCommunicationStepSize="true"')
-    for path in (lag2, *(changed(lag2, tmp_path, flag, b"") for flag in flags)):
+    for path in (lag2, *(changed(lag2, tmp_path, (flag, b"")) for flag in flags)):
         lag = started(path, {"fail_as": ONLY_SHORT, "fail_at": 0.0})
         with pytest.raises(FmuError) as error:
             lag.step(INPUTS, 0, STEP)
@@ -125,7 +116,7 @@ def test_without_states_the_error_says_what_would_help(lag2: Path, tmp_path: Pat
 
 def test_a_fixed_step_is_not_continued(lag2: Path, tmp_path: Path) -> None:
     flag = b'canHandleVariableCommunicationStepSize="true"'
-    lag = started(changed(lag2, tmp_path, flag, b""), {"fail_as": PAUSES, "fail_at": 0.07})
+    lag = started(changed(lag2, tmp_path, (flag, b"")), {"fail_as": PAUSES, "fail_at": 0.07})
     message = r"fmi2DoStep returned Discard \(the last successful time is 0.07 s\)"
     with pytest.raises(FmuError, match=message):
         lag.step(INPUTS, 0, STEP)
@@ -145,7 +136,7 @@ def early3(ends3: Path, tmp_path: Path) -> Path:
     """`ends3`, saying that it can return early and can be restored."""
     old = b'modelIdentifier="ends3"'
     new = old + b' canReturnEarlyAfterIntermediateUpdate="true" canGetAndSetFMUState="true"'
-    return changed(ends3, tmp_path, old, new)
+    return changed(ends3, tmp_path, (old, new))
 
 
 @pytest.mark.parametrize(

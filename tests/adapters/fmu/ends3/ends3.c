@@ -1,5 +1,6 @@
 /* The time of the last step behind the FMI 3.0 co-simulation interface, and what a step may say beyond
  * its status; written for the tests. */
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,6 +14,7 @@ typedef struct {
     fmi3Float64 ends_at, y;
     fmi3Int32 kind, calls;
     fmi3Boolean may_return_early;
+    fmi3IntermediateUpdateCallback update;
 } Ends;
 
 fmi3Instance fmi3InstantiateCoSimulation(
@@ -20,9 +22,10 @@ fmi3Instance fmi3InstantiateCoSimulation(
     fmi3Boolean event_mode, fmi3Boolean early_return, const fmi3ValueReference intermediate[], size_t n,
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update) {
     (void)name, (void)resources, (void)visible, (void)logging, (void)event_mode;
-    (void)intermediate, (void)n, (void)environment, (void)log, (void)update;
+    (void)environment, (void)log;
+    if (update && !(n == 1 && intermediate[0] == 2)) return NULL;
     Ends *ends = strcmp(token, "{ends3-test}") == 0 ? calloc(1, sizeof(Ends)) : NULL;
-    if (ends) ends->may_return_early = early_return;
+    if (ends) ends->may_return_early = early_return, ends->update = update;
     return ends;
 }
 void fmi3FreeInstance(fmi3Instance c) { free(c); }
@@ -82,10 +85,22 @@ static fmi3Status pause(Ends *ends, fmi3Float64 *last, fmi3Status status) {
     return status;
 }
 
+/* Show `y` within a step; whether the importer lets it be gone on with. */
+static bool show(Ends *ends, fmi3Float64 t) {
+    fmi3Boolean is_early = fmi3True;
+    fmi3Float64 early = -1, y = ends->y;
+    ends->y = t;
+    ends->update(NULL, t, fmi3False, fmi3True, fmi3True, fmi3True, &is_early, &early);
+    ends->update(NULL, t, fmi3False, fmi3False, fmi3False, fmi3False, &is_early, &early);
+    ends->y = y;
+    return !is_early && early == t;
+}
+
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean no_set_state,
                       fmi3Boolean *event, fmi3Boolean *terminate, fmi3Boolean *early_return, fmi3Float64 *last) {
     Ends *ends = c;
     (void)no_set_state;
+    if (ends->update && !show(ends, t + h / 2)) return fmi3Error;
     *event = *terminate = *early_return = fmi3False;
     if (t + h > ends->ends_at) {
         switch (ends->kind) {
