@@ -64,11 +64,17 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
         self._inputs = [
             name for name, c in self._connectors.items() if c.causality is Causality.INPUT
         ]
+        own = {e: v for v in description.of("input") for e in v.elements}
+        self._input_clocks = [n for n in self._inputs if own[n].clock is not None]
+        self._inputs = [n for n in self._inputs if own[n].clock is None]
         self._jumping = {
-            n for n in self._inputs if self._connectors[n].variability is not Variability.CONTINUOUS
+            n
+            for n in self._inputs
+            if self._connectors[n].variability is not Variability.CONTINUOUS
+            and not own[n].is_clocked  # those wait for their clock
         }
         self._offered = derivatives(description, self._running)
-        if description.can_restore and description.can_serialize:
+        if description.can_restore and description.can_serialize and not description.has_clocks:
             self._offered.append(PortableFmu(description, self, self._running))
         arrays = [v for v in description.of("input") if v.is_bytes and v.axes]
         self._siblings = {name: v.elements for v in arrays for name in v.elements}
@@ -219,8 +225,10 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
                 changed[name] = self._sizes.fill(name, value, self._lengths)
                 for other in self._siblings.get(name, ()):
                     changed[other] = inputs[other]
-        if begin is not None and is_jumping and not self._jumping.isdisjoint(changed):
-            return instance.write_jumps(changed, begin)
+        if begin is not None and is_jumping:
+            ticking = {n: inputs[n] for n in self._input_clocks if np.any(inputs[n])}
+            if ticking or not self._jumping.isdisjoint(changed):
+                return instance.write_jumps(changed | ticking, begin)
         if changed:
             instance.write(changed)
         return False
@@ -231,6 +239,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
         if self._sizes.may_have_changed(inputs, self._written):
             self._resize(instance, inputs)
         begin, length = self._span(t, h)
+        instance.begin_step()
         if self._write_inputs(instance, inputs, begin):
             self._end_request = self._stepper.request(t)
             return

@@ -43,7 +43,7 @@ class FmuComponentType(ComponentType):
     an input. A structural parameter `n_vehicle` is the axis `vehicle` of its arrays; if it is
     tunable and an input has the axis, it follows that input. An Enumeration is set by the name
     of an item. An integer parameter `seed` that is not set is drawn from the component's random
-    stream. Clocks and clocked inputs and outputs are not offered.
+    stream. A triggered clock is a Boolean that says whether it ticks.
     """
 
     def __init__(self, path: Path) -> None:

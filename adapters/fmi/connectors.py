@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any, Final, Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from adapters.fmi.block import shape_of, size_text
 from adapters.fmi.description import FmuDescription
@@ -43,14 +44,19 @@ def connectors(description: FmuDescription, lengths: Mapping[str, int]) -> dict[
 
 def left_out(description: FmuDescription) -> list[str]:
     """Inputs and outputs that cannot be connected, with the reason."""
+    silent = [v for v in description.of("input", "output") if not v.is_signal]
     return [
-        f"`{v.name}` ({_reason(v)})" for v in description.of("input", "output") if not v.is_signal
+        *(f"`{v.name}` ({_reason(v)})" for v in silent if v.clock is None or v.axes),
+        *(f"`{name}` (clocks need `hasEventMode`)" for name in description.lost),
     ]
 
 
+def _dtype(variable: FmuVariable) -> npt.DTypeLike:
+    """A clock is a truth: it ticks."""
+    return np.bool_ if variable.clock is not None else DTYPES[variable.type]
+
+
 def _reason(variable: FmuVariable) -> str:
-    if variable.is_clocked:
-        return "clocked"
     return f"{variable.type} of variable size" if variable.is_bytes else variable.type
 
 
@@ -76,7 +82,7 @@ def _connector(
     variability = {"continuous": Variability.CONTINUOUS, "constant": Variability.FIXED}
     return Connector(
         causality=Causality.INPUT if is_input else Causality.OUTPUT,
-        dtype=None if variable.is_bytes else DTYPES[variable.type],
+        dtype=None if variable.is_bytes else _dtype(variable),
         shape=() if variable.is_bytes else tuple(a.name or a.length for a in variable.axes),
         unit=variable.unit,
         definition=variable.definition,
@@ -102,7 +108,7 @@ def start_value(variable: FmuVariable, lengths: Mapping[str, int], element: int 
         value = start[element if len(start) > 1 else 0]
         return value.encode() if isinstance(value, str) else bytes(value)
     shape = shape_of(variable, lengths)
-    values = np.array(variable.start or (0,), dtype=DTYPES[variable.type])
+    values = np.array(variable.start or (0,), dtype=_dtype(variable))
     if values.size == 1:
         return np.full(shape, values[0], dtype=values.dtype)
     if values.size == math.prod(shape):

@@ -32,6 +32,8 @@ class FmuDescription:
         identifier: file name of the binary without suffix.
         token: instantiation token (FMI 2.0: guid).
         variables: by name, in the order of the file.
+        lost: names of inputs and outputs that cannot be used: clocks and clocked ones without event
+            mode, which the standard does not allow.
         unknowns: names of the outputs, as the model structure lists them.
         can_restore: it can return to an earlier state.
         can_serialize: it can turn such a state into bytes and back.
@@ -53,6 +55,7 @@ class FmuDescription:
     identifier: str
     token: str
     variables: Mapping[str, FmuVariable]
+    lost: tuple[str, ...]
     unknowns: frozenset[str]
     can_restore: bool
     can_serialize: bool
@@ -65,6 +68,11 @@ class FmuDescription:
     is_once_per_process: bool
     internal_step: Fraction | None
     log_categories: tuple[str, ...]
+
+    @property
+    def has_clocks(self) -> bool:
+        """Whether it has clocks, which tick in event mode."""
+        return any(v.clock is not None for v in self.variables.values())
 
     def of(self, *causalities: str) -> tuple[FmuVariable, ...]:
         """The variables of these causalities."""
@@ -94,6 +102,11 @@ def read_description(path: Path) -> FmuDescription:
         )
     element = root.find("CoSimulation")
     flags = {} if element is None else element.attrib
+    every = variables(parsed, root)
+    is_lost = {
+        n: (v.clock is not None or v.is_clocked) and not _flag(flags, "hasEventMode")
+        for n, v in every.items()
+    }
     return FmuDescription(
         path=path,
         version=int(version[0]),
@@ -101,7 +114,10 @@ def read_description(path: Path) -> FmuDescription:
         description=parsed.description or parsed.modelName,
         identifier=kind.modelIdentifier,
         token=parsed.guid,
-        variables=variables(parsed, root),
+        variables={n: v for n, v in every.items() if not is_lost[n]},
+        lost=tuple(
+            n for n, v in every.items() if is_lost[n] and v.causality in {"input", "output"}
+        ),
         unknowns=frozenset(each.variable.name for each in parsed.outputs),
         can_restore=_flag(flags, "canGetAndSetFMUState", "canGetAndSetFMUstate"),
         can_serialize=_flag(flags, "canSerializeFMUState", "canSerializeFMUstate"),

@@ -2,10 +2,11 @@
 
 import ctypes
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from ctypes import c_bool, c_double
 from typing import Final, TypeAlias
 
+from adapters.fmi.clocks import Clocks
 from adapters.fmi.errors import FmuError
 from adapters.fmi.handle import Handle
 from adapters.fmi.outcome import MADE, StepOutcome
@@ -25,17 +26,24 @@ class EventMode:
     Args:
         handle: of the instance.
         do_step: in step mode.
+        clocks: of the instance.
         may_vary: whether its steps may differ in length, so that one may end at an event.
 
     Attributes:
-        next_time: of the event that the FMU announced [s]; infinite if there is none.
+        announced: the time of the next event that the FMU told [s]; infinite if there is none.
     """
 
-    def __init__(self, handle: Handle, do_step: DoStep, *, may_vary: bool) -> None:
+    def __init__(self, handle: Handle, do_step: DoStep, clocks: Clocks, *, may_vary: bool) -> None:
         self._handle = handle
         self._do_step = do_step
+        self._clocks = clocks
         self._may_vary = may_vary
-        self.next_time = math.inf
+        self.announced = math.inf
+
+    @property
+    def next_time(self) -> float:
+        """The next event that is known, a tick of a clock or another one [s]."""
+        return min(self.announced, self._clocks.next_time)
 
     def begin(self, t: float) -> bool:
         """Handle the events of initialisation, which ends in event mode; see `handle`."""
@@ -43,12 +51,15 @@ class EventMode:
         self._handle.call("fmi3EnterStepMode")
         return wants_end
 
-    def handle(self, t: float, change: Callable[[], None] | None = None) -> bool:
+    def handle(
+        self, t: float, change: Callable[[], None] | None = None, clocks: Sequence[int] = ()
+    ) -> bool:
         """Handle the events at `t` [s].
 
         Args:
             t: the current time of the FMU [s].
             change: sets inputs that jump there.
+            clocks: input clocks that are triggered there.
 
         Returns:
             Whether the FMU asks to end the simulation.
@@ -56,7 +67,7 @@ class EventMode:
         self._handle.call("fmi3EnterEventMode")
         if change is not None:
             change()
-        wants_end = self._settle(t)
+        wants_end = self._settle(t, clocks)
         self._handle.call("fmi3EnterStepMode")
         return wants_end
 
@@ -83,18 +94,24 @@ class EventMode:
         is_within = t < self.next_time < stop + _HALF_NANOSECOND
         return self.next_time if self._may_vary and is_within else stop
 
-    def _settle(self, t: float) -> bool:
-        """Update discrete states until they stay as they are (`fmi3UpdateDiscreteStates`)."""
+    def _settle(self, t: float, triggered: Sequence[int] = ()) -> bool:
+        """Let clocks tick and update discrete states until there is nothing left to do at `t`."""
         again, wants_end, nominals, values, is_defined = (c_bool() for _ in range(5))
         time = c_double()
         flags = (again, wants_end, nominals, values, is_defined)
         results = [*(ctypes.byref(flag) for flag in flags), ctypes.byref(time)]
+        clocks = self._clocks
+        ticking = [*clocks.due(t), *triggered]
         for _ in range(MOST_ITERATIONS):
+            clocks.activate(ticking)
+            clocks.let_out(ticking)
             self._handle.call("fmi3UpdateDiscreteStates", *results)
-            self.next_time = time.value if is_defined.value else math.inf
-            if wants_end.value or not again.value:
+            self.announced = time.value if is_defined.value else math.inf
+            clocks.schedule(ticking, t)
+            ticking = clocks.due(t)
+            if wants_end.value or not (again.value or ticking):
                 return wants_end.value
         raise FmuError(
-            f"the discrete states at {t:.9g} s do not settle: `discreteStatesNeedUpdate` after "
+            f"the discrete states at {t:.9g} s do not settle: there is more to do after "
             f"{MOST_ITERATIONS} calls of fmi3UpdateDiscreteStates"
         )

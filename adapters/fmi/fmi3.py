@@ -12,7 +12,8 @@ import fmpy.fmi3
 import numpy as np
 from typing_extensions import override
 
-from adapters.fmi.block import Block
+from adapters.fmi.block import Block, blocks
+from adapters.fmi.clocks import Clocks, Memory
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError, listed
 from adapters.fmi.event_mode import EventMode
@@ -22,9 +23,9 @@ from adapters.fmi.intermediate import IntermediateUpdates
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.outcome import MADE, StepOutcome
-from adapters.fmi.parcels import Parcel
+from adapters.fmi.parcels import Parcel, parcels
 from adapters.fmi.unpacked import LoadedFmu
-from adapters.fmi.variable import DTYPES
+from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.signal import Signal
 
 _TIME: Final = struct.Struct("<d")
@@ -35,7 +36,7 @@ _STEP: Final = (c_void_p, c_double, c_double, c_bool, c_void_p, c_void_p, c_void
 
 
 class Fmi3Instance(LoadedInstance):
-    """FMI 3.0.2, sections 2.2 and 4.2, without clocks.
+    """FMI 3.0.2, sections 2.2 and 4.2.
 
     Args:
         description: of the FMU.
@@ -67,6 +68,8 @@ class Fmi3Instance(LoadedInstance):
         may_vary = description.has_variable_steps
         self._may_return_early = (description.may_return_early or uses_events) and may_vary
         self._uses_events = uses_events
+        self._is_clocked = False  # clocked inputs are set as all others until initialisation ends
+        self._clocked = {e for v in description.of("input") if v.is_clocked for e in v.elements}
         self._updates = IntermediateUpdates(
             [description.variables[n] for n in description.intermediate],
             self.dtypes,
@@ -74,8 +77,11 @@ class Fmi3Instance(LoadedInstance):
             self._read_block,
         )
         super().__init__(description, name, log, may_restore=may_restore)
-        self._events = EventMode(self._handle, self._do_step, may_vary=may_vary)
-        self._next_times: dict[int, float] = {}
+        self._clocks = Clocks(
+            description.variables.values(), self._handle, self._read_variables, super().write
+        )
+        self._events = EventMode(self._handle, self._do_step, self._clocks, may_vary=may_vary)
+        self._memories: dict[int, tuple[float, Memory]] = {}
         self._flags = [c_bool(), c_bool(), c_bool()]
         self._last_time = c_double()
         self._step_results = [*map(ctypes.byref, self._flags), ctypes.byref(self._last_time)]
@@ -185,40 +191,71 @@ class Fmi3Instance(LoadedInstance):
 
     @override
     def exit_initialisation(self, t: float) -> bool:
+        self._clocks.start(t)
         super().exit_initialisation(t)
+        self._is_clocked = True
         return self._uses_events and self._events.begin(t)
 
     @override
+    def begin_step(self) -> None:
+        self._clocks.forget_ticks()
+
+    @override
+    def write(self, values: Mapping[str, Signal]) -> None:
+        if self._is_clocked and not self._clocked.isdisjoint(values):
+            self._clocks.offer({n: v for n, v in values.items() if n in self._clocked})
+            values = {n: v for n, v in values.items() if n not in self._clocked}
+        super().write(values)
+
+    @override
     def write_jumps(self, values: Mapping[str, Signal], t: float) -> bool:
-        if self._uses_events:
-            return self._events.handle(t, functools.partial(self.write, values))
-        return super().write_jumps(values, t)
+        if not self._uses_events:
+            return super().write_jumps(values, t)
+        clocks = self._clocks.triggered(values)
+        plain = {n: v for n, v in values.items() if self._variable_of[n].clock is None}
+        return self._events.handle(t, functools.partial(self.write, plain), clocks)
+
+    @override
+    def read(self) -> dict[str, Signal]:
+        return super().read() | self._clocks.values()
+
+    def _read_variables(self, variables: Sequence[FmuVariable]) -> dict[str, Signal]:
+        """Get some of the outputs only."""
+        found: dict[str, Signal] = {}
+        for block in blocks(variables, self.dtypes):
+            block.resize(self._lengths)
+            found.update(self._read_elements(block))
+        for parcel in parcels(variables):
+            found.update(zip(parcel.names, self._read_parcel(parcel), strict=True))
+        return found
 
     @override
     def save(self) -> int:
         state = super().save()
-        self._next_times[state] = self._events.next_time
+        self._memories[state] = self._events.announced, self._clocks.remember()
         return state
 
     @override
     def restore(self, state: int, lengths: Mapping[str, int] | None) -> None:
         super().restore(state, lengths)
-        self._events.next_time = self._next_times[state]
+        self._events.announced, memory = self._memories[state]
+        self._clocks.recall(memory)
 
     @override
     def serialize(self, state: int) -> bytes:
-        return _TIME.pack(self._next_times[state]) + super().serialize(state)
+        return _TIME.pack(self._memories[state][0]) + super().serialize(state)
 
     @override
     def deserialize(self, content: bytes) -> int:
         state = super().deserialize(content[_TIME.size :])
-        (self._next_times[state],) = _TIME.unpack_from(content)
+        (announced,) = _TIME.unpack_from(content)
+        self._memories[state] = announced, self._clocks.remember()
         return state
 
     @override
     def forget(self, state: int) -> None:
         super().forget(state)
-        self._next_times.pop(state, None)
+        self._memories.pop(state, None)
 
     @override
     def step(self, t: float, h: float) -> StepOutcome:

@@ -70,8 +70,14 @@ class FmuInstance(abc.ABC):
         """Whether its events are handled with it: FMI 3.0, `eventModeUsed`."""
 
     @abc.abstractmethod
+    def begin_step(self) -> None:
+        """Hear that a communication step begins."""
+
+    @abc.abstractmethod
     def write_jumps(self, values: Mapping[str, Signal], t: float) -> bool:
         """Set inputs some of which jump at `t` [s]; as an event where events are handled.
+
+        Input clocks among them are triggered, whatever their value.
 
         Returns:
             Whether the FMU asks to end the simulation.

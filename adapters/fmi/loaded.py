@@ -59,8 +59,9 @@ class LoadedInstance(FmuInstance):
             *blocks((v for v in startable(description) if v.causality != "input"), self.dtypes),
         ]
         self._block_of = {v.name: block for block in self._blocks for v in block.variables}
-        self._output_blocks = blocks(description.of("output"), self.dtypes)
-        self._output_parcels = parcels(description.of("output"))
+        outputs = [v for v in description.of("output") if not v.is_clocked]
+        self._output_blocks = blocks(outputs, self.dtypes)
+        self._output_parcels = parcels(outputs)
         self._has_bytes = any(v.is_bytes for v in description.variables.values())
         self._variable_of = {e: v for v in description.variables.values() for e in v.elements}
         self._resize_blocks()
@@ -113,12 +114,16 @@ class LoadedInstance(FmuInstance):
     def read(self) -> dict[str, Signal]:
         found: dict[str, Signal] = {}
         for block in self._output_blocks:
-            elements = block.fresh()
-            self._read_block(block, address_of(elements))
-            found.update(block.split(elements != 0 if block.kind == "Boolean" else elements))
+            found.update(self._read_elements(block))
         for parcel in self._output_parcels:
             found.update(zip(parcel.names, self._read_parcel(parcel), strict=True))
         return found
+
+    def _read_elements(self, block: Block) -> dict[str, Array]:
+        """The values of a block, by variable."""
+        elements = block.fresh()
+        self._read_block(block, address_of(elements))
+        return block.split(elements != 0 if block.kind == "Boolean" else elements)
 
     @override
     def native(self, connectors: Mapping[str, Connector], owner: NativeOwner) -> NativeUnit | None:
@@ -188,6 +193,10 @@ class LoadedInstance(FmuInstance):
     @override
     def uses_events(self) -> bool:
         return False
+
+    @override
+    def begin_step(self) -> None:
+        pass
 
     @override
     def write_jumps(self, values: Mapping[str, Signal], t: float) -> bool:

@@ -102,7 +102,7 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             "state is kept before each step for that, so it is not done by default",
             is_optional=True,
         )
-    if description.has_event_mode:
+    if description.has_event_mode and not description.has_clocks:
         found["event_mode"] = Parameter(
             type=bool,
             default=True,

@@ -2,12 +2,15 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from fractions import Fraction
+from typing import Any, Final
 from xml.etree import ElementTree as ET
 
 from adapters.fmi.unit_definitions import read_definitions
-from adapters.fmi.variable import Axis, FmuVariable
+from adapters.fmi.variable import Axis, Clock, ClockKind, FmuVariable
 from orchestrator.units import Unit
+
+_CLOCK_KINDS: Final = {kind.value: kind for kind in ClockKind}
 
 
 def variables(parsed: Any, root: ET.Element) -> dict[str, FmuVariable]:
@@ -91,9 +94,29 @@ def _variable(
         axes=tuple(map(_axis, parsed.dimensions)),
         dependencies=None if known is None else frozenset(v.name for v in known),
         mime_type=raw.get("mimeType", "application/octet-stream"),
+        clock=_clock(raw) if parsed.type == "Clock" else None,
         clocks=tuple(int(each) for each in raw.get("clocks", "").split()),
         derivative_of=None if parsed.derivative is None else parsed.derivative.name,
         description=parsed.description or "",
+    )
+
+
+def _clock(raw: Mapping[str, str]) -> Clock:
+    """FMI 3.0.2, 2.4.7.5: a fraction counts, if there is one, else the decimal."""
+    said = raw.get("intervalVariability", "")
+    resolution = int(raw.get("resolution", "1"))
+
+    def time(name: str) -> Fraction | None:
+        if f"{name}Counter" in raw and "resolution" in raw:
+            return Fraction(int(raw[f"{name}Counter"]), resolution)
+        return Fraction(raw[f"{name}Decimal"]) if f"{name}Decimal" in raw else None
+
+    return Clock(
+        kind=_CLOCK_KINDS.get(said, ClockKind.PERIODIC),
+        interval=time("interval"),
+        shift=time("shift") or Fraction(0),
+        priority=int(raw.get("priority", "0")),
+        is_fraction=raw.get("supportsFraction") in {"true", "1"},
     )
 
 

@@ -73,3 +73,9 @@ def words3(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def events3(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The FMI 3.0 FMU in the folder `events3`: events of all kinds."""
     return built("events3", 3, tmp_path_factory.mktemp("events3"))
+
+
+@pytest.fixture(scope="session")
+def clocks3(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMI 3.0 FMU in the folder `clocks3`: clocks of all kinds."""
+    return built("clocks3", 3, tmp_path_factory.mktemp("clocks3"))

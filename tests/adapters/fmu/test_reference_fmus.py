@@ -94,7 +94,10 @@ def test_reference_results_are_met(
     event_mode: bool,  # noqa: FBT001  (a parameter)
     tmp_path: Path,
 ) -> None:
-    """All outputs at every time of the reference, to 1e-12; at the last, `Stair` asks for the end."""
+    """All outputs at every time of the reference, to 1e-12; `Stair` asks for the end at the last.
+
+    Differences of values above 1 are relative.
+    """
     folder = Path(FOLDER or "") / version
     expected = results(folder / f"{name}_out.csv")
     times = [round(float(t) * 1e9) for t in expected["time"]]  # some carry rounding errors
