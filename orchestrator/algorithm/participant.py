@@ -1,15 +1,15 @@
 """One component taking part in a co-simulation: its inputs, its step, its published outputs."""
 
 import abc
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from time import perf_counter_ns
 from typing import Any, ClassVar, Final
 
 import numpy as np
 
 from orchestrator.algorithm.history import History, InputCourses, is_approximated, real
+from orchestrator.algorithm.looked_at import LookedAt
 from orchestrator.algorithm.mixing import MixedInput, MixSources, PastValues
-from orchestrator.algorithm.outputs import OutputCheck
 from orchestrator.algorithm.pieces import Piece, Pieces
 from orchestrator.capabilities import InitialEvaluation, OutputSlopes, PointEvaluation
 from orchestrator.component import Component, RestorableComponent
@@ -40,8 +40,8 @@ class Participant(abc.ABC):
         wall_time_ns: time spent in calls of the component so far [ns].
     """
 
-    __slots__ = ("_check_outputs", "_component", "_continuous", "_evaluation", "_feeds",
-                 "_history", "_mixed", "_past", "_pending", "_pieces", "_reached", "_starts",
+    __slots__ = ("_component", "_continuous", "_evaluation", "_feeds", "_history",
+                 "_looked_at", "_mixed", "_past", "_pending", "_pieces", "_reached", "_starts",
                  "_used", "is_begun", "name", "published", "reads", "sources", "step_size",
                  "wall_time_ns")  # fmt: skip
 
@@ -63,7 +63,7 @@ class Participant(abc.ABC):
         self.wall_time_ns = 0
         self._component = component
         self._evaluation = component.capability(InitialEvaluation)  # type: ignore[type-abstract]
-        self._check_outputs = OutputCheck(connectors).problems
+        self._looked_at = LookedAt(component, connectors)
         self._starts = {
             input_: connector.start_value()
             for input_, connector in connectors.items()
@@ -130,6 +130,18 @@ class Participant(abc.ABC):
             raise self._failure(start, error) from error
         self._used, self._reached = inputs, start
         self.publish()
+
+    def select(self, names: Collection[str]) -> None:
+        """Publish only these of the outputs from now on, between two steps, if that can be."""
+        kept = self._looked_at.narrow(names)
+        self._pending = {name: self._pending[name] for name in self._pending if name in kept}
+        for name in self.published.keys() - kept:
+            del self.published[name]
+
+    def complete(self, t: Time) -> None:
+        """Show also what was not selected, unless a step was begun that ends behind `t` [ns]."""
+        if self._reached <= t:
+            self.published.update(self._looked_at.rest())
 
     @property
     def can_be_tried(self) -> bool:
@@ -342,16 +354,17 @@ class Participant(abc.ABC):
         """The outputs of the step finished last."""
         return self._pending
 
-    def go_on(self, published: Signals, pending: Signals, spent_ns: int) -> None:
+    def go_on(self, published: Signals, pending: Signals, reached: Time, spent_ns: int) -> None:
         """Go on behind steps that were not made here.
 
         Args:
             published: the outputs that others see now.
             pending: those of the step finished last.
+            reached: where that step ends [ns].
             spent_ns: in calls of the component [ns].
         """
         self.published.update(published)
-        self._pending = pending
+        self._pending, self._reached = pending, reached
         self.wall_time_ns += spent_ns
 
     def check(self, outputs: Signals, t: Time) -> None:
@@ -368,7 +381,7 @@ class Participant(abc.ABC):
 
     def _accept(self, outputs: Signals, t: Time) -> None:
         """Keep `outputs` for `publish`, or raise what is wrong with them."""
-        problems = self._check_outputs(outputs, self.published)
+        problems = self._looked_at.problems(outputs, self.published)
         if problems:
             raise ComponentError(self.name, t, "; ".join(problems))
         self._pending = outputs

@@ -196,7 +196,7 @@ class RunPlan:
         spent = perf_counter_ns() - before
         sampled = sum(each.spent for each in self._table)
         for unit in self._units.values():
-            unit.show(min(1.0, spent / sampled) if sampled else 0.0)
+            unit.show(plan.now, min(1.0, spent / sampled) if sampled else 0.0)
         for unit in self._units.values():
             unit.leave(plan.now, self._values)
         if outcome not in {layouts.ALL_DONE, layouts.RUN_ENDS}:

@@ -14,7 +14,7 @@ from orchestrator.native import NativeKind, NativeUnit, NativeVariable
 from orchestrator.plan import layouts
 from orchestrator.plan.memory import Outputs
 from orchestrator.plan.outside import OutsideSources
-from orchestrator.signal import Array, Causality, Connector, Signal, Signals
+from orchestrator.signal import Array, Connector, Signal, Signals
 from orchestrator.stretch import Rows, Samples
 from orchestrator.system import Feed, System
 from orchestrator.timebase import Duration, Time
@@ -61,9 +61,7 @@ class UnitPlan:
         self._feeds = feeds
         self._table = table
         self._library = library
-        self._groups = _by_type(
-            unit, [n for n, c in connectors.items() if c.causality is Causality.OUTPUT]
-        )
+        self._groups = _by_type(unit, list(participant.pending))
         names = [name for group in self._groups.values() for name in group]
         own = {name: connectors[name] for name in names}
         shapes = {name: unit.variables[name].shape for name in names}
@@ -242,14 +240,23 @@ class UnitPlan:
         """Whether a step that was begun before `t` ends behind it."""
         return (t - self._start) % self.participant.step_size != 0
 
-    def show(self, scale: float) -> None:
-        """Let Python see what was published."""
+    def _reached(self, t: Time) -> Time:
+        """Where the step ends that was made last before `t`, or begun there."""
+        h = self.step_size
+        last = t - (t - self._start) % h
+        is_ahead = self._pending is not self.published and last != t
+        return last + h if is_ahead else last
+
+    def show(self, t: Time, scale: float) -> None:
+        """Let Python see what was published up to `t` [ns]; of its time, `scale` is true."""
         if self.rows:
             self._shown = dict(self.published.values())
         pending = self._shown
         if self._pending is not self.published:
             pending = dict(self._pending.values())
-        self.participant.go_on(self._shown, pending, int(self._table.spent * scale))
+        self.participant.go_on(
+            self._shown, pending, self._reached(t), int(self._table.spent * scale)
+        )
 
     def leave(self, t: Time, published: Mapping[str, Signals]) -> None:
         """Let the component go on where the engine was, when all units are shown."""
