@@ -17,7 +17,7 @@ from orchestrator.errors import ComponentError, CosimError
 from orchestrator.native import NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
 from orchestrator.system import Feed
-from orchestrator.timebase import Duration, Time
+from orchestrator.timebase import CommunicationGrid, Duration, StepSize, Time
 from orchestrator.transformation import Mix
 
 
@@ -36,13 +36,14 @@ class Participant(abc.ABC):
         is_begun: whether a step has been begun that has not been waited for yet.
         sources: the names of the components it reads.
         reads: component and name of each output that it reads.
+        mixed: its inputs that are made of outputs, where they do not arrive as they are.
         published: the outputs that others may see now; updated in place by `publish`.
         wall_time_ns: time spent in calls of the component so far [ns].
     """
 
-    __slots__ = ("_component", "_continuous", "_evaluation", "_feeds", "_history",
-                 "_looked_at", "_mixed", "_past", "_pending", "_pieces", "_reached", "_starts",
-                 "_used", "is_begun", "name", "published", "reads", "sources", "step_size",
+    __slots__ = ("_component", "_continuous", "_evaluation", "_feeds", "_grid", "_history",
+                 "_looked_at", "_past", "_pending", "_pieces", "_reached", "_starts",
+                 "_used", "is_begun", "mixed", "name", "published", "reads", "sources", "step_size",
                  "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
@@ -52,15 +53,14 @@ class Participant(abc.ABC):
         name: str,
         component: Component,
         connectors: Mapping[str, Connector],
-        step_size: Duration,
+        step_size: StepSize,
     ) -> None:
         self.name: Final = name
         self.step_size: Final = step_size
         self.published: Final[dict[str, Signal]] = {}
         self.sources: frozenset[str] = frozenset()
         self.reads: frozenset[tuple[str, str]] = frozenset()
-        self.is_begun = False
-        self.wall_time_ns = 0
+        self.is_begun, self.wall_time_ns = False, 0
         self._component = component
         self._evaluation = component.capability(InitialEvaluation)  # type: ignore[type-abstract]
         self._looked_at = LookedAt(component, connectors)
@@ -70,12 +70,13 @@ class Participant(abc.ABC):
             if connector.causality is Causality.INPUT
         }
         self._feeds: tuple[tuple[str, Signals, str], ...] = ()
-        self._mixed: tuple[MixedInput, ...] = ()
+        self.mixed: tuple[MixedInput, ...] = ()
         self._past: tuple[PastValues, ...] = ()
         self._pending: Signals = {}
         self._continuous = [name for name, c in connectors.items() if is_approximated(c, c)]
         self._used: Signals = {}
         self._reached: Time = 0
+        self._grid = CommunicationGrid(0, step_size, 0)
         self._history: History | None = None
         self._pieces: Pieces | None = None
 
@@ -88,9 +89,8 @@ class Participant(abc.ABC):
     def mix(self, mixes: tuple[Mix, ...], sources: MixSources) -> None:
         """Make the inputs in `mixes` of what `sources` has, from now on; after `connect`."""
         self.sources = self.sources.union(*(mix.components for mix in mixes))
-        terms = (term for mix in mixes for part in mix.parts for term in part.terms)
-        self.reads = self.reads.union((term.component, term.output) for term in terms)
-        self._mixed = tuple(MixedInput(mix, self._starts[mix.input], sources) for mix in mixes)
+        self.reads = self.reads.union((t.component, t.output) for mix in mixes for t in mix.terms)
+        self.mixed = tuple(MixedInput(mix, self._starts[mix.input], sources) for mix in mixes)
 
     def note_in(self, past: tuple[PastValues, ...]) -> None:
         """Note what is published in `past`, from now on."""
@@ -110,7 +110,8 @@ class Participant(abc.ABC):
         """Enter the initial state at `start`, of a run that ends at `stop` at the latest."""
         before = perf_counter_ns()
         try:
-            self._component.expect_stop(stop)
+            self._grid = CommunicationGrid.over(start, stop, self.step_size)
+            self._component.expect(self._grid)
             self._component.setup(start, rng)
             self._reached = start
         except Exception as error:
@@ -170,7 +171,7 @@ class Participant(abc.ABC):
         for name, values, output in self._feeds:
             if output in values:
                 inputs[name] = values[output]
-        for mixed in self._mixed:
+        for mixed in self.mixed:
             inputs[mixed.input] = mixed.value()
         return inputs
 
@@ -189,7 +190,7 @@ class Participant(abc.ABC):
             inputs = self._inputs()
         except Exception as error:
             raise self._failure(t, error) from error
-        driven = (*(name for name, _, _ in self._feeds), *(mixed.input for mixed in self._mixed))
+        driven = (*(name for name, _, _ in self._feeds), *(mixed.input for mixed in self.mixed))
         if all(inputs[name] is self._used.get(name) for name in driven):
             return
         evaluation = self._component.capability(PointEvaluation)  # type: ignore[type-abstract]
@@ -202,6 +203,10 @@ class Participant(abc.ABC):
             raise self._failure(t, error) from error
         self._used = inputs
         self.publish()
+
+    def before(self, t: Time) -> Time:
+        """Where the communication step starts that ends at `t`."""
+        return self._grid.before(t)
 
     @abc.abstractmethod
     def begin(self, t: Time, h: Duration | None = None) -> None:
@@ -250,14 +255,13 @@ class Participant(abc.ABC):
             t: where the step ends that begins next [ns].
             degree: of the polynomials through these publications.
         """
-        if self._history is None:
+        if (history := self._history) is None:
             return
-        history = self._history
         history.forget_from(t)
         self.show(
             {
                 output: real(
-                    history.course(output, t, self.step_size, degree).at(0.0),
+                    history.course(output, t, t - self.before(t), degree).at(0.0),
                     self.published[output],
                 )
                 for output in self._continuous
@@ -324,13 +328,13 @@ class Participant(abc.ABC):
         inputs = self._starts.copy()
         for name, values, output in self._feeds:
             inputs[name] = values[output]
-        for mixed in self._mixed:
+        for mixed in self.mixed:
             inputs[mixed.input] = mixed.value()
         return inputs
 
     def _begun(self, t: Time, h: Duration | None) -> tuple[Piece, ...]:
         """What there is to do for a step from `t`."""
-        length = self.step_size if h is None else h
+        length = self._grid.after(t) - t if h is None else h
         inputs = self._inputs()
         self._used, self._reached = inputs, t + length
         if self._pieces is None:
