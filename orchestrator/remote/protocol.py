@@ -31,7 +31,7 @@ from orchestrator.signal import Causality, Connector, Variability
 
 _HEADER: Final = struct.Struct("<4sHHIIQqq8x")
 _MAGIC: Final = b"NLOS"
-_VERSION: Final = 2
+_VERSION: Final = 3
 
 
 class Kind(enum.IntEnum):
