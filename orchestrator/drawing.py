@@ -60,12 +60,13 @@ def write(
     return written
 
 
-def draw_panels(panels: Mapping[str, Panel], path: Path) -> Path:
-    """Draw panels, two side by side, each under its name, as a page in SVG.
+def draw_panels(panels: Mapping[str, Panel], path: Path, suffix: str = ".svg") -> Path:
+    """Draw panels, two side by side, each under its name, as a page.
 
     Args:
         panels: by name, at least one.
         path: without suffix.
+        suffix: `.svg` or `.png`.
 
     Returns:
         The file.
@@ -78,4 +79,4 @@ def draw_panels(panels: Mapping[str, Panel], path: Path) -> Path:
             axes = figure.add_subplot(rows, columns, k + 1)
             axes.set_title(name, loc="left")
             panel(axes)
-        return write(figure, path, (".svg",))[0]
+        return write(figure, path, (suffix,))[0]

@@ -70,8 +70,17 @@ def write_tables(
             if suffix not in formats:
                 path.unlink(missing_ok=True)
                 continue
-            (_write_csv if suffix == "csv" else _write_parquet)(table, path)
+            write_table(table, path)
             yield path
+
+
+def write_table(table: Table, path: Path) -> None:
+    """Write a table to a file, as Parquet if its suffix says so, else as CSV.
+
+    Raises:
+        MissingParquetError: it is to be Parquet, and pyarrow is not installed.
+    """
+    (_write_parquet if path.suffix == ".parquet" else _write_csv)(table, path)
 
 
 def read_table(path: Path) -> dict[str, Array]:

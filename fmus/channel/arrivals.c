@@ -128,7 +128,12 @@ static bool will_send(const Radio *r) {
     return queued > 0 || (radio_is_sending(r) && r->sending_until == NEVER);
 }
 
-int expect_arrivals(Channel *c, int64_t end) {
+int64_t time_on_air(const Channel *c, const Packet *packet) {
+    if (packet->duration > 0) return packet->duration * NANOSECOND;
+    return frame_duration(c->parameters.mode, packet->size + c->parameters.mac_header);
+}
+
+int expect_arrivals(Channel *c, int64_t now, int64_t end) {
     const Waiting *w = &c->waiting;
     const Parameters *p = &c->parameters;
     if (BUFFER_RESERVE(c->sender, c->sender_capacity, c->radios.count + w->count)) return 1;
@@ -136,13 +141,21 @@ int expect_arrivals(Channel *c, int64_t end) {
     for (size_t k = 0; k < c->radios.count; k++)
         if (will_send(&c->radios.item[k])) c->sender[count++] = (uint32_t)k;
     double offset = 0; /* of the most powerful one */
+    double on_air = 0; /* all of them together [ps] */
     for (size_t k = w->count; k-- > 0 && w->item[k].time <= end;) {
         size_t radio = scene_find(&c->scene, w->item[k].transmitter);
         if (radio == NO_INDEX) continue;
         c->sender[count++] = (uint32_t)radio;
         offset = larger(offset, w->item[k].packet.power_offset);
+        on_air += (double)time_on_air(c, &w->item[k].packet);
     }
     double power = offset > 0 ? p->transmit_power * from_db(offset) : p->transmit_power;
-    return links_expect(&c->links, c->sender, count, gain_for(p, weakest_event(p), power),
-                        gain_for(p, p->negligible, power));
+    Expected expected = {
+        .radio = c->sender,
+        .count = count,
+        .floor = gain_for(p, weakest_event(p), power),
+        .negligible = gain_for(p, p->negligible, power),
+        .load = end > now ? on_air / (double)(end - now) : 0,
+    };
+    return links_expect(&c->links, &expected);
 }

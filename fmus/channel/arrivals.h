@@ -3,9 +3,12 @@
 #define ARRIVALS_H
 #include "state.h"
 
-/* Have threads look for the links of the frames that will probably go on air until `end`. Nonzero if
- * memory is short. */
-int expect_arrivals(Channel *, int64_t end);
+/* How long a packet is on air [ps]. */
+int64_t time_on_air(const Channel *, const Packet *);
+
+/* Have threads look for the links of the frames that will probably go on air from `now` to `end`.
+ * Nonzero if memory is short. */
+int expect_arrivals(Channel *, int64_t now, int64_t end);
 
 /* Add the arrivals of a new frame at the radios that notice it, or are told of it at least. Nonzero if
  * memory is short. */

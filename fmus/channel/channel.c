@@ -101,7 +101,7 @@ static ModelStatus step(Instance *i, void *state, double t, double h) {
     if (status == MODEL_OK)
         status = packets_accept(i, &c->waiting, &c->scene, c->parameters.mac_header, start);
     if (status != MODEL_OK) return status;
-    bool failed = expect_arrivals(c, end) || run_until(c, end) || complete_arrivals(c, end);
+    bool failed = expect_arrivals(c, start, end) || run_until(c, end) || complete_arrivals(c, end);
     failed |= links_rest(&c->links); /* in any case */
     if (failed) return out_of_memory(i);
     if (reports_release(&c->reports, variable_binary(i, VR_receptions),

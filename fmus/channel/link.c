@@ -22,9 +22,9 @@ static void rows_free(LinkRows *s) {
     free(s->row);
 }
 
-static int add(LinkRow *row, Link link) {
+static int add(LinkRow *row, const Link *link) {
     if (BUFFER_RESERVE(row->link, row->capacity, row->count + 1)) return 1;
-    row->link[row->count++] = link;
+    row->link[row->count++] = *link;
     return 0;
 }
 
@@ -66,10 +66,12 @@ static int take(Links *s) {
     const Surroundings *found = &s->batch.found[s->batch.taken];
     LinkRow *row = &s->known.row[from];
     if (found->is_short) return 1;
-    for (size_t k = 0; k < found->there_count; k++)
-        if (add(row, found->there[k])) return 1;
+    if (BUFFER_RESERVE(row->link, row->capacity, row->count + found->there_count)) return 1;
+    if (found->there_count > 0)
+        memcpy(row->link + row->count, found->there, found->there_count * sizeof *row->link);
+    row->count += found->there_count;
     for (size_t k = 0; k < found->back_count; k++)
-        if (add(&s->known.row[found->back[k].radio], found->back[k].link)) return 1;
+        if (add(&s->known.row[found->back[k].radio], &found->back[k].link)) return 1;
     if (put_in_order(s, row)) return 1;
     row->is_complete = true;
     s->batch.taken++;
@@ -202,17 +204,20 @@ static int adopt_negligible(Links *s, double negligible) {
     return 0;
 }
 
-/* Where fewer pairs of radios are expected, one worker is done before others are awake, and most
- * links that only interfere are never asked for. */
+/* Where fewer pairs of radios are expected, one worker is done before others are awake. */
 static const size_t MANY_PAIRS = 4000;
+
+/* Links that only interfere are found with the others where so many frames are on air at a time that
+ * most of them will be asked for, or where helpers find them. */
+static bool finds_all(size_t workers, double load) { return load >= (workers > 1 ? 1 : 3); }
 
 /* More workers than this have to wait for the one that puts events in order. */
 static const size_t WORKERS_THAT_PAY = 4;
 
-static size_t workers_for(Links *s, size_t rows, bool are_many) {
+static size_t workers_for(Links *s, size_t rows) {
     size_t wanted = s->models.parameters->workers;
     if (wanted == 0) {
-        if (!are_many) return 1;
+        if (rows * s->scene->count < MANY_PAIRS) return 1;
         if (s->workers_allowed == 0) s->workers_allowed = workers_allowed();
         wanted = s->workers_allowed < WORKERS_THAT_PAY ? s->workers_allowed : WORKERS_THAT_PAY;
     }
@@ -221,14 +226,13 @@ static size_t workers_for(Links *s, size_t rows, bool are_many) {
 
 static double floor_of(double wanted) { return wanted >= LEAST_GAIN ? wanted : 0; }
 
-int links_expect(Links *s, const uint32_t *radio, size_t count, double floor, double negligible) {
-    bool are_many = count * s->scene->count >= MANY_PAIRS;
-    size_t workers = workers_for(s, count, are_many);
-    bool is_new = s->known.floor < 0;
-    if (adopt_floor(s, floor_of(is_new && are_many ? smaller(floor, negligible) : floor))) return 1;
+int links_expect(Links *s, const Expected *e) {
+    size_t workers = workers_for(s, e->count);
+    bool all = s->known.floor < 0 && finds_all(workers, e->load);
+    if (adopt_floor(s, floor_of(all ? smaller(e->floor, e->negligible) : e->floor))) return 1;
     if (workers < 2) return 0;
-    if (adopt_negligible(s, negligible)) return 1;
-    return begin_batch(s, radio, count, workers) ? fail(s) : 0;
+    if (adopt_negligible(s, e->negligible)) return 1;
+    return begin_batch(s, e->radio, e->count, workers) ? fail(s) : 0;
 }
 
 int links_rest(Links *s) { return end_batch(s) ? fail(s) : 0; }

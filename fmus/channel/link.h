@@ -54,10 +54,17 @@ typedef struct {
 int links_forget(Links *, const Scene *, const Parameters *);
 void links_free(Links *);
 
-/* Have threads begin to find what will probably be asked for next: the links from `radio`[0] to
- * [count - 1] in this order and with this `floor`, and single links with this `negligible`, which are
- * then found with the others. Only spares time. Nonzero if memory is short. */
-int links_expect(Links *, const uint32_t *radio, size_t count, double floor, double negligible);
+/* What will probably be asked for next. */
+typedef struct {
+    const uint32_t *radio; /* links from these radios, in this order */
+    size_t count;
+    double floor;          /* of these links */
+    double negligible;     /* of links that are asked for by themselves meanwhile */
+    double load;           /* frames that are on air at a time */
+} Expected;
+
+/* Have threads begin to find these links. Only spares time. Nonzero if memory is short. */
+int links_expect(Links *, const Expected *);
 
 /* Let the threads rest; to be called before a step ends. Nonzero if memory is short. */
 int links_rest(Links *);

@@ -5,11 +5,6 @@
 #include "medium_access.h"
 #include "schedule.h"
 
-static int64_t duration(const Channel *c, const Packet *packet) {
-    if (packet->duration > 0) return packet->duration * NANOSECOND;
-    return frame_duration(c->parameters.mode, packet->size + c->parameters.mac_header);
-}
-
 static int tell(Channel *c, const Transmission *t, int64_t time, int64_t on_air, uint8_t fate) {
     TransmissionRecord *record = report_transmission(&c->reports);
     if (!record) return 1;
@@ -32,7 +27,7 @@ int give_up(Channel *c, const Transmission *t, int64_t now, uint8_t fate) {
 }
 
 static int put_on_air(Channel *c, const Transmission *t, uint32_t from, int64_t now) {
-    int64_t on_air = duration(c, &t->packet);
+    int64_t on_air = time_on_air(c, &t->packet);
     frames_let_go(&c->frames, now, c->longest_delay);
     AirFrame *f = frames_add(&c->frames, c->radios.count);
     if (!f) return 1;
@@ -117,7 +112,7 @@ int start_sending(Channel *c, uint32_t radio, int64_t now) {
         f->arrival[f->at[radio] - 1].verdict = DEAFENED;
         r->locked = NO_FRAME;
     }
-    r->sending_until = now + duration(c, &r->sending.packet);
+    r->sending_until = now + time_on_air(c, &r->sending.packet);
     if (r->is_idle) {
         r->is_idle = false;
         r->busy_since = now;

@@ -1,10 +1,7 @@
-"""`nlosim fmu build|info`, found by the entry point group `orchestrator.commands`."""
+"""`nlosim fmu build`, found by the entry point group `orchestrator.fmu_actions`."""
 
 import argparse
-import zipfile
-from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree as ET
 
 from fmus.native.build import add_arguments, build_units
 from fmus.native.check import InterfaceError
@@ -12,21 +9,12 @@ from fmus.native.targets import CompilerError
 from orchestrator.cli.outcome import Exit, Outcome, failure
 
 
-def add_command(commands: Any) -> None:
-    """Add `fmu` to the subparsers of the command line.
-
-    Each of its parsers has the default `execute`: parsed arguments to `Outcome`.
-    """
-    fmu = commands.add_parser("fmu", help="build our FMUs, look into any FMU")
-    actions = fmu.add_subparsers(dest="action", required=True, metavar="ACTION")
+def add_action(actions: Any) -> None:
+    """Add `build` to the subparsers of `nlosim fmu`."""
     maker = actions.add_parser("build", help="compile native units")
     add_arguments(maker)
     maker.add_argument("--json", action="store_true", help="print one JSON object")
     maker.set_defaults(execute=build)
-    viewer = actions.add_parser("info", help="what an FMU contains")
-    viewer.add_argument("path", type=Path, help="an .fmu file")
-    viewer.add_argument("--json", action="store_true", help="print one JSON object")
-    viewer.set_defaults(execute=info)
 
 
 def build(arguments: argparse.Namespace) -> Outcome:
@@ -40,87 +28,3 @@ def build(arguments: argparse.Namespace) -> Outcome:
         for b in built
     ]
     return Outcome(text="\n".join(map(str, built)), data={"fmus": rows})
-
-
-def info(arguments: argparse.Namespace) -> Outcome:
-    """Show the model, the platforms and the variables of an FMU."""
-    try:
-        found = describe(arguments.path)
-    except (OSError, KeyError, zipfile.BadZipFile, ET.ParseError) as error:
-        return failure("fmu", Exit.WRONG_INPUT, f"{arguments.path}: is no FMU: {error}")
-    return Outcome(text=_as_text(found), data=found)
-
-
-def describe(path: Path) -> dict[str, Any]:
-    """What `info` shows: FMI 2.0 or 3.0, any capability, no validation.
-
-    Raises:
-        OSError, KeyError, zipfile.BadZipFile, xml.etree.ElementTree.ParseError: no FMU.
-    """
-    with zipfile.ZipFile(path) as archive:
-        root = ET.fromstring(archive.read("modelDescription.xml"))  # noqa: S314  (only shown)
-        names = archive.namelist()
-    kinds = ("CoSimulation", "ModelExchange", "ScheduledExecution")
-    return {
-        "path": str(path),
-        "fmi_version": root.get("fmiVersion"),
-        "model": root.get("modelName"),
-        "description": root.get("description", ""),
-        "interfaces": [kind for kind in kinds if root.find(kind) is not None],
-        "platforms": sorted({n.split("/")[1] for n in names if n.startswith("binaries/")} - {""}),
-        "has_sources": any(name.startswith("sources/") for name in names),
-        "variables": [_variable(element, root) for element in root.iterfind("ModelVariables/*")],
-    }
-
-
-def _variable(element: ET.Element, root: ET.Element) -> dict[str, Any]:
-    typed = element[0] if element.tag == "ScalarVariable" and len(element) else element
-    return {
-        "name": element.get("name"),
-        "causality": element.get("causality", "local"),
-        "type": typed.tag,
-        "dimensions": [_length(axis, root) for axis in element.iterfind("Dimension")],
-        "unit": typed.get("unit", "1"),
-        "start": typed.get("start"),
-        "items": _items(typed, root),
-        "description": element.get("description", ""),
-    }
-
-
-def _items(typed: ET.Element, root: ET.Element) -> dict[str, str | None]:
-    """The values by name of an Enumeration's items; none for another type."""
-    if typed.tag != "Enumeration":
-        return {}
-    kinds = root.iterfind("TypeDefinitions/*")
-    declared = [kind for kind in kinds if kind.get("name") == typed.get("declaredType")]
-    return {
-        item.get("name", ""): item.get("value") for kind in declared for item in kind.iter("Item")
-    }
-
-
-def _length(axis: ET.Element, root: ET.Element) -> str | None:
-    reference = axis.get("valueReference")
-    if reference is None:
-        return axis.get("start")
-    found = root.find(f"ModelVariables/*[@valueReference='{reference}']")
-    return None if found is None else found.get("name")
-
-
-def _as_text(found: dict[str, Any]) -> str:
-    lines = [
-        f"{found['model']}: {found['description']}",
-        f"FMI {found['fmi_version']}, {', '.join(found['interfaces'])}",
-        f"platforms: {', '.join(found['platforms']) or 'none'}"
-        + (" (sources included)" if found["has_sources"] else ""),
-        "",
-    ]
-    for v in found["variables"]:
-        axes = ", ".join(map(str, v["dimensions"]))
-        kind = f"{v['type']}[{axes}]" if axes else v["type"]
-        if v["items"]:
-            kind += f" ({', '.join(f'{value} {item}' for item, value in v['items'].items())})"
-        start = "" if v["start"] is None else f" = {v['start']}"
-        lines.append(
-            f"{v['causality']:20} {v['name']}: {kind} [{v['unit']}]{start}  {v['description']}"
-        )
-    return "\n".join(lines)

@@ -7,6 +7,7 @@ do not survive it. Parent and child agree on this:
   not an argument because arguments can be read by every user of the machine.
 * Standard input then stays open and silent. Its end means that the parent is gone, however
   that came about, and the child ends at once.
+* The child has a folder for temporary files of its own, which the parent removes afterwards.
 * What the child writes to standard output or error goes to the log of the parent, and the last
   lines of it into the error message if the child dies.
 """
@@ -15,9 +16,11 @@ import contextlib
 import json
 import logging
 import os
+import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
@@ -39,6 +42,9 @@ _THREAD_VARIABLES: Final = (
     "NUMEXPR_NUM_THREADS",
 )
 """Set to 1 unless the user set them: the processes share the cores among them already."""
+
+_TEMPORARY: Final = ("TMPDIR", "TEMP", "TMP")
+"""Where programs put their temporary files, on one system or another."""
 
 
 class HostProcess:
@@ -65,13 +71,15 @@ class HostProcess:
         self._on_exit = on_exit
         self._tail: deque[str] = deque(maxlen=_TAIL)
         self._has_ended = threading.Event()
+        # what a library leaves in the temporary folder of a process that crashes goes with it
+        self._temporary = tempfile.mkdtemp(prefix="nlosim-host-")
         self._process = subprocess.Popen(
             # -P: a module in the working directory must not replace one of ours
             [sys.executable, "-P", "-m", "orchestrator.remote.host_main", component],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            env=child_environment(),
+            env={**child_environment(), **dict.fromkeys(_TEMPORARY, self._temporary)},
             # Ctrl-C in a terminal goes to all processes of its session; ours are ended in order
             start_new_session=True,
             pass_fds=tuple(descriptors),
@@ -155,6 +163,7 @@ class HostProcess:
                 os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
         self._reader.join(0.5)
+        shutil.rmtree(self._temporary, ignore_errors=True)
         self._has_ended.set()
         self._on_exit()
 

@@ -321,14 +321,18 @@ def folders() -> set[Path]:
     return set(Path(tempfile.gettempdir()).glob("nlosim-lag-*"))
 
 
-def test_temporary_folders_vanish_with_close_and_with_the_component(fmu: Fmu) -> None:
+def test_temporary_folders_vanish_with_close_and_with_the_component(
+    fmu: Fmu, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = fmu("lag")
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # other tests have theirs elsewhere
     before = folders()
-    lag = started(fmu("lag"))
+    lag = started(path)
     assert len(folders() - before) == 1
     lag.close()
     lag.close()
     assert folders() == before
-    forgotten = started(fmu("lag"))
+    forgotten = started(path)
     del forgotten, lag
     gc.collect()
     assert folders() == before

@@ -232,7 +232,8 @@ typedef struct {
 static int announce(Links *links, const Announced *a, size_t i, size_t rows, double floor) {
     if (a->workers == 0 || i % a->width > 0) return 0;
     size_t count = rows - i < a->width ? rows - i : a->width;
-    return links_rest(links) || links_expect(links, a->radio + i, count, floor, floor / 100);
+    Expected expected = {a->radio + i, count, floor, floor / 100, (double)(count % 5)};
+    return links_rest(links) || links_expect(links, &expected);
 }
 
 static int ask_between(Links *links, const Announced *a, const uint32_t *order, size_t i) {

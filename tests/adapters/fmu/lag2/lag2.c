@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "fmi2Functions.h"
+#include "misbehave.h"
 
 typedef struct {
     fmi2Real time_constant, fail_at, u, x, t;
@@ -135,7 +136,8 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_set_state) {
     Lag *lag = c;
-    if (t + h > lag->fail_at) {
+    if (t + h > lag->fail_at && lag->fail_as > fmi2Pending) misbehave(lag->fail_as);
+    else if (t + h > lag->fail_at) {
         lag->callbacks->logger(lag->callbacks->componentEnvironment, "lag", lag->fail_as,
                                "logStatusError", "told to fail as %d at %s", lag->fail_as, "once");
         return lag->fail_as;

@@ -1,0 +1,1 @@
+"""What `nlosim fmu info|validate|run|compare` do."""

@@ -1,0 +1,92 @@
+"""`nlosim fmu info`."""
+
+import zipfile
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+from orchestrator.cli.outcome import Exit, Outcome, failure
+
+
+def info(path: Path) -> Outcome:
+    """Show the model, the platforms and the variables of an FMU."""
+    try:
+        found = describe(path)
+    except (OSError, KeyError, zipfile.BadZipFile, ET.ParseError) as error:
+        return failure("fmu", Exit.WRONG_INPUT, f"{path}: is no FMU: {error}")
+    return Outcome(text=_as_text(found), data=found)
+
+
+def describe(path: Path) -> dict[str, Any]:
+    """What `info` shows: FMI 2.0 or 3.0, any capability, no validation.
+
+    Raises:
+        OSError, KeyError, zipfile.BadZipFile, xml.etree.ElementTree.ParseError: no FMU.
+    """
+    with zipfile.ZipFile(path) as archive:
+        root = ET.fromstring(archive.read("modelDescription.xml"))  # noqa: S314  (only shown)
+        names = archive.namelist()
+    kinds = ("CoSimulation", "ModelExchange", "ScheduledExecution")
+    return {
+        "path": str(path),
+        "fmi_version": root.get("fmiVersion"),
+        "model": root.get("modelName"),
+        "description": root.get("description", ""),
+        "interfaces": [kind for kind in kinds if root.find(kind) is not None],
+        "platforms": sorted({n.split("/")[1] for n in names if n.startswith("binaries/")} - {""}),
+        "has_sources": any(name.startswith("sources/") for name in names),
+        "variables": [_variable(element, root) for element in root.iterfind("ModelVariables/*")],
+    }
+
+
+def _variable(element: ET.Element, root: ET.Element) -> dict[str, Any]:
+    typed = element[0] if element.tag == "ScalarVariable" and len(element) else element
+    return {
+        "name": element.get("name"),
+        "causality": element.get("causality", "local"),
+        "type": typed.tag,
+        "dimensions": [_length(axis, root) for axis in element.iterfind("Dimension")],
+        "unit": typed.get("unit", "1"),
+        "start": typed.get("start"),
+        "items": _items(typed, root),
+        "description": element.get("description", ""),
+    }
+
+
+def _items(typed: ET.Element, root: ET.Element) -> dict[str, str | None]:
+    """The values by name of an Enumeration's items; none for another type."""
+    if typed.tag != "Enumeration":
+        return {}
+    kinds = root.iterfind("TypeDefinitions/*")
+    declared = [kind for kind in kinds if kind.get("name") == typed.get("declaredType")]
+    return {
+        item.get("name", ""): item.get("value") for kind in declared for item in kind.iter("Item")
+    }
+
+
+def _length(axis: ET.Element, root: ET.Element) -> str | None:
+    reference = axis.get("valueReference")
+    if reference is None:
+        return axis.get("start")
+    found = root.find(f"ModelVariables/*[@valueReference='{reference}']")
+    return None if found is None else found.get("name")
+
+
+def _as_text(found: dict[str, Any]) -> str:
+    lines = [
+        f"{found['model']}: {found['description']}",
+        f"FMI {found['fmi_version']}, {', '.join(found['interfaces'])}",
+        f"platforms: {', '.join(found['platforms']) or 'none'}"
+        + (" (sources included)" if found["has_sources"] else ""),
+        "",
+    ]
+    for v in found["variables"]:
+        axes = ", ".join(map(str, v["dimensions"]))
+        kind = f"{v['type']}[{axes}]" if axes else v["type"]
+        if v["items"]:
+            kind += f" ({', '.join(f'{value} {item}' for item, value in v['items'].items())})"
+        start = "" if v["start"] is None else f" = {v['start']}"
+        lines.append(
+            f"{v['causality']:20} {v['name']}: {kind} [{v['unit']}]{start}  {v['description']}"
+        )
+    return "\n".join(lines)

@@ -1,0 +1,131 @@
+"""`nlosim fmu ...`, found by the entry point group `orchestrator.commands`.
+
+What the actions do is loaded when they are called. Packages add further ones by `ACTIONS`.
+"""
+
+import argparse
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any, Final
+
+from orchestrator.cli.command import add_installed, command
+from orchestrator.cli.outcome import Outcome
+
+ACTIONS: Final = "orchestrator.fmu_actions"
+"""Entry points by name: a callable that adds parsers to the subparsers of `fmu`, each with the
+default `execute`, a callable from the parsed arguments to an `Outcome`."""
+
+_INFO: Final = """\
+Also of FMUs that cannot be run here: of another platform, for Model Exchange, with broken rules.
+
+  nlosim fmu info controller.fmu
+  nlosim fmu info controller.fmu --json | jq '.variables[].name'
+"""
+_VALIDATE: Final = """\
+Holds modelDescription.xml against the schemas and the rules of FMI 2.0.4 or 3.0.2, the archive
+against what it may contain, and the binary for this machine against the functions that it has to
+export. Every broken rule is told with line and column and where the standard says it; nothing of
+the FMU is run. Exit code 1 if a rule is broken.
+
+  nlosim fmu validate controller.fmu
+  nlosim fmu validate *.fmu --json
+"""
+_RUN: Final = """\
+Times that are not given are those of the default experiment of the FMU; without one, it is 1 s in
+500 steps. Steps are whole nanoseconds and divide the time. Inputs come from a table with a column
+`time` and columns with the names of inputs (Reference FMUs: `_in.csv`): those that are continuous
+are interpolated, others keep their last value; two rows with the same time are a step. Inputs
+without a column keep their start values. Elements of an array stand in one field, with spaces.
+The result has a row for every communication point.
+
+  nlosim fmu run controller.fmu --stop-time 10 --step 0.01 --output result.csv --plot result.svg
+  nlosim fmu run controller.fmu --start-value gain=2 --input inputs.csv --plot terminal
+"""
+_COMPARE: Final = """\
+A result is a CSV or Parquet file with a column `time`, a run directory of nlosim, or an FMU, which
+is run as `nlosim fmu run` does. Variables of the same name are compared at the times of the first
+result that both have; numbers are interpolated. They agree where their difference is at most
+ABSOLUTE + RELATIVE times the largest value of the variable in the second result. Exit code 1 if
+one does not, or if there is nothing to compare.
+
+  nlosim fmu compare result.csv controller_ref.csv
+  nlosim fmu compare old.fmu new.fmu --relative 0
+"""
+
+
+def add_command(commands: Any) -> None:
+    """Add `fmu` to the subparsers of the command line."""
+    fmu = commands.add_parser("fmu", help="look into any FMU, validate, run and compare it")
+    actions = fmu.add_subparsers(dest="action", required=True, metavar="ACTION")
+    viewer = command(actions, "info", "what an FMU contains", _INFO, execute=_info)
+    viewer.add_argument("path", type=Path, metavar="FMU", help="an .fmu file")
+    summary = "every broken rule of an FMU, with its line"
+    judge = command(actions, "validate", summary, _VALIDATE, execute=_validate)
+    judge.add_argument("paths", type=Path, metavar="FMU", nargs="+", help=".fmu files")
+    summary = "simulate one FMU, and write, tell or plot its outputs"
+    runner = command(actions, "run", summary, _RUN, execute=_run)
+    _add_run_arguments(runner)
+    summary = "compare results, or FMUs by their results"
+    comparer = command(actions, "compare", summary, _COMPARE, execute=_compare)
+    for name, what in (("first", "CSV, Parquet, run directory or FMU"), ("second", "likewise")):
+        comparer.add_argument(name, type=Path, metavar=name.upper(), help=what)
+    comparer.add_argument("--relative", type=float, default=1e-6, help="default: %(default)s")
+    comparer.add_argument("--absolute", type=float, default=1e-12, help="default: %(default)s")
+    add_installed(actions, entry_points(group=ACTIONS), "`fmu {}`")
+
+
+def _add_run_arguments(runner: argparse.ArgumentParser) -> None:
+    runner.add_argument("path", type=Path, metavar="FMU", help="FMI 2.0 or 3.0, Co-Simulation")
+    runner.add_argument(
+        "--start-value",
+        action="append",
+        default=[],
+        dest="starts",
+        metavar="NAME=VALUE",
+        help="of a parameter or an input; may be given several times",
+    )
+    runner.add_argument("--input", type=Path, metavar="FILE", help="CSV or Parquet")
+    for name, what in (
+        ("start-time", "the first communication point [s]"),
+        ("stop-time", "the last one [s]"),
+        ("step", "the communication step size [s]"),
+    ):
+        runner.add_argument(f"--{name}", metavar="SECONDS", help=what)
+    runner.add_argument(
+        "--record",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="an output, or a pattern with `*`; may be given several times (default: all)",
+    )
+    runner.add_argument("--output", type=Path, metavar="FILE", help="CSV or Parquet")
+    runner.add_argument(
+        "--plot", metavar="FILE|terminal", help="an SVG or PNG file, or lines of text"
+    )
+    runner.add_argument("--quiet", action="store_true", help="no progress bar")
+
+
+def _info(arguments: argparse.Namespace) -> Outcome:
+    from adapters.fmi.command.info import info  # noqa: PLC0415 - the help needs none of this
+
+    return info(arguments.path)
+
+
+def _validate(arguments: argparse.Namespace) -> Outcome:
+    from adapters.fmi.command.validating import validated  # noqa: PLC0415
+
+    return validated(arguments.paths)
+
+
+def _run(arguments: argparse.Namespace) -> Outcome:
+    from adapters.fmi.command.running import run  # noqa: PLC0415
+
+    return run(arguments)
+
+
+def _compare(arguments: argparse.Namespace) -> Outcome:
+    from adapters.fmi.command.comparing import compare  # noqa: PLC0415
+
+    return compare(
+        arguments.first, arguments.second, relative=arguments.relative, absolute=arguments.absolute
+    )

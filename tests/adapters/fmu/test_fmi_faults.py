@@ -1,0 +1,97 @@
+"""FMUs that harm their process: over `local` the run ends in order and says which, when and how."""
+
+import functools
+import json
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from orchestrator import placement
+from orchestrator.cli import main
+from orchestrator.recording.reader import Recording
+from orchestrator.remote.component import Deadlines, launch
+
+SCENARIO = """\
+schema: 1
+title: A good one and a bad one
+time: {stop: 1 s}
+components:
+  good: {fmu: lag2.fmu, step: 100 ms}
+  bad:
+    fmu: lag2.fmu
+    step: 100 ms
+    process: true
+    parameters: {fail_at: 350 ms}
+"""
+NAMED = "component `bad` at t = 0.3 s: "
+
+
+@pytest.fixture
+def scenario(lag2: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A scenario with both; afterwards no temporary file may be left, wherever one crashed."""
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
+    (tmp_path / "lag2.fmu").write_bytes(lag2.read_bytes())
+    path = tmp_path / "two.yaml"
+    path.write_text(SCENARIO)
+    yield path
+    assert list(temporary.iterdir()) == []
+
+
+def run(scenario: Path, deed: int) -> int:
+    """The exit code of a run over `local` in which the bad one does `deed` of `misbehave.h`."""
+    out = str(scenario.with_name("run"))
+    change = f"components.bad.parameters.fail_as={deed}"
+    options = ("--transport", "local", "--quiet", "--set", change)
+    return main(["run", str(scenario), "--out", out, *options])
+
+
+def recorded_until(scenario: Path) -> list[int]:
+    """The last communication point [ns] of the output of each FMU."""
+    recording = Recording(scenario.with_name("run"))
+    found = []
+    for name in ("good.x", "bad.x"):
+        series = recording[name]
+        assert len(series) == len(series.times)
+        assert float(series[len(series) - 1]) == pytest.approx(float(recording["good.x"].at(
+            int(series.times[-1]))))  # fmt: skip
+        found.append(int(series.times[-1]))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("deed", "how"),
+    [
+        (6, "its process was killed by SIGSEGV"),
+        (7, "its process was killed by SIGABRT"),
+        (8, "its process exited with code 0"),
+        (9, "did not answer within 0.5 s (to `step`)"),
+        (3, "fmi2DoStep returned Error: told to fail as 3 at once"),
+    ],
+    ids=["crash", "abort", "exit", "loop", "error"],
+)
+def test_a_fault_ends_the_run_by_name_and_time(
+    scenario: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    deed: int,
+    how: str,
+) -> None:
+    """What was recorded until then can be read: four points of each, at 0, 0.1, 0.2 and 0.3 s."""
+    brief = functools.partial(launch, deadlines=Deadlines(step=0.5))
+    monkeypatch.setattr(placement, "launch", brief)
+    assert run(scenario, deed) == 3
+    assert NAMED + how in capsys.readouterr().err
+    assert recorded_until(scenario) == [300_000_000] * 2
+    manifest = json.loads((scenario.with_name("run") / "manifest.json").read_text())
+    assert (manifest["status"], manifest["transport"]) == ("failed", "local")
+
+
+def test_a_change_of_directory_stays_in_its_process(scenario: Path) -> None:
+    here = Path.cwd()
+    assert run(scenario, 10) == 0
+    assert Path.cwd() == here
+    assert recorded_until(scenario) == [1_000_000_000] * 2
