@@ -277,8 +277,8 @@ class LocalTransport(Transport):
     """One process per component on this machine, at the other end of a socket pair.
 
     On Linux large values are in memory that all processes of the run see; elsewhere, and with
-    `shares=False`, they travel over the sockets. It needs nothing but the operating system, which is POSIX:
-    Windows cannot hand a socket over.
+    `shares=False`, they travel over the sockets. It needs nothing but the operating
+    system, which is POSIX: Windows cannot hand a socket over.
     """
 
     def __init__(self, *, shares: bool = True) -> None:
