@@ -17,8 +17,8 @@ from orchestrator.remote.segment import OFFSET_BITS, Arena, PlaceError, Segment
 from orchestrator.remote.sharing import SharedMemory
 from orchestrator.signal import Array
 
-_LEAST: Final = 1 << 13
-"""Values smaller than this travel: a place costs about as much as copying them [byte]."""
+_LEAST: Final = 1 << 16
+"""Values smaller than this travel: a place costs more than copying them [byte]."""
 
 _OWNER_BITS: Final = OFFSET_BITS + 12
 
@@ -184,7 +184,8 @@ class Exchange:
         return self._returned.pop(owner, ())
 
     def close(self) -> None:
-        """Close all descriptors."""
+        """Close all descriptors; arrays stay as long as somebody has them."""
+        self._segments.clear()
         self._views.close()
         self._arena.close()
 
