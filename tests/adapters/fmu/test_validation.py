@@ -85,9 +85,12 @@ LAG2 = {
         'start="2" unit="s"',
     ),
     "bounds the wrong way round": (
-        ('<Integer start="3" min="0" max="5"/>', '<Integer start="3" min="6" max="5"/>'),
-        ("`fail_as`: min 6 is greater than max 5", "`fail_as`: the start value 3 is below min 6"),
-        'min="6"',
+        ('<Integer start="3" min="0" max="10"/>', '<Integer start="3" min="11" max="10"/>'),
+        (
+            "`fail_as`: min 11 is greater than max 10",
+            "`fail_as`: the start value 3 is below min 11",
+        ),
+        'min="11"',
     ),
     "a unit that is not defined": (
         ('<Real start="0" unit="V"/>', '<Real start="0" unit="W"/>'),
