@@ -31,6 +31,7 @@ from orchestrator.remote.protocol import (
     connectors_from_message,
     generator_to_document,
 )
+from orchestrator.remote.sharing import SharedMemory
 from orchestrator.remote.transport import Link, LinkLostError, Transport
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
 from orchestrator.signal import Causality, Connector, Signals
@@ -73,6 +74,11 @@ class _Dialogue:
         self._link = link
         self._sequence = 0
         self._is_over = False
+
+    @property
+    def memory(self) -> SharedMemory:
+        """What the host sees, too."""
+        return self._link.memory
 
     def ask(
         self,
@@ -193,8 +199,9 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         self._dialogue.epoch += 1
-        self._inputs = SignalEncoder(self._only(Causality.INPUT))
-        self._outputs = SignalDecoder(self._only(Causality.OUTPUT))
+        memory = self._dialogue.memory
+        self._inputs = SignalEncoder(self._only(Causality.INPUT), memory)
+        self._outputs = SignalDecoder(self._only(Causality.OUTPUT), memory)
         self._values = {}
         self._forgotten = []
         self._is_set_up = True

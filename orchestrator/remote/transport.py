@@ -15,6 +15,7 @@ from typing_extensions import override
 from orchestrator.errors import CosimError
 from orchestrator.remote.host import ComponentHost
 from orchestrator.remote.process import HostProcess
+from orchestrator.remote.sharing import NOTHING_SHARED, SharedMemory
 
 GRACE: Final = 0.5
 """How long hosts may take, together, to leave in their own way [s]."""
@@ -26,6 +27,11 @@ class LinkLostError(CosimError):
 
 class Link(abc.ABC):
     """The way to the host of one component: one command there, one reply back."""
+
+    @property
+    def memory(self) -> SharedMemory:
+        """What this process and the host both see."""
+        return NOTHING_SHARED
 
     @abc.abstractmethod
     def send(self, message: bytes) -> None:
