@@ -57,6 +57,13 @@ class Link(abc.ABC):
     def abandon(self) -> None:
         """End the host at once, without asking it: it hangs, or was interrupted."""
 
+    @abc.abstractmethod
+    def limit_memory(self, limit: int | None) -> None:
+        """End the host when it has more than `limit` [byte] of memory for itself.
+
+        Where the host has no process of its own, nothing is limited.
+        """
+
 
 class ProcessLink(Link):
     """The link to a host that is a process on this machine, started by this one."""
@@ -66,6 +73,11 @@ class ProcessLink(Link):
     @abc.abstractmethod
     def dismiss(self) -> None:
         """Tell the host that there are no more commands; it leaves once it has answered."""
+
+    @override
+    def limit_memory(self, limit: int | None) -> None:
+        if limit is not None:
+            self._process.limit_memory(limit)
 
     def has_left(self, timeout: float) -> bool:
         """Wait up to `timeout` [s] for the process to end; whether it has."""
@@ -166,3 +178,7 @@ class _LoopbackLink(Link):
     @override
     def abandon(self) -> None:
         self._host.close()
+
+    @override
+    def limit_memory(self, limit: int | None) -> None:
+        pass

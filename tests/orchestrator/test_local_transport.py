@@ -16,10 +16,11 @@ import numpy as np
 import pytest
 
 from orchestrator.errors import ComponentError, ComponentTypeError
+from orchestrator.limits import Deadlines
 from orchestrator.placement import transport_type
 from orchestrator.randomness import stream
 from orchestrator.remote import local
-from orchestrator.remote.component import Deadlines, launch
+from orchestrator.remote.component import launch
 from orchestrator.remote.local import LocalTransport
 from orchestrator.remote.protocol import ComponentSpec
 from orchestrator.remote.segment import can_share
@@ -70,7 +71,7 @@ def test_a_frozen_process_ends_the_run_at_the_deadline(runs: ModuleType) -> None
     with pytest.raises(ComponentError) as caught:
         runs.run_reckless(LocalTransport(), deadlines=Deadlines(step=0.5), deed="freeze")
     message = "component `b` at t = 0.02 s: did not answer within 0.5 s (to `step`)"
-    assert str(caught.value) == message
+    assert str(caught.value) == f"{message}; its `deadline` allows no more"
 
 
 def test_a_host_that_a_child_outlives_is_noticed_at_once(runs: ModuleType) -> None:
