@@ -17,6 +17,7 @@ from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.wiring import assemble
+from orchestrator.timebase import StepSize
 
 
 def execute(arguments: Namespace) -> Outcome:
@@ -46,8 +47,13 @@ def execute(arguments: Namespace) -> Outcome:
 
 
 def _component(node: Node) -> dict[str, object]:
-    step = {"step": format_duration(node.step), "step_ns": node.step}
+    step = {"step": format_duration(node.step), "step_ns": _number(node.step)}
     return {**asdict(node), "process": node.process.value, **step}
+
+
+def _number(span: StepSize) -> int | float:
+    """A span as JSON can hold it."""
+    return span if isinstance(span, int) else float(span)
 
 
 def _connection(edge: Edge) -> dict[str, object]:
@@ -55,8 +61,8 @@ def _connection(edge: Edge) -> dict[str, object]:
         "from": edge.source,
         "to": edge.target,
         "signals": [_signal(edge, output, input_) for output, input_ in edge.signals],
-        "youngest_ns": edge.youngest,
-        "oldest_ns": edge.oldest,
+        "youngest_ns": _number(edge.youngest),
+        "oldest_ns": _number(edge.oldest),
     }
 
 

@@ -13,7 +13,7 @@ from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.wiring import Assembly
 from orchestrator.system import Connection, System
-from orchestrator.timebase import Duration
+from orchestrator.timebase import Duration, StepSize
 from orchestrator.transformation import described
 
 
@@ -35,7 +35,7 @@ class Node:
     entry: str
     copies: int = 1
     origin: str
-    step: Duration
+    step: StepSize
     process: Isolation
     layer: int
     feedthrough: Mapping[str, tuple[str, ...]]
@@ -57,8 +57,8 @@ class Edge:
     target: str
     signals: tuple[tuple[str, str], ...]
     changes: Mapping[tuple[str, str], str]
-    youngest: Duration
-    oldest: Duration
+    youngest: StepSize
+    oldest: StepSize
     is_forward: bool
     copies: int = 1
 
@@ -87,7 +87,7 @@ class _Key(NamedTuple):
     source: str
     target: str
     delay: Duration
-    sample: Duration
+    sample: StepSize
 
 
 def graph_of(scenario: Scenario, assembly: Assembly) -> Graph:

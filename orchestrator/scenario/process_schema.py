@@ -14,9 +14,18 @@ from pydantic import (
 
 from orchestrator.byte_size import PATTERN, parse_size
 from orchestrator.scenario.isolation import ISOLATIONS, Isolation
-from orchestrator.scenario.time_schema import positive, time_schema
+from orchestrator.scenario.time_schema import duration, time_schema
+from orchestrator.timebase import Duration, format_duration
 
-_WallTime = Annotated[int, BeforeValidator(positive), time_schema("5 s", "2 min")]
+
+def _wall_time(value: object) -> Duration:
+    time = duration(value)
+    if time <= 0:
+        raise ValueError(f"must be longer than 0 s, got {format_duration(time)}")
+    return time
+
+
+_WallTime = Annotated[int, BeforeValidator(_wall_time), time_schema("5 s", "2 min")]
 
 
 def _isolation(value: object) -> Isolation:

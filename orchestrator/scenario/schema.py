@@ -6,11 +6,24 @@ The docstrings of the fields are the text of the JSON Schema that editors show.
 import re
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    WithJsonSchema,
+)
 
 from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.process_schema import Deadline, DeadlineEntry, Memory, Process
-from orchestrator.scenario.time_schema import Moment, StepSize, not_negative, positive, time_schema
+from orchestrator.scenario.time_schema import (
+    Moment,
+    StepSize,
+    not_negative,
+    positive,
+    time_schema,
+)
 
 VERSION: Final = 1
 """The version of the form of scenario files; a change that breaks them has another number."""

@@ -2,12 +2,20 @@
 
 from typing import Annotated, Final
 
-from pydantic import BeforeValidator, WithJsonSchema
+from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
 
 from orchestrator.scenario import units
-from orchestrator.timebase import Duration
+from orchestrator.timebase import Duration, StepSize as Span
 
-PATTERN: Final = r"^\s*[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]{1,3})?\s*[a-zA-Zµμ]+\s*$"
+_DECIMAL: Final = r"^\s*[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]{1,3})?\s*[a-zA-Zµμ]+\s*$"
+
+_FRACTION: Final = r"^\s*[0-9]{1,18}\s*/\s*[0-9]{1,18}\s*[a-zµμ]+\s*$"
+
+
+def _time(value: object) -> str | float:
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        raise ValueError(f"expected a time such as `50 ms`, got {value!r}")  # noqa: TRY004
+    return value
 
 
 def duration(value: object) -> Duration:
@@ -16,18 +24,16 @@ def duration(value: object) -> Duration:
     Raises:
         ValueError: it says none.
     """
-    if isinstance(value, bool) or not isinstance(value, str | int | float):
-        raise ValueError(f"expected a time such as `50 ms`, got {value!r}")  # noqa: TRY004
-    return units.duration(value)
+    return units.duration(_time(value))
 
 
-def positive(value: object) -> Duration:
-    """The time that `value` says [ns].
+def positive(value: object) -> Span:
+    """The time that `value` says [ns], as an exact fraction where it is no whole number.
 
     Raises:
         ValueError: it says none, or one that is not above 0.
     """
-    time = duration(value)
+    time = units.span(_time(value))
     if time <= 0:
         raise ValueError(f"must be longer than 0 s, got {units.format_duration(time)}")
     return time
@@ -46,14 +52,20 @@ def not_negative(value: object) -> Duration:
 
 
 def time_schema(*examples: str) -> WithJsonSchema:
-    """The JSON Schema of a time."""
+    """The JSON Schema of a time of whole nanoseconds."""
     return WithJsonSchema(
         {
-            "anyOf": [{"type": "number"}, {"type": "string", "pattern": PATTERN}],
+            "anyOf": [{"type": "number"}, {"type": "string", "pattern": _DECIMAL}],
             "examples": list(examples),
         }
     )
 
 
+def span_schema(*examples: str) -> WithJsonSchema:
+    """The JSON Schema of a time that may be a fraction."""
+    patterns = [{"type": "string", "pattern": p} for p in (_DECIMAL, _FRACTION)]
+    return WithJsonSchema({"anyOf": [{"type": "number"}, *patterns], "examples": list(examples)})
+
+
 Moment = Annotated[int, BeforeValidator(duration), time_schema("0 s", "20 s")]
-StepSize = Annotated[int, BeforeValidator(positive), time_schema("50 ms", "0.1 s")]
+StepSize = Annotated[Span, PlainValidator(positive), span_schema("50 ms", "0.1 s", "1/60 s")]
