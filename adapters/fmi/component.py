@@ -1,7 +1,7 @@
 """An FMU as a component."""
 
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -16,7 +16,12 @@ from adapters.fmi.instance import FmuInstance
 from adapters.fmi.sizes import Sizes
 from adapters.fmi.stepping import Stepper
 from adapters.fmi.variable import DTYPES, FmuVariable
-from orchestrator.capabilities import EndRequest, EndRequesting, InitialEvaluation
+from orchestrator.capabilities import (
+    EndRequest,
+    EndRequesting,
+    InitialEvaluation,
+    OutputSelection,
+)
 from orchestrator.component import Capability, Component, WrappedRestorableComponent
 from orchestrator.native import NativeOwner, NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
@@ -37,7 +42,7 @@ class FmuState:
     read: Signals
 
 
-class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
+class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, OutputSelection):
     """An FMU in this process.
 
     Inputs that are the objects they were at the last step are not set again. When the length
@@ -226,6 +231,15 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
     @override
     def outputs(self) -> Signals:
         return self._read
+
+    @override
+    def select(self, names: Collection[str] | None) -> None:
+        instance = self._running()
+        instance.select(names)
+        if names is None:
+            self._read = instance.read()
+        else:
+            self._read = {name: self._read[name] for name in self._read if name in names}
 
     @override
     def native(self) -> NativeUnit | None:

@@ -26,7 +26,7 @@ from orchestrator.system import Connection, Endpoint, System
 
 MS = 1_000_000
 END, END_WITH_WARNING, END_WITHIN = 1, 5, 6  # of `ends3`
-ENDS_WITHIN, ENDS_BEHIND = 11, 12  # of `lag2`
+ENDS_WITHIN, ENDS_BEHIND = 13, 14  # of `lag2`
 
 
 class Ran(NamedTuple):
@@ -202,7 +202,7 @@ components:
     fmu: lag2.fmu
     step: 100 ms
     process: true
-    parameters: {fail_at: 350 ms, fail_as: 12}
+    parameters: {fail_at: 350 ms, fail_as: 14}
   other: {fmu: lag2.fmu, step: 50 ms}
 """
 

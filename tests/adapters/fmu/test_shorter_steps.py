@@ -24,7 +24,7 @@ from tests.adapters.fmu.descriptions import changed
 
 MS = 1_000_000
 STEP = 100 * MS
-PAUSES, ONLY_SHORT = 13, 14  # of `lag2`: comes as far as `fail_at`; no longer than 30 ms behind it
+PAUSES, ONLY_SHORT = 15, 16  # of `lag2`: comes as far as `fail_at`; no longer than 30 ms behind it
 PAUSE, PAUSE_BY_DISCARD, ONLY_SHORT_3 = 7, 8, 9  # of `ends3`; no longer than 0.3 ms
 INPUTS: dict[str, Signal] = {
     "u": np.array(3.0),
