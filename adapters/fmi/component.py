@@ -2,7 +2,7 @@
 
 import math
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -20,7 +20,12 @@ from adapters.fmi.state import FmuState
 from adapters.fmi.stepping import Stepper
 from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.algorithm.outputs import same
-from orchestrator.capabilities import EndRequest, EndRequesting, InitialEvaluation
+from orchestrator.capabilities import (
+    EndRequest,
+    EndRequesting,
+    InitialEvaluation,
+    OutputSelection,
+)
 from orchestrator.component import Capability, Component, WrappedRestorableComponent
 from orchestrator.native import NativeOwner, NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals, Variability
@@ -30,7 +35,7 @@ Instantiate: TypeAlias = Callable[[], FmuInstance]
 """Makes a new instance of the FMU, with its own folder and library."""
 
 
-class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
+class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, OutputSelection):
     """An FMU in this process.
 
     Inputs that are the objects they were at the last step are not set again. When the length
@@ -270,6 +275,15 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting):
     @override
     def outputs(self) -> Signals:
         return self._read
+
+    @override
+    def select(self, names: Collection[str] | None) -> None:
+        instance = self._running()
+        instance.select(names)
+        if names is None:
+            self._read = instance.read()
+        else:
+            self._read = {name: self._read[name] for name in self._read if name in names}
 
     @override
     def native(self) -> NativeUnit | None:

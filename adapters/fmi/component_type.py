@@ -124,5 +124,5 @@ def _instantiate(
 ) -> FmuInstance:
     if fmu.version == 2:
         return Fmi2Instance(fmu, name, log, may_restore=may_restore)
-    uses_events = fmu.has_event_mode and options.event_mode
+    uses_events = fmu.has_event_mode and (options.event_mode or fmu.has_clocks)
     return Fmi3Instance(fmu, name, log, may_restore=may_restore, uses_events=uses_events)

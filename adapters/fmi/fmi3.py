@@ -217,7 +217,8 @@ class Fmi3Instance(LoadedInstance):
 
     @override
     def read(self) -> dict[str, Signal]:
-        return super().read() | self._clocks.values()
+        clocked = {n: v for n, v in self._clocks.values().items() if self._is_selected(n)}
+        return super().read() | clocked
 
     def _read_variables(self, variables: Sequence[FmuVariable]) -> dict[str, Signal]:
         """Get some of the outputs only."""

@@ -1,7 +1,7 @@
 """What the adapter needs of one FMU instance, whatever its FMI version."""
 
 import abc
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NoReturn
 
 from adapters.fmi.errors import failure
@@ -166,8 +166,12 @@ class FmuInstance(abc.ABC):
         """
 
     @abc.abstractmethod
+    def select(self, names: Collection[str] | None) -> None:
+        """Let `read` get these outputs only; with `None` all of them, as at first."""
+
+    @abc.abstractmethod
     def read(self) -> dict[str, Signal]:
-        """All outputs; arrays are new and read-only."""
+        """The selected outputs; arrays are new and read-only."""
 
     @property
     @abc.abstractmethod

@@ -5,7 +5,7 @@ import ctypes
 import functools
 import math
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from ctypes import c_void_p
 from typing import Any, ClassVar, NoReturn
 
@@ -62,6 +62,7 @@ class LoadedInstance(FmuInstance):
         outputs = [v for v in description.of("output") if not v.is_clocked]
         self._output_blocks = blocks(outputs, self.dtypes)
         self._output_parcels = parcels(outputs)
+        self._selected: frozenset[str] | None = None
         self._has_bytes = any(v.is_bytes for v in description.variables.values())
         self._variable_of = {e: v for v in description.variables.values() for e in v.elements}
         self._resize_blocks()
@@ -111,12 +112,30 @@ class LoadedInstance(FmuInstance):
         return numbers
 
     @override
+    def select(self, names: Collection[str] | None) -> None:
+        self._selected = None if names is None else frozenset(names)
+        chosen = [
+            v
+            for v in self._description.of("output")
+            if not v.is_clocked and any(map(self._is_selected, v.elements))
+        ]
+        self._output_blocks = blocks(chosen, self.dtypes)
+        self._output_parcels = parcels(chosen)
+        for block in self._output_blocks:
+            block.resize(self._lengths)
+
+    def _is_selected(self, name: str) -> bool:
+        """Whether anybody looks at the output of this name."""
+        return self._selected is None or name in self._selected
+
+    @override
     def read(self) -> dict[str, Signal]:
         found: dict[str, Signal] = {}
         for block in self._output_blocks:
             found.update(self._read_elements(block))
         for parcel in self._output_parcels:
-            found.update(zip(parcel.names, self._read_parcel(parcel), strict=True))
+            texts = zip(parcel.names, self._read_parcel(parcel), strict=True)
+            found.update({name: text for name, text in texts if self._is_selected(name)})
         return found
 
     def _read_elements(self, block: Block) -> dict[str, Array]:

@@ -37,9 +37,9 @@ class LocalParticipant(Participant):
                     return
             outputs = self._outputs()
             self.wall_time_ns += perf_counter_ns() - before
-            self._accept(outputs, t)
+            self.accept(outputs, t)
         except Exception as error:
-            raise self._failure(t, error) from error
+            raise self.failure(t, error) from error
 
     @override
     def begin_ahead(self, t: Time) -> None:
@@ -90,7 +90,7 @@ class ConcurrentParticipant(Participant):
                 self._concurrent.begin_step(last.inputs, last.t, last.h)
                 self._is_stepping = True
         except Exception as error:
-            raise self._failure(t, error) from error
+            raise self.failure(t, error) from error
         self.is_begun, self._is_ahead = True, False
         self.wall_time_ns += perf_counter_ns() - before
 
@@ -112,9 +112,9 @@ class ConcurrentParticipant(Participant):
                 return
             outputs = self._outputs()
             self.wall_time_ns += perf_counter_ns() - before
-            self._accept(outputs, self._begun_at)
+            self.accept(outputs, self._begun_at)
         except Exception as error:
-            raise self._failure(self._begun_at, error) from error
+            raise self.failure(self._begun_at, error) from error
 
     @override
     def begin_ahead(self, t: Time) -> None:

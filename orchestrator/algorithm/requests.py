@@ -46,12 +46,11 @@ class Asking:
         component: the same.
     """
 
-    __slots__ = ("_component", "_is_within", "_name", "_request", "may_ask", "requests")
+    __slots__ = ("_component", "_is_within", "_name", "_request", "requests")
 
     def __init__(self, name: str, component: Component) -> None:
         self._name = name
         self._component = component.capability(EndRequesting)  # type: ignore[type-abstract]
-        self.may_ask = self._component is not None
         self._request: EndRequest | None = None
         self._is_within = False
         self.requests = Requests()
@@ -85,6 +84,8 @@ class Asking:
 
     def publish(self) -> None:
         """Let its request count, as the end of the last step is published."""
+        if self._component is None:
+            return
         if self._request is not None:
             self.requests.published[self._name] = self._request
         else:

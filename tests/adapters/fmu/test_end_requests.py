@@ -26,7 +26,7 @@ from orchestrator.system import Connection, Endpoint, System
 
 MS = 1_000_000
 END, END_WITH_WARNING, END_WITHIN = 1, 5, 6  # of `ends3`
-ENDS_WITHIN, ENDS_BEHIND = 11, 12  # of `lag2`
+ENDS_WITHIN, ENDS_BEHIND = 13, 14  # of `lag2`
 
 
 class Ran(NamedTuple):
@@ -47,13 +47,15 @@ class Asker(NamedTuple):
     how: str
 
 
-@pytest.fixture(params=["end", "warning", "within", "fmi2", "fmi2-within"])
+@pytest.fixture(params=["end", "warning", "within", "fmi2", "fmi2-within", "fmi2-within-states"])
 def asker(request: pytest.FixtureRequest, ends3: Path, lag2: Path) -> Asker:
     """All the ways."""
     terminate, terminated = "`terminateSimulation`", "`fmi2Terminated`"
     if request.param.startswith("fmi2"):
         is_within = request.param != "fmi2"
         values = {"fail_at": 0.0498, "fail_as": ENDS_WITHIN if is_within else ENDS_BEHIND}
+        if request.param.endswith("states"):
+            values["fmi.smallest_step"] = 1e-6
         return Asker(lag2, values, "x", is_within, terminated)
     kind = {"end": END, "warning": END_WITH_WARNING, "within": END_WITHIN}[request.param]
     return Asker(ends3, {"ends_at": 0.0498, "kind": kind}, "y", kind == END_WITHIN, terminate)
@@ -196,15 +198,19 @@ schema: 1
 title: One of two asks for the end
 time: {stop: 1 s}
 components:
-  ball: {fmu: lag2.fmu, step: 100 ms, parameters: {fail_at: 350 ms, fail_as: 12}}
-  other: {fmu: lag2.fmu, step: 50 ms, process: true}
+  ball:
+    fmu: lag2.fmu
+    step: 100 ms
+    process: true
+    parameters: {fail_at: 350 ms, fail_as: 14}
+  other: {fmu: lag2.fmu, step: 50 ms}
 """
 
 
 def test_the_summary_the_manifest_and_json_say_who_and_when(
     lag2: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A run with exit code 0, that ends as one with `until`."""
+    """A run with exit code 0, that ends as one with `until`, wherever the FMU is."""
     (tmp_path / "lag2.fmu").write_bytes(lag2.read_bytes())
     path, out = tmp_path / "two.yaml", tmp_path / "run"
     path.write_text(SCENARIO)

@@ -19,10 +19,11 @@ from orchestrator.system import System
 from orchestrator.timebase import Duration
 
 S = 1_000_000_000
+EVENTS = {"fmi.event_mode": True}
 
 
 def begun(path: Path, **values: object) -> RestorableFmuComponent:
-    component = FmuComponentType(path).create("unit", values)
+    component = FmuComponentType(path).create("unit", {**EVENTS, **values})
     assert isinstance(component, RestorableFmuComponent)
     component.setup(0, np.random.default_rng(1))
     component.initialise({"level": np.array(1.0), "u": np.array(0.0)})
@@ -154,15 +155,16 @@ def test_steps_of_one_length_are_not_cut(events3: Path, tmp_path: Path) -> None:
 
 def test_an_event_may_ask_for_the_end(events3: Path) -> None:
     """The third one is at 2.1 s, within a step; the run ends before that step, at 2 s."""
-    component = FmuComponentType(events3).create("unit", {"period": 0.7, "last_tick": 3})
+    component = FmuComponentType(events3).create("unit", {**EVENTS, "period": 0.7, "last_tick": 3})
     result = simulate(
         System({"unit": component}, {"unit": S}, []), Jacobi(), start=0, stop=9 * S, seed=1
     )
-    assert float(result.values["unit"]["ticks"]) == 2
-    component = FmuComponentType(events3).create("unit", {"period": 0.5, "last_tick": 4})
+    assert result.time == 2 * S
+    component = FmuComponentType(events3).create("unit", {**EVENTS, "period": 0.5, "last_tick": 4})
     result = simulate(
         System({"unit": component}, {"unit": S}, []), Jacobi(), start=0, stop=9 * S, seed=1
     )
+    assert result.time == 2 * S
     assert float(result.values["unit"]["ticks"]) == 4
 
 
@@ -181,7 +183,7 @@ def test_compiled_code_leaves_it_to_python(events3: Path) -> None:
 
 
 def test_errors_have_the_time_of_the_step(events3: Path) -> None:
-    component = FmuComponentType(events3).create("unit", {"stuck": 10_000})
+    component = FmuComponentType(events3).create("unit", {**EVENTS, "stuck": 10_000})
     said = "`unit` at t = 0 s: 1000 events followed each other at 0 s"
     with pytest.raises(ComponentError, match=re.escape(said)):
         simulate(

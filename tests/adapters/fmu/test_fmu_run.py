@@ -216,7 +216,7 @@ def test_nothing_in_common_is_no_agreement(tmp_path: Path) -> None:
 def test_an_fmu_that_asks_for_the_end_has_results_until_then(lag2: Path, tmp_path: Path) -> None:
     """Exit code 0, and the reason."""
     out = tmp_path / "out.csv"
-    starts = ("--start-value", "fail_at=0.35", "--start-value", "fail_as=12")
+    starts = ("--start-value", "fail_at=0.35", "--start-value", "fail_as=14")
     outcome = run(lag2, *SPAN, *starts, "--output", out)
     assert outcome.exit_code is Exit.DONE, outcome.text
     text = "`fmu` asks for the end (`fmi2Terminated`) at t = 0.4 s"

@@ -100,7 +100,8 @@ from pathlib import Path
 import numpy as np
 from adapters.fmi import FmuComponentType
 from orchestrator.capabilities import PortableState
-component = FmuComponentType(Path(sys.argv[1])).create("unit", {"period": 0.6})
+values = {"period": 0.6, "fmi.event_mode": True}
+component = FmuComponentType(Path(sys.argv[1])).create("unit", values)
 component.setup(0, np.random.default_rng(1))
 held = {"level": np.array(1.0), "u": np.array(0.0)}
 component.initialise(held)
@@ -113,7 +114,7 @@ print(int(component.outputs()["ticks"]), float(component.outputs()["x"]))
 def test_another_process_goes_on_from_it(events3: Path, tmp_path: Path) -> None:
     """The next event is part of it: after 1 s, those at 1.2 and 1.8 s are to come."""
     held: Signals = {"level": np.array(1.0), "u": np.array(0.0)}
-    component = begun(events3, held, period=0.6)
+    component = begun(events3, held, period=0.6, **{"fmi.event_mode": True})
     component.step(held, 0, S)
     (tmp_path / "state").write_bytes(portable(component).dump())
     component.close()

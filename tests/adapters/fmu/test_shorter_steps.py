@@ -24,7 +24,7 @@ from tests.adapters.fmu.descriptions import changed
 
 MS = 1_000_000
 STEP = 100 * MS
-PAUSES, ONLY_SHORT = 13, 14  # of `lag2`: comes as far as `fail_at`; no longer than 30 ms behind it
+PAUSES, ONLY_SHORT = 15, 16  # of `lag2`: comes as far as `fail_at`; no longer than 30 ms behind it
 PAUSE, PAUSE_BY_DISCARD, ONLY_SHORT_3 = 7, 8, 9  # of `ends3`; no longer than 0.3 ms
 INPUTS: dict[str, Signal] = {
     "u": np.array(3.0),
@@ -64,9 +64,9 @@ def euler(parts: Sequence[float]) -> float:
             "1 call of its step: 1 tried again, shorter; the shortest took 0.03 s",
         ),
         (
-            {"fail_as": PAUSES, "fail_at": 0.07},
-            [0.07, 0.03],
-            "1 call of its step: 1 continued from where they had come; the shortest took 0.03 s",
+            {"fail_as": PAUSES, "fail_at": 0.02},
+            [0.02, 0.08],
+            "1 call of its step: 1 continued from where they had come; the shortest took 0.02 s",
         ),
         ({"fmi.smallest_step": 0.01}, [0.1], ""),
     ],
@@ -82,6 +82,7 @@ def test_the_parts_of_a_step_are_those(
     """Forward Euler tells what they were; behind a call that went well comes one twice as long."""
     settings = {"time_constant": 0.5, "method": "Forward Euler", **values}
     lag = started(lag2, settings)
+    assert (lag.native() is None) == ("fmi.smallest_step" in values)  # left to Python
     lag.step(INPUTS, 0, STEP)
     assert float(np.asarray(lag.outputs()["x"])) == pytest.approx(euler(parts), rel=1e-12)
     lag.close()
@@ -191,9 +192,12 @@ def test_fmi_3_goes_on_from_where_it_came(
     assert [text.startswith(said) for text in records] == [True, True]
 
 
-def test_an_early_return_without_any_progress_ends_the_run(early3: Path) -> None:
+@pytest.mark.parametrize("values", [{}, {"fmi.smallest_step": 1e-6}], ids=["", "states"])
+def test_an_early_return_without_any_progress_ends_the_run(
+    early3: Path, values: dict[str, Any]
+) -> None:
     """It would return for ever."""
-    unit = FmuComponentType(early3).create("unit", {"ends_at": 0.0022, "kind": 2})
+    unit = FmuComponentType(early3).create("unit", {"ends_at": 0.0022, "kind": 2, **values})
     system = System({"unit": unit}, {"unit": MS}, [])
     message = "fmi3DoStep returned early at 0.0022 s, where it had begun"
     with pytest.raises(ComponentError, match=message):

@@ -109,13 +109,16 @@ def test_parameters_and_start_values_are_texts(words3: Path) -> None:
     component.close()
 
 
-def test_what_is_no_text_ends_the_run(words3: Path) -> None:
+def test_what_is_no_text_ends_the_run(words3: Path, tmp_path: Path) -> None:
     """`words3` says it after the step that begins at 9 s."""
     component = FmuComponentType(words3).create("unit", {})
     system = System({"unit": component}, {"unit": STEP}, [])
     said = r"`unit` at t = 9 s: output `word_out` is no text in UTF-8: b'\xff\xfe' at 2"
     with pytest.raises(ComponentError, match=re.escape(said)):
-        simulate(system, Jacobi(), start=0, stop=12 * STEP, seed=1)
+        simulate(
+            system, Jacobi(), start=0, stop=12 * STEP, seed=1,
+            observers=[Recorder(tmp_path / "run")],
+        )  # fmt: skip
 
 
 class Teller(Component):
