@@ -26,6 +26,9 @@ from orchestrator.units import Unit
 _BASES: Final = 8
 """The base units of SSP; `BASE_UNITS` has further ones behind them."""
 
+_NEW: Final = ("local", "structuralParameter")
+"""Kinds of connectors that SSP 1.0 does not have."""
+
 Refuse: TypeAlias = Callable[[str], None]
 
 
@@ -65,6 +68,7 @@ def outline(
     use: ComponentUse,
     connectors: Mapping[str, Connector],
     constants: frozenset[str],
+    linked: frozenset[str],
     *,
     is_first_version: bool,
     refuse: Refuse,
@@ -75,12 +79,14 @@ def outline(
         use: whose type is an FMU.
         connectors: by name, with constants as start values.
         constants: the inputs that have one.
+        linked: the connectors that have a connection. Other inputs are left out, as FMPy's runner
+            takes all of them for connected.
         is_first_version: whether it is for SSP 1.0, which has no arrays and no 64-bit numbers.
         refuse: called with what cannot be said.
     """
     path = next(iter(use.type.input_files({})))
     fmu = read_description(path)
-    return _Outlining(use, fmu, connectors, is_first_version, refuse).outline(constants)
+    return _Outlining(use, fmu, connectors, is_first_version, refuse).outline(constants, linked)
 
 
 class _Outlining:
@@ -102,10 +108,10 @@ class _Outlining:
         self._units: dict[str, Unit] = {}
         self._enumerations: list[Tag] = []
 
-    def outline(self, constants: frozenset[str]) -> Outline:
+    def outline(self, constants: frozenset[str], linked: frozenset[str]) -> Outline:
         values, options = self._values(constants)
-        shown = {**dict.fromkeys(self._connectors), **dict.fromkeys(values)}
-        ports = tuple(self._port(self._fmu.variables[name]) for name in shown)
+        shown = [self._fmu.variables[n] for n in dict.fromkeys((*self._connectors, *values))]
+        ports = tuple(self._port(v) for v in shown if self._is_shown(v, linked))
         parameters = tuple(
             self._parameter(self._fmu.variables[name], value) for name, value in values.items()
         )
@@ -122,6 +128,16 @@ class _Outlining:
             enumerations=tuple(self._enumerations),
             notes=notes,
         )
+
+    def _is_shown(self, variable: FmuVariable, linked: frozenset[str]) -> bool:
+        """Whether a variable is a connector."""
+        if variable.causality == "input":
+            return variable.name in linked
+        if self._is_first_version and variable.causality in _NEW:
+            if variable.name in linked:
+                self._say(variable, f"is a connector of the kind {variable.causality}")
+            return False
+        return True
 
     def _values(self, constants: frozenset[str]) -> tuple[dict[str, Any], dict[str, Any]]:
         """Values by variable, and what concerns nlosim only."""

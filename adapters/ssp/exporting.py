@@ -23,7 +23,7 @@ from adapters.ssp.writing import (
     tag,
     unit,
 )
-from orchestrator.connection import Connection
+from orchestrator.connection import Connection, Endpoint
 from orchestrator.elements import WHOLE
 from orchestrator.errors import Location, Problem
 from orchestrator.scenario.build import load_scenario
@@ -111,7 +111,7 @@ class _Export:
             archive.writestr(_entry("SystemStructure.ssd"), content)
             for fmu, name in self._names.found.items():
                 archive.writestr(_entry(name), fmu.read_bytes())
-        remarks = tuple(self._findings.remarks)
+        remarks = tuple(sorted(self._findings.remarks, key=lambda each: each.where))
         return Exported(len(outlined), len(links), remarks)
 
     def _outline(self, name: str, use: ComponentUse) -> Outline | None:
@@ -129,9 +129,15 @@ class _Export:
             use,
             connectors,
             constants,
+            frozenset(end.connector for end in self._ends() if end.component == name),
             is_first_version=self._version == "1.0",
             refuse=lambda what: self._findings.add(where, what),
         )
+
+    def _ends(self) -> Iterator[Endpoint]:
+        """The ends of all connections."""
+        for link in self._system.connections:
+            yield from (link.source, link.target)
 
     def _links(self) -> Iterator[Tag]:
         """The connections; what SSP cannot say of them is noted at their places in the file."""

@@ -18,7 +18,7 @@ from adapters.ssp.model import Component, Description
 from adapters.ssp.naming import named
 from adapters.ssp.node import Findings
 from adapters.ssp.package import Package, opened_package
-from adapters.ssp.routing import routed
+from adapters.ssp.routing import inner, routed
 from adapters.ssp.settings import Setting, Settings
 from adapters.ssp.times import Times, Wanted, times
 from orchestrator.errors import ComponentTypeError, CosimError, Location, Problem, ScenarioError
@@ -105,6 +105,9 @@ def _read(
     when = times(description, experiments, wanted, findings)
     names = named(net.components)
     connections = routed(net, interfaces, names, findings)
+    for element, variables in inner(net, interfaces).items():
+        where = net.components[element].where
+        settings.found[element]["fmi.locals"] = Setting(list(variables), where)
     _mention_ends(net, findings)
     if not net.components:
         findings.add(description.system.where, "there is no component in the system")
@@ -174,9 +177,16 @@ def _component(
         step=step,
         step_from=step_from,
         extra=extra,
-        settings={**settings, **{k: Setting(v, where) for k, v in options.items()}},
+        settings={**settings, **{n: _both(settings.get(n), v, where) for n, v in options.items()}},
         where=where,
     )
+
+
+def _both(setting: Setting | None, value: Any, where: Location) -> Setting:
+    """What nlosim has noted down, and what the package asks for besides."""
+    if setting is None or not isinstance(value, list):
+        return Setting(value, where)
+    return Setting(list(dict.fromkeys((*value, *setting.value))), setting.where)
 
 
 def _noted(

@@ -37,6 +37,16 @@ def routed(
     return tuple(each for each in found if each is not None)
 
 
+def inner(network: Network, interfaces: Mapping[str, Interface]) -> dict[Path, tuple[str, ...]]:
+    """The variables inside of components that connections begin at, which makes them outputs."""
+    found: dict[Path, dict[str, None]] = {}
+    for flow in network.flows:
+        variables = _variables(flow, network, interfaces) if flow.is_driven else None
+        if variables is not None and variables[0].causality in {"local", "calculatedParameter"}:
+            found.setdefault(flow.source.path, {})[flow.source.connector] = None
+    return {path: tuple(names) for path, names in found.items()}
+
+
 def _variables(
     flow: Flow, network: Network, interfaces: Mapping[str, Interface]
 ) -> tuple[FmuVariable, FmuVariable] | None:
@@ -58,9 +68,8 @@ def _connection(
 ) -> ConnectionDraft | None:
     output, input_ = variables
     where = flow.hops[-1].link.where
-    if input_.causality != "input" or output.causality != "output":
-        wrong, kind = (input_, "inputs") if input_.causality != "input" else (output, "outputs")
-        what = f"`{wrong.name}` is a {wrong.causality} of its FMU; only {kind} are connected"
+    if input_.causality != "input":
+        what = f"`{input_.name}` is a {input_.causality} of its FMU; only inputs are driven"
         findings.add(where, what)
         return None
     total = carried(flow.hops, network.ports, findings)

@@ -251,7 +251,7 @@ def test_a_table_that_changes_nothing_is_no_obstacle(tmp_path: Path) -> None:
         ),
         (
             system("top", component("a", "y"), component("b", "k"), links=link("a.y", "b.k")),
-            "`k` is a parameter of its FMU; only inputs are connected",
+            "`k` is a parameter of its FMU; only inputs are driven",
         ),
     ],
 )  # fmt: skip
