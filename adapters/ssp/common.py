@@ -98,7 +98,7 @@ def port(
         findings.add(types[1].where, f"`{name}` has a type already")
     if any(child.name == "ssc:Clock" for child in types) or node.first("ssd:Clock"):
         findings.add(node.where, f"`{name}`: clocks are not supported")
-    dimensions = [c for c in node.children if c.name.partition(":")[2] == "Dimension"]
+    dimensions = list(node.all("ssc:Dimension"))
     return Port(
         name=name,
         kind=said,

@@ -92,7 +92,7 @@ RULES: Final[Mapping[str, Rule]] = {
     "ssd:Connector": Rule(
         ("name", "kind"),
         _BASE,
-        (*_TYPES, "ssc:Dimension", "ssd:Dimension", "ssd:Clock", "ssd:ConnectorGeometry",
+        (*_TYPES, "ssc:Dimension", "ssd:Clock", "ssd:ConnectorGeometry",
          "ssd:Annotations"),
     ),
     "ssd:Clock": Rule(("name",)),
@@ -130,8 +130,6 @@ RULES: Final[Mapping[str, Rule]] = {
         (), ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
     ),
     "ssc:Dimension": Rule((), ("size", "sizeConnector")),
-    "ssd:Dimension": Rule((), ("size", "sizeConnector")),
-    "ssv:Dimension": Rule((), ("size", "sizeConnector")),
     "ssc:Clock": Rule((), _CLOCK),
     **{f"ssc:{name}": Rule((), ("unit",)) for name in REALS},
     **{f"ssc:{name}": Rule() for name in (*WHOLES, "Boolean", "String")},
@@ -146,7 +144,7 @@ RULES: Final[Mapping[str, Rule]] = {
     ),
     "ssv:Parameters": Rule((), (), ("ssv:Parameter",)),
     "ssv:Parameter": Rule(
-        ("name",), _BASE, (*_VALUES, "ssc:Dimension", "ssv:Dimension", "ssv:Annotations")
+        ("name",), _BASE, (*_VALUES, "ssc:Dimension", "ssv:Annotations")
     ),
     "ssv:Value": Rule(("value",)),
     **_VALUES,
@@ -162,7 +160,7 @@ RULES: Final[Mapping[str, Rule]] = {
         ("ssb:DictionaryEntry", "ssb:Enumerations", "ssb:Units", *_KEPT, "ssb:Annotations"),
     ),
     "ssb:DictionaryEntry": Rule(
-        ("name",), _BASE, (*_TYPES, "ssc:Dimension", "ssb:Dimension", "ssb:Annotations")
+        ("name",), _BASE, (*_TYPES, "ssc:Dimension", "ssb:Annotations")
     ),
     **{f"{file}:Annotations": Rule((), (), ("ssc:Annotation",))
        for file in ("ssc", "ssd", "ssv", "ssm", "ssb")},

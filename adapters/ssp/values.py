@@ -56,7 +56,7 @@ def _value(node: Node, prefix: str, known: Mapping[str, Unit], findings: Finding
 
 
 def _check_size(node: Node, name: str, count: int, findings: Findings) -> None:
-    sizes = [c for c in node.children if c.name in {"ssc:Dimension", "ssv:Dimension"}]
+    sizes = list(node.all("ssc:Dimension"))
     if not sizes and count != 1:
         findings.add(node.where, f"`{name}` has {count} values and no `Dimension`")
     if sizes and all(each.get("size") is not None for each in sizes):
