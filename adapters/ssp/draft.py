@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from adapters.ssp.settings import Setting
 from orchestrator.errors import Location
-from orchestrator.timebase import Duration, Time, format_duration
+from orchestrator.timebase import StepSize, Time, format_duration
 
 _WORD: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*|[0-9]+ (?:s|ms|us|ns)")
 _KEYWORDS: Final = frozenset({"true", "false", "null"})
@@ -27,7 +27,7 @@ class ComponentDraft:
     name: str
     description: str
     fmu: str
-    step: Duration
+    step: StepSize
     step_from: str
     extra: Mapping[str, Any]
     settings: Mapping[str, Setting]

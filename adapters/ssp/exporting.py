@@ -30,7 +30,7 @@ from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.model import ComponentUse, Scenario
 from orchestrator.scenario.wiring import assemble
 from orchestrator.system import System, expand
-from orchestrator.timebase import NANOSECONDS_PER_SECOND, Time, format_duration
+from orchestrator.timebase import NANOSECONDS_PER_SECOND, StepSize, Time, format_duration
 from orchestrator.transformation import Transformation
 
 VERSIONS: Final = ("1.0", "2.0")
@@ -178,7 +178,7 @@ class _Export:
             for name in scenario.components
         )
         steps = {use.step for use in scenario.components.values()}
-        shared = _seconds(steps.pop()) if len(steps) == 1 else None
+        shared = _step(steps.pop()) if len(steps) == 1 else None
         system = tag(
             "ssd:System",
             some("ssd:Elements", components),
@@ -251,6 +251,13 @@ def _entry(name: str) -> zipfile.ZipInfo:
     entry.compress_type = zipfile.ZIP_DEFLATED
     entry.external_attr = 0o644 << 16
     return entry
+
+
+def _step(size: StepSize) -> str:
+    """A step size in seconds; of a fraction the nearest number."""
+    if isinstance(size, int):
+        return _seconds(size)
+    return repr(float(size / NANOSECONDS_PER_SECOND))
 
 
 def _seconds(time: Time) -> str:

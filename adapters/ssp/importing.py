@@ -23,8 +23,9 @@ from adapters.ssp.settings import Setting, Settings
 from adapters.ssp.times import Times, Wanted, times
 from orchestrator.errors import ComponentTypeError, CosimError, Location, Problem, ScenarioError
 from orchestrator.scenario.build import load_scenario
-from orchestrator.scenario.units import duration
+from orchestrator.scenario.units import span
 from orchestrator.scenario.wiring import assemble
+from orchestrator.timebase import StepSize
 from orchestrator.units import UnitError
 
 
@@ -158,11 +159,12 @@ def _component(
     findings: Findings,
 ) -> ComponentDraft:
     where = component.where
-    step, step_from = when.step, when.step_from
+    step: StepSize = when.step
+    step_from = when.step_from
     if "step" in component.said:
         step_from = "as nlosim has noted down"
         try:
-            step = duration(component.said["step"])
+            step = span(component.said["step"])
         except UnitError as error:
             findings.add(where, f"`step` of a note of nlosim: {error}")
     extra = _noted(component.said, COMPONENT, where, findings)

@@ -246,3 +246,9 @@ def test_a_variable_inside_that_drives_others_goes_with_ssp_2(lag2: Path, tmp_pa
     assert fingerprint(back, tmp_path / "1") == fingerprint(path, tmp_path / "2")
     said = Document.read(back).data["components"]["a"]["parameters"]["fmi.locals"]
     assert said == ["s*", "tolerance", "stop"]
+
+
+def test_a_step_that_is_a_fraction_comes_back_exactly(lag2: Path, tmp_path: Path) -> None:
+    path = written(tmp_path, lag2, PAIR.replace("20 ms", "1/60 s"))
+    back = round_trip(path, tmp_path, "1.0")
+    assert {each["step"] for each in Document.read(back).data["components"].values()} == {"1/60 s"}
