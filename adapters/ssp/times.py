@@ -9,10 +9,13 @@ from adapters.fmi.experiment import DefaultExperiment
 from adapters.ssp.model import Description
 from adapters.ssp.node import Findings, exact
 from orchestrator.errors import Location
-from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, Time
+from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, StepSize, Time, as_step_size
 
 _STEPS: Final = 500
 """How many there are if nobody says a step size."""
+
+_SIMPLE: Final = 10_000
+"""Denominators of fractions of seconds that are taken as meant."""
 
 _ASKED: Final = "as asked for"
 
@@ -38,7 +41,7 @@ class Times:
 
     start: Time
     stop: Time
-    step: Duration
+    step: StepSize
     from_: str
     step_from: str
 
@@ -96,26 +99,37 @@ def _step(
     wanted: Wanted,
     span: Duration,
     findings: Findings,
-) -> tuple[Duration, str]:
+) -> tuple[StepSize, str]:
     if wanted.step is not None:
         return _positive(wanted.step, description.where, findings), _ASKED
     if description.step is not None:
         size, where = description.step
         return _positive(size, where, findings), str(where)
-    said = [exact(each.step) * NANOSECONDS_PER_SECOND for each in experiments if each.step]
-    shortest = min(said, default=Fraction(0))
-    if shortest >= 1 and shortest.denominator == 1 and span % int(shortest) == 0:
-        return int(shortest), "the shortest step of an FMU, as SSP has none"
+    said = (_as_meant(exact(each.step)) for each in experiments if each.step)
+    shortest = min((Fraction(step) for step in said if step is not None), default=Fraction(0))
+    if shortest >= 1 and (span / shortest).denominator == 1:
+        return as_step_size(shortest), "the shortest step of an FMU, as SSP has none"
     count = next((n for n in range(_STEPS, 2 * _STEPS) if span % n == 0), 1)
     return span // count, f"{count} steps, as nobody says how long they are"
 
 
-def _positive(seconds: Fraction, where: Location, findings: Findings) -> Duration:
-    found = _nanoseconds(seconds, where, findings)
-    if found <= 0:
-        findings.add(where, f"a step size of {float(seconds)} s")
+def _positive(seconds: Fraction, where: Location, findings: Findings) -> StepSize:
+    found = _as_meant(seconds)
+    if found is None or found <= 0:
+        what = "" if found is not None else ", no whole number of nanoseconds"
+        findings.add(where, f"a step size of {float(seconds)} s{what}")
         return 1
     return found
+
+
+def _as_meant(seconds: Fraction) -> StepSize | None:
+    """A step size in nanoseconds; 0.016666666666666666 s is 1/60 s. `None`: it is no such time."""
+    whole = seconds * NANOSECONDS_PER_SECOND
+    if whole.denominator == 1:
+        return int(whole)
+    simple = seconds.limit_denominator(_SIMPLE)
+    same = float(simple) == float(seconds)
+    return as_step_size(simple * NANOSECONDS_PER_SECOND) if same else None
 
 
 def _nanoseconds(seconds: Fraction, where: Location, findings: Findings) -> Time:

@@ -27,7 +27,14 @@ def imported(arguments: Namespace) -> Outcome:
 
 
 def _seconds(text: str | None) -> Fraction | None:
-    return None if text is None else exact(text)
+    """A number of seconds, which may be a fraction such as `1/60`."""
+    if text is None:
+        return None
+    above, _, below = text.partition("/")
+    divisor = exact(below or "1")
+    if not divisor:
+        raise ValueError(f"`{text}` divides by 0")
+    return exact(above) / divisor
 
 
 def _told(found: Imported) -> Outcome:

@@ -59,15 +59,16 @@ def variable(name: str, says: str, reference: int) -> str:
     )
 
 
-def fmu(**variables: str) -> bytes:
-    """An FMI 2.0 FMU without binaries, as a file."""
+def fmu(*, experiment: str = "", **variables: str) -> bytes:
+    """An FMI 2.0 FMU without binaries, as a file; `experiment` has attributes of a default one."""
     outputs = [k for k, says in enumerate(variables.values(), 1) if says.startswith("output")]
     listed = "".join(f'<Unknown index="{k}"/>' for k in outputs)
     unknowns = f"<Outputs>{listed}</Outputs><InitialUnknowns>{listed}</InitialUnknowns>"
     text = (
         '<fmiModelDescription fmiVersion="2.0" modelName="test" guid="{test}">\n'
         '  <CoSimulation modelIdentifier="test"/>\n'
-        f"{_UNITS_OF_FMU}  <ModelVariables>\n"
+        f"{_UNITS_OF_FMU}{f'<DefaultExperiment {experiment}/>' if experiment else ''}"
+        "  <ModelVariables>\n"
         + "".join(variable(n, says, k) for k, (n, says) in enumerate(variables.items()))
         + f"  </ModelVariables><ModelStructure>{unknowns if outputs else ''}</ModelStructure>\n"
         "</fmiModelDescription>\n"

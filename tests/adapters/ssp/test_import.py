@@ -1,11 +1,13 @@
 """What becomes of the connections of a package."""
 
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from adapters.ssp.importing import Imported, import_package
+from adapters.ssp.times import Wanted
 from orchestrator.errors import ScenarioError
 from orchestrator.scenario.document import Document
 from tests.adapters.ssp.packages import (
@@ -13,6 +15,7 @@ from tests.adapters.ssp.packages import (
     component,
     connectors,
     description,
+    fmu,
     link,
     package,
     system,
@@ -320,3 +323,62 @@ def test_the_step_size_of_omsimulator_counts(tmp_path: Path) -> None:
 
 def test_without_a_step_size_there_are_500_steps(tmp_path: Path) -> None:
     assert scenario(imported(tmp_path, description(pair())))["components"]["a"]["step"] == "4 ms"
+
+
+def test_step_and_stop_of_the_command_line_count(tmp_path: Path) -> None:
+    wanted = Wanted(stop=Fraction(3), step=Fraction(1, 60))
+    found = scenario(imported(tmp_path, description(pair()), wanted=wanted))
+    assert found["time"]["stop"] == "3 s"
+    assert {each["step"] for each in found["components"].values()} == {"1/60 s"}
+
+
+@pytest.mark.parametrize(
+    ("step", "problem"),
+    [("0", "a step size of 0.0 s"), ("1e-10", "a step size of 1e-10 s, no whole number of nano")],
+)
+def test_a_step_that_cannot_be_is_told(tmp_path: Path, step: str, problem: str) -> None:
+    (found,) = problems(tmp_path, description(pair()), wanted=Wanted(step=Fraction(step)))
+    assert problem in found
+
+
+@pytest.mark.parametrize(
+    ("experiments", "expected"),
+    [
+        ([], "4 ms"),
+        (["0.25"], "250 ms"),
+        (["0.5", "0.02"], "20 ms"),
+        (["0.3"], "4 ms"),
+        (["0.016666666666666666"], "1/60 s"),
+        ([None, "0.1"], "100 ms"),
+    ],
+)
+def test_the_shortest_step_of_the_fmus_counts_if_it_divides_the_time(
+    tmp_path: Path, experiments: list[str | None], expected: str
+) -> None:
+    """From 0 to 2 s."""
+    text = "".join(component(f"c{k}", source=f"f{k}.fmu") for k in range(len(experiments)))
+    files = {
+        f"f{k}.fmu": fmu(y="output Real", experiment="" if step is None else f'stepSize="{step}"')
+        for k, step in enumerate(experiments)
+    }
+    content = description(system("top", text or component("a")))
+    found = scenario(imported(tmp_path, content, files))["components"].values()
+    assert {each["step"] for each in found} == {expected}
+
+
+def test_without_times_it_is_the_latest_stop_of_the_fmus_or_a_second(tmp_path: Path) -> None:
+    content = description(
+        system("top", component("a", source="a.fmu"), component("b", source="b.fmu"))
+    )
+    content = content.replace(' stopTime="2"', "").replace('startTime="0"', 'startTime="0.5"')
+    files = {
+        "a.fmu": fmu(y="output Real", experiment='stopTime="7"'),
+        "b.fmu": fmu(y="output Real", experiment='stopTime="3"'),
+    }
+    (tmp_path / "1").mkdir()
+    assert scenario(imported(tmp_path / "1", content, files))["time"] == {
+        "start": "500 ms", "stop": "7 s"
+    }  # fmt: skip
+    silent = {name: fmu(y="output Real") for name in files}
+    (tmp_path / "2").mkdir()
+    assert scenario(imported(tmp_path / "2", content, silent))["time"]["stop"] == "1500 ms"
