@@ -52,6 +52,11 @@ def add_command(commands: Any) -> None:
     reader.add_argument(
         "--system", metavar="NAME", help="another description than SystemStructure.ssd"
     )
+    reader.add_argument(
+        "--trust-numbers",
+        action="store_true",
+        help="take numbers whose unit nothing defines as they are (default: an error)",
+    )
     for name, what in (
         ("stop-time", "the last communication point [s]"),
         ("step", "the communication step size of all components [s]"),

@@ -64,7 +64,7 @@ def units(nodes: Iterable[Node], findings: Findings) -> dict[str, Unit]:
     return found
 
 
-def unit_use(node: Node, known: Mapping[str, Unit]) -> UnitUse | None:
+def unit_use(node: Node, known: Mapping[str, Unit], findings: Findings) -> UnitUse | None:
     """The unit that an element names, if it does; the table of units helps out."""
     name = node.get("unit")
     if not name:
@@ -74,7 +74,10 @@ def unit_use(node: Node, known: Mapping[str, Unit]) -> UnitUse | None:
         try:
             definition = parse_unit(name)
         except UnitError:
-            definition = None
+            if findings.trusts_numbers:
+                what = f"the unit `{name}`, which nothing defines; numbers are taken as they are"
+                findings.leave_out(node.at("unit"), what)
+                return None
     return UnitUse(name=name, definition=definition, where=node.at("unit"))
 
 
@@ -103,7 +106,7 @@ def port(
         name=name,
         kind=said,
         type=types[0].name.removeprefix("ssc:") if types else None,
-        unit=unit_use(types[0], known) if types else None,
+        unit=unit_use(types[0], known, findings) if types else None,
         is_array=bool(dimensions),
         where=node.where,
     )

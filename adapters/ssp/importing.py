@@ -48,7 +48,12 @@ class Imported:
 
 
 def import_package(
-    path: Path, folder: Path, *, variant: str | None = None, wanted: Wanted | None = None
+    path: Path,
+    folder: Path,
+    *,
+    variant: str | None = None,
+    wanted: Wanted | None = None,
+    trusts_numbers: bool = False,
 ) -> Imported:
     """Write the scenario of a package into a new folder. Nothing of its FMUs is run.
 
@@ -57,6 +62,7 @@ def import_package(
         folder: which is made; it may exist if it is empty.
         variant: a file or the name of a description; `None` for the main one.
         wanted: times that count instead of those of the package.
+        trusts_numbers: whether numbers whose unit nothing defines are taken as they are.
 
     Raises:
         ScenarioError: something in the package cannot be used; every problem with its place in
@@ -66,10 +72,11 @@ def import_package(
         what = f"there is `{folder}` already; choose another folder with `-o`"
         raise ScenarioError([Problem(Location(str(path), 1, 1), what)])
     folder.parent.mkdir(parents=True, exist_ok=True)
+    findings = Findings(trusts_numbers=trusts_numbers)
     with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as place:
         staged = Path(place) / "scenario"
         staged.mkdir()
-        found, made, findings = _read(path, staged, variant, wanted or Wanted())
+        found, made = _read(path, staged, variant, wanted or Wanted(), findings)
         file = staged / f"{path.stem}.yaml"
         if file.exists():
             where = Location(str(path), 1, 1)
@@ -90,10 +97,9 @@ def import_package(
 
 
 def _read(
-    path: Path, staged: Path, variant: str | None, wanted: Wanted
-) -> tuple[Draft, Page, Findings]:
+    path: Path, staged: Path, variant: str | None, wanted: Wanted, findings: Findings
+) -> tuple[Draft, Page]:
     """The scenario of a package, its FMUs unpacked."""
-    findings = Findings()
     with opened_package(path) as package:
         description, fmus = read_description(package, variant, findings)
         findings.check()
@@ -129,7 +135,7 @@ def _read(
         connections=connections,
     )
     findings.check()
-    return draft, page(draft), findings
+    return draft, page(draft)
 
 
 def _interfaces(

@@ -63,8 +63,14 @@ class Node:
 
 @dataclass(slots=True)
 class Findings:
-    """What is wrong with a package, what may not be meant, and what is left out of it."""
+    """What is wrong with a package, what may not be meant, and what is left out of it.
 
+    Attributes:
+        trusts_numbers: whether units that nothing defines are left out, so that numbers in them
+            are taken as they are.
+    """
+
+    trusts_numbers: bool = False
     problems: list[Problem] = field(default_factory=list)
     remarks: list[Problem] = field(default_factory=list)
     unused: dict[str, Location] = field(default_factory=dict)

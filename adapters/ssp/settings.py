@@ -89,7 +89,9 @@ class Settings:
             return
         for entry in binding.mapping:
             mapped = values.get(entry.source)
-            if mapped is None:
+            if not entry.source:
+                self._findings.leave_out(entry.where, "lines of a mapping that name no source")
+            elif mapped is None:
                 what = f"maps `{entry.source}`, which the parameter set does not have"
                 self._findings.remark(entry.where, what)
             else:

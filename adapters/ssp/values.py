@@ -50,7 +50,7 @@ def _value(node: Node, prefix: str, known: Mapping[str, Unit], findings: Finding
         name=prefix + name,
         type=kind,
         texts=texts,
-        unit=unit_use(element, known),
+        unit=unit_use(element, known, findings),
         where=element.at("value"),
     )
 

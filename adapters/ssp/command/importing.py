@@ -20,7 +20,13 @@ def imported(arguments: Namespace) -> Outcome:
         return failure("ssp", Exit.WRONG_INPUT, str(error))
     folder = arguments.output or Path(arguments.path.stem)
     try:
-        found = import_package(arguments.path, folder, variant=arguments.system, wanted=wanted)
+        found = import_package(
+            arguments.path,
+            folder,
+            variant=arguments.system,
+            wanted=wanted,
+            trusts_numbers=arguments.trust_numbers,
+        )
     except (CosimError, OSError) as error:
         return outcome_of(error)
     return _told(found)

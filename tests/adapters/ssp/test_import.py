@@ -19,6 +19,7 @@ from tests.adapters.ssp.packages import (
     link,
     package,
     system,
+    values,
 )
 
 LINEAR = '<ssc:LinearTransformation factor="2" offset="0.5"/>'
@@ -308,6 +309,21 @@ def test_a_scenario_that_cannot_run_is_written_and_says_so_at_the_place_in_the_p
     )
     assert "it has no binaries" in said[0]
     assert str(tmp_path) not in "".join(said)
+
+
+def test_numbers_in_a_unit_that_nothing_defines_are_taken_if_asked_for(tmp_path: Path) -> None:
+    content = description(
+        system("top", component("a", "z:output:Real furlong"), component("b", "u"),
+               values=values("b.k:Real:4:[m/s]"), links=link("a.z", "b.u"))
+    )  # fmt: skip
+    assert len(problems(tmp_path, content)) == 2
+    found = imported(tmp_path, content, trusts_numbers=True)
+    assert scenario(found)["connections"] == [{"from": "a.z", "to": "b.u", "convert": False}]
+    assert scenario(found)["components"]["b"]["parameters"] == {"k": 4.0}
+    assert [each.what for each in found.remarks] == [
+        f"left out: the unit `{name}`, which nothing defines; numbers are taken as they are"
+        for name in ("[m/s]", "furlong")
+    ]
 
 
 def test_the_step_size_of_omsimulator_counts(tmp_path: Path) -> None:

@@ -159,13 +159,14 @@ def test_a_value_of_a_connector_goes_where_the_connector_leads(tmp_path: Path) -
 
 
 def test_what_has_no_name_here_is_remarked_on(tmp_path: Path) -> None:
-    mapping = ENTRY.format("nothing", "k", "", "")
+    mapping = ENTRY.format("nothing", "k", "", "") + ENTRY.format("", "u", "", "")
     content = system("top", component("a", inside=bound(values("q:Real:1", "k:Real:2"))),
                      component("b", inside=bound(values("k:Real:2", mapping=mapping))))  # fmt: skip
     said = [each.what for each in imported(tmp_path, description(content)).remarks]
     assert said == [
         "`q` sets nothing: there is nothing of this name",
         "maps `nothing`, which the parameter set does not have",
+        "left out: lines of a mapping that name no source",
     ]
 
 
