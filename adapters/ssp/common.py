@@ -18,7 +18,7 @@ TOP: Final = ("seed", "coupling", "recording", "measures", "tables", "report")
 """Keys of a scenario that nlosim notes down in a description, as JSON; `title`, `description` and
 `until` are noted down as text."""
 
-COMPONENT: Final = ("process", "parameters")
+COMPONENT: Final = ("process", "deadline", "memory", "parameters")
 """Likewise, of a component; its `step` is noted down as text."""
 
 TYPES: Final = (*REALS, *WHOLES, "Boolean", "String", "Enumeration", "Binary", "Clock")

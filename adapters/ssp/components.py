@@ -12,6 +12,7 @@ from adapters.fmi.description import FmuDescription, read_description
 from adapters.fmi.options import PREFIX as OPTION
 from adapters.fmi.starts import PREFIX as START
 from adapters.fmi.variable import FmuVariable
+from adapters.ssp.common import COMPONENT
 from adapters.ssp.grammar import REALS
 from adapters.ssp.interfaces import connector as declared
 from adapters.ssp.writing import Tag, tag
@@ -72,10 +73,12 @@ def outline(
     *,
     is_first_version: bool,
     refuse: Refuse,
+    said: Mapping[str, Any],
 ) -> Outline:
     """What SSP says of a component of a scenario.
 
     Args:
+        said: its entry in the scenario file, with defaults.
         use: whose type is an FMU.
         connectors: by name, with constants as start values.
         constants: the inputs that have one.
@@ -86,7 +89,10 @@ def outline(
     """
     path = next(iter(use.type.input_files({})))
     fmu = read_description(path)
-    return _Outlining(use, fmu, connectors, is_first_version, refuse).outline(constants, linked)
+    outlining = _Outlining(
+        use, fmu, connectors, said, is_first_version=is_first_version, refuse=refuse
+    )
+    return outlining.outline(constants, linked)
 
 
 class _Outlining:
@@ -97,9 +103,12 @@ class _Outlining:
         use: ComponentUse,
         fmu: FmuDescription,
         connectors: Mapping[str, Connector],
-        is_first_version: bool,  # noqa: FBT001  (given by keyword to `outline`)
+        said: Mapping[str, Any],
+        *,
+        is_first_version: bool,
         refuse: Refuse,
     ) -> None:
+        self._said = said
         self._use = use
         self._fmu = fmu
         self._connectors = connectors
@@ -115,11 +124,11 @@ class _Outlining:
         parameters = tuple(
             self._parameter(self._fmu.variables[name], value) for name, value in values.items()
         )
-        notes = {"step": format_duration(self._use.step)}
-        if self._use.process:
-            notes["process"] = "true"
-        if options:
-            notes["parameters"] = json.dumps(options)
+        said = {**self._said, "parameters": options}
+        notes = {
+            "step": format_duration(self._use.step),
+            **{key: json.dumps(said[key]) for key in COMPONENT if said.get(key)},
+        }
         return Outline(
             fmu=self._fmu.path,
             connectors=ports,

@@ -97,6 +97,7 @@ class _Export:
         self._version = version
         self._findings = Findings()
         self._names = _Names()
+        self._resolved = scenario.resolved()
 
     def written(self, target: Path) -> Exported:
         outlines = {
@@ -131,6 +132,7 @@ class _Export:
             constants,
             frozenset(end.connector for end in self._ends() if end.component == name),
             is_first_version=self._version == "1.0",
+            said=self._resolved["components"][name],
             refuse=lambda what: self._findings.add(where, what),
         )
 
@@ -207,7 +209,7 @@ class _Export:
 
     def _notes(self) -> dict[str, str]:
         """What SSP has no words for."""
-        resolved = self._scenario.resolved()
+        resolved = self._resolved
         until = self._scenario.until
         return {
             "title": self._scenario.title,

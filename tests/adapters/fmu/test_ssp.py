@@ -35,7 +35,9 @@ components:
   a:
     fmu: lag2.fmu
     step: 10 ms
-    process: true
+    process: on-request
+    deadline: {{step: 7 s}}
+    memory: 2000000.000 kB
     parameters: {{start.flag_in: true, fmi.locals: [stop]}}
 connections:
   - {{from: a.x, to: b.u{way}}}
@@ -107,6 +109,13 @@ def test_a_scenario_as_a_package_and_back_gives_the_same_bytes(
         assert second[key] == said
     assert second["time"] == {"start": "500 ms", "stop": "2 s"}
     assert list(second["components"]) == ["b", "a"]
+    for key, value in (
+        ("process", "on-request"),
+        ("memory", "2000000.000 kB"),
+        ("deadline", {"step": "7 s"}),
+    ):
+        assert second["components"]["a"][key] == value
+        assert key == "process" or key not in second["components"]["b"]
 
 
 def test_arrays_go_with_ssp_2(fmu: Callable[[str], Path], tmp_path: Path) -> None:
@@ -163,7 +172,7 @@ def test_what_only_nlosim_reads_is_told_at_its_place(lag2: Path, tmp_path: Path)
     path = written(tmp_path, lag2, SCENARIO.format(way=", delay: 20 ms"))
     outcome = ssp("export", path, "-o", tmp_path / "pair.ssp")
     places = [line.split(": ")[0] for line in outcome.text.splitlines() if "(a remark)" in line]
-    assert places == [f"{path}:{n}" for n in ("5:1", "6:1", "7:1", "18:5", "21:1")]
+    assert places == [f"{path}:{n}" for n in ("5:1", "6:1", "7:1", "20:5", "23:1")]
 
 
 PARTS = """\
@@ -199,8 +208,8 @@ def test_what_ssp_cannot_say_is_refused_at_its_line(
     path = written(tmp_path, lag2, text)
     outcome = ssp("export", path, "-o", tmp_path / "pair.ssp")
     assert outcome.exit_code is Exit.WRONG_INPUT
-    assert f"{path}:17:3: `wheel` is parts:Wheel, no FMU" in outcome.text
-    assert f"{path}:19:17: a sum: an input of SSP has one source" in outcome.text
+    assert f"{path}:19:3: `wheel` is parts:Wheel, no FMU" in outcome.text
+    assert f"{path}:21:17: a sum: an input of SSP has one source" in outcome.text
     assert not (tmp_path / "pair.ssp").exists()
 
 
