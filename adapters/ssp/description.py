@@ -1,7 +1,7 @@
 """One variant of a package (SSD), with all that it refers to."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Final, TypeAlias
 
 from adapters.ssp.common import NOTES, change, notes, port, step_note, units
@@ -32,6 +32,10 @@ _CREDITS: Final = (
 _DEEPEST: Final = 20
 """Descriptions within descriptions."""
 
+_MOST: Final = 1_000
+"""How many components of a package may stand for systems; ten that stand for ten each, ten levels
+deep, would be more than a machine holds."""
+
 Fmus: TypeAlias = dict[str, tuple[Package, str]]
 """Where the FMUs of components are: packages and names in them, by `Component.source`."""
 
@@ -49,9 +53,8 @@ def read_description(
     Raises:
         ScenarioError: there is no such variant, or what is there cannot be read at all.
     """
-    fmus: Fmus = {}
-    found = _Reader(package, _file(package, variant), findings, fmus, ()).description()
-    return found, fmus
+    whole = _Whole(findings)
+    return _Reader(package, _file(package, variant), whole).description(), whole.fmus
 
 
 def _file(package: Package, variant: str | None) -> str:
@@ -72,24 +75,32 @@ def _file(package: Package, variant: str | None) -> str:
     return names[variant]
 
 
+@dataclass(slots=True)
+class _Whole:
+    """What all descriptions of a package add to.
+
+    Attributes:
+        included: how many components stood for systems so far.
+    """
+
+    findings: Findings
+    fmus: Fmus = field(default_factory=dict)
+    included: int = 0
+
+
 class _Reader:
-    """One reading of one description."""
+    """One reading of one description, of which `around` are in the middle of theirs."""
 
     def __init__(
-        self,
-        package: Package,
-        file: str,
-        findings: Findings,
-        fmus: Fmus,
-        around: tuple[tuple[str, str], ...],
+        self, package: Package, file: str, whole: _Whole, around: tuple[tuple[str, str], ...] = ()
     ) -> None:
         self._package = package
         self._file = file
-        self._findings = findings
-        self._fmus = fmus
+        self._whole = whole
+        self._findings = whole.findings
         self._around = (*around, (package.name, file))
-        self._root = read(package.xml(file), f"{package.name}/{file}", ROOT, findings)
-        self._units = units(self._root.all("ssd:Units", "ssc:Unit"), findings)
+        self._root = read(package.xml(file), f"{package.name}/{file}", ROOT, whole.findings)
+        self._units = units(self._root.all("ssd:Units", "ssc:Unit"), whole.findings)
         self._inside: list[str] = []
 
     def description(self) -> Description:
@@ -185,13 +196,13 @@ class _Reader:
             findings.add(node.at("source"), f"there is no `{file}` in the package")
             return None
         if kind in _SYSTEMS:
-            return self._included(node, file, fragment)
+            return self._stands_for(node, file, fragment)
         implementation = node.get("implementation")
         if implementation not in {None, "any", "CoSimulation"}:
             what = f"the component `{name}` wants {implementation}; Co-Simulation is supported"
             findings.add(node.at("implementation"), what)
         key = "/".join((*self._package.inner, file))
-        self._fmus[key] = (self._package, file)
+        self._whole.fmus[key] = (self._package, file)
         return Component(
             name=name,
             description=node.text("description"),
@@ -202,7 +213,7 @@ class _Reader:
             where=node.where,
         )
 
-    def _included(self, node: Node, file: str, fragment: str) -> Group | None:
+    def _stands_for(self, node: Node, file: str, fragment: str) -> Group | None:
         """The system that a component stands for, with the values of both."""
         try:
             group = self._other(file, fragment)
@@ -218,6 +229,9 @@ class _Reader:
 
     def _other(self, file: str, fragment: str) -> Group:
         """A system by its id in this file, that of another file, or of a package."""
+        self._whole.included += 1
+        if self._whole.included > _MOST:
+            raise ValueError(f"more than {_MOST} components stand for systems")
         if file == self._file and fragment:
             return self._embedded(fragment)
         package, inner = self._package, file
@@ -228,7 +242,7 @@ class _Reader:
                 raise ValueError(f"`{file}` has no `{inner}`")
         if (package.name, inner) in self._around or len(self._around) > _DEEPEST:
             raise ValueError(f"`{file}` contains itself")
-        reader = _Reader(package, inner, self._findings, self._fmus, self._around)
+        reader = _Reader(package, inner, self._whole, self._around)
         return reader.description().system
 
     def _embedded(self, id_: str) -> Group:

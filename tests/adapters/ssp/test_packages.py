@@ -191,3 +191,25 @@ def test_notes_of_nlosim_that_are_wrong_are_told(tmp_path: Path) -> None:
     found = problems(tmp_path, description(system("t", component("a", inside=note))))
     assert "`parameters` of a note of nlosim: Expecting property name" in found[0]
     assert found[1].endswith("`step` of a note of nlosim: expected a time (s), got a length (m)")
+
+
+def test_systems_that_multiply_are_refused(tmp_path: Path) -> None:
+    """Ten components, each of which stands for ten, and so on."""
+
+    def level(number: int) -> str:
+        inner = f' type="application/x-ssp-definition" source="#s{number + 1}" '
+        ten = "".join(f'<ssd:Component name="c{k}"{inner}/>' for k in range(10))
+        found = system(f"s{number}", ten if number < 9 else component("a"))
+        return found.replace(f'name="s{number}"', f'name="s{number}" id="s{number}"')
+
+    found = problems(tmp_path, description(system("top", *map(level, range(10)))))
+    assert any("more than 1000 components stand for systems" in each for each in found)
+
+
+def test_entities_that_multiply_are_refused(tmp_path: Path) -> None:
+    entities = '<!ENTITY e0 "xxxxxxxxxx">' + "".join(
+        f'<!ENTITY e{k} "{f"&e{k - 1};" * 10}">' for k in range(1, 10)
+    )
+    content = description(system("&e9;", component("a")))
+    (found,) = problems(tmp_path, f"<!DOCTYPE d [{entities}]>{content}")
+    assert "is no XML: limit on input amplification factor" in found
