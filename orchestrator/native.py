@@ -32,6 +32,9 @@ class NativeKind(enum.IntEnum):
     BINARY = 5
     """FMI 3.0: a pointer and a size."""
 
+    TEXT = 6
+    """A pointer to a text that ends with zero."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NativeVariable:

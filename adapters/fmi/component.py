@@ -1,8 +1,8 @@
 """An FMU as a component."""
 
+import math
 import weakref
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -10,12 +10,16 @@ from typing_extensions import override
 
 from adapters.fmi.block import shape_of
 from adapters.fmi.connectors import SEED, connectors, is_seed
+from adapters.fmi.derivatives import derivatives
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import FmuInstance
+from adapters.fmi.portable import PortableFmu
 from adapters.fmi.sizes import Sizes
+from adapters.fmi.state import FmuState
 from adapters.fmi.stepping import Stepper
 from adapters.fmi.variable import DTYPES, FmuVariable
+from orchestrator.algorithm.outputs import same
 from orchestrator.capabilities import (
     EndRequest,
     EndRequesting,
@@ -24,22 +28,11 @@ from orchestrator.capabilities import (
 )
 from orchestrator.component import Capability, Component, WrappedRestorableComponent
 from orchestrator.native import NativeOwner, NativeUnit
-from orchestrator.signal import Causality, Connector, Signal, Signals
+from orchestrator.signal import Causality, Connector, Signal, Signals, Variability
 from orchestrator.timebase import CommunicationGrid, Duration, Time, seconds
 
 Instantiate: TypeAlias = Callable[[], FmuInstance]
 """Makes a new instance of the FMU, with its own folder and library."""
-
-
-@dataclass(frozen=True, eq=False)
-class FmuState:
-    """A stored state of one instance, and what the importer knew then."""
-
-    instance: FmuInstance
-    address: int
-    lengths: Mapping[str, int]
-    written: Mapping[str, Signal]
-    read: Signals
 
 
 class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, OutputSelection):
@@ -76,6 +69,20 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, Out
         self._inputs = [
             name for name, c in self._connectors.items() if c.causality is Causality.INPUT
         ]
+        own = {e: v for v in description.of("input") for e in v.elements}
+        self._input_clocks = [n for n in self._inputs if own[n].clock is not None]
+        self._inputs = [n for n in self._inputs if own[n].clock is None]
+        self._jumping = {
+            n
+            for n in self._inputs
+            if self._connectors[n].variability is not Variability.CONTINUOUS
+            and not own[n].is_clocked  # those wait for their clock
+        }
+        self._offered = derivatives(description, self._running)
+        if description.can_restore and description.can_serialize and not description.has_clocks:
+            self._offered.append(PortableFmu(description, self, self._running))
+        arrays = [v for v in description.of("input") if v.is_bytes and v.axes]
+        self._siblings = {name: v.elements for v in arrays for name in v.elements}
         self._instance: FmuInstance | None = None
         self._finalizer: weakref.finalize[..., FmuComponent] | None = None
         self._lengths: dict[str, int] = {}
@@ -125,6 +132,9 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, Out
     def capability(self, kind: type[Capability]) -> Capability | None:
         if kind is InitialEvaluation and self._sizes.may_change:
             return None  # sizes are set before initialisation, once
+        for each in self._offered:
+            if isinstance(each, kind):
+                return each
         return super().capability(kind)
 
     @override
@@ -139,7 +149,8 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, Out
         instance = self._running()
         self._enter_initialisation(instance, inputs)
         self._write_inputs(instance, inputs)
-        instance.exit_initialisation()
+        if instance.exit_initialisation(seconds(self._start)):
+            self._end_request = self._stepper.request(self._start)
         self._read = instance.read()
 
     def _enter_initialisation(self, instance: FmuInstance, inputs: Signals) -> None:
@@ -164,8 +175,13 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, Out
         values = {n: v for n, v in self._values.items() if n not in self._lengths}
         if self._seed is not None:
             values[SEED] = self._seed
-        texts = {name: value for name, value in values.items() if isinstance(value, str)}
-        instance.write_text(texts)
+        variables = self._description.variables
+        texts = {
+            name: (value,) if isinstance(value, str) else tuple(value)
+            for name, value in values.items()
+            if variables[name].type == "String"
+        }
+        instance.write_text(self._whole(texts))
         instance.write(
             {
                 name: self._as_array(self._description.variables[name], value)
@@ -173,6 +189,13 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, Out
                 if name not in texts
             }
         )
+
+    def _whole(self, texts: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+        """All elements of arrays of which one stands for all."""
+        counts = {
+            n: math.prod(shape_of(self._description.variables[n], self._lengths)) for n in texts
+        }
+        return {n: t * counts[n] if len(t) == 1 else t for n, t in texts.items()}
 
     def _as_array(self, variable: FmuVariable, value: Any) -> Signal:
         """A parameter value in the element type and the shape of its variable.
@@ -187,24 +210,45 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, Out
         shape = shape_of(variable, self._lengths)
         return np.full(shape, elements) if elements.size == 1 else elements.reshape(shape)
 
-    def _write_inputs(self, instance: FmuInstance, inputs: Signals) -> None:
+    def _write_inputs(
+        self, instance: FmuInstance, inputs: Signals, begin: float | None = None
+    ) -> bool:
+        """Set what is new; at the time `begin` [s], some of it may jump.
+
+        Returns:
+            Whether the FMU asks to end the simulation.
+        """
         written = self._written
+        is_jumping = begin is not None and instance.uses_events
         changed = {}
         for name in self._inputs:
-            value = inputs[name]
-            if value is not written.get(name):
+            value, old = inputs[name], written.get(name)
+            if value is not old:
                 written[name] = value
+                if is_jumping and old is not None and name in self._jumping and same(value, old):
+                    continue  # no event
                 changed[name] = self._sizes.fill(name, value, self._lengths)
+                for other in self._siblings.get(name, ()):
+                    changed[other] = inputs[other]
+        if begin is not None and is_jumping:
+            ticking = {n: inputs[n] for n in self._input_clocks if np.any(inputs[n])}
+            if ticking or not self._jumping.isdisjoint(changed):
+                return instance.write_jumps(changed | ticking, begin)
         if changed:
             instance.write(changed)
+        return False
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
         instance = self._running()
         if self._sizes.may_have_changed(inputs, self._written):
             self._resize(instance, inputs)
-        self._write_inputs(instance, inputs)
-        self._end_request = self._stepper.make(instance, *self._span(t, h), t + h)
+        begin, length = self._span(t, h)
+        instance.begin_step()
+        if self._write_inputs(instance, inputs, begin):
+            self._end_request = self._stepper.request(t)
+            return
+        self._end_request = self._stepper.make(instance, begin, length, t + h)
         if self._end_request is None or self._end_request.time == t + h:
             self._read = instance.read()
 
@@ -243,9 +287,10 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, Out
 
     @override
     def native(self) -> NativeUnit | None:
-        if self._sizes.may_change or self._stepper.keeps_states:
+        instance = self._running()
+        if self._sizes.may_change or self._stepper.keeps_states or instance.uses_events:
             return None
-        return self._running().native(self._connectors, self)
+        return instance.native(self._connectors, self)
 
     @override
     def count_calls(self, address: int | None) -> None:

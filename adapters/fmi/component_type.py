@@ -43,7 +43,7 @@ class FmuComponentType(ComponentType):
     an input. A structural parameter `n_vehicle` is the axis `vehicle` of its arrays; if it is
     tunable and an input has the axis, it follows that input. An Enumeration is set by the name
     of an item. An integer parameter `seed` that is not set is drawn from the component's random
-    stream. Inputs and outputs of the types String, Clock, and clocked ones, are not offered.
+    stream. A triggered clock is a Boolean that says whether it ticks.
     """
 
     def __init__(self, path: Path) -> None:
@@ -100,7 +100,9 @@ class FmuComponentType(ComponentType):
         component = FmuComponent(
             fmu,
             native,
-            functools.partial(_instantiate, fmu, name, log, may_restore=may_restore),
+            functools.partial(
+                _instantiate, fmu, name, log, may_restore=may_restore, options=said.options
+            ),
             stepper=_stepper(fmu, log, said.options),
             tolerance=said.options.tolerance,
         )
@@ -118,7 +120,9 @@ def _stepper(fmu: FmuDescription, log: MessageLog, options: Options) -> Stepper:
 
 
 def _instantiate(
-    fmu: FmuDescription, name: str, log: MessageLog, *, may_restore: bool
+    fmu: FmuDescription, name: str, log: MessageLog, *, may_restore: bool, options: Options
 ) -> FmuInstance:
-    instance = Fmi2Instance if fmu.version == 2 else Fmi3Instance
-    return instance(fmu, name, log, may_restore=may_restore)
+    if fmu.version == 2:
+        return Fmi2Instance(fmu, name, log, may_restore=may_restore)
+    uses_events = fmu.has_event_mode and (options.event_mode or fmu.has_clocks)
+    return Fmi3Instance(fmu, name, log, may_restore=may_restore, uses_events=uses_events)

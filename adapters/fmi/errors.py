@@ -1,6 +1,7 @@
 """Failures of an FMU during a run."""
 
 from collections import deque
+from collections.abc import Iterable
 
 from orchestrator.errors import CosimError
 
@@ -14,3 +15,8 @@ def failure(function: str, status: str, messages: "deque[str]", hint: str = "") 
     text = "; ".join(messages) or "the FMU logged no reason"
     messages.clear()
     return FmuError(f"{function} returned {status}: {text}{hint}")
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names in a sentence."""
+    return ", ".join(f"`{name}`" for name in names)

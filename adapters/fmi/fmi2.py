@@ -3,7 +3,7 @@
 import ctypes
 import itertools
 import weakref
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from ctypes import c_double, c_int, c_size_t, c_void_p
 from typing import Any, Final
 
@@ -14,16 +14,18 @@ import numpy.typing as npt
 from typing_extensions import override
 
 from adapters.fmi.block import Block
-from adapters.fmi.errors import FmuError
+from adapters.fmi.errors import FmuError, listed
 from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.outcome import MADE, StepOutcome
+from adapters.fmi.parcels import Parcel
 from adapters.fmi.unpacked import LoadedFmu
 
 _VALUES: Final = (c_void_p, c_void_p, c_size_t, c_void_p)
 _STEP: Final = (c_void_p, c_double, c_double, c_int)
+_DERIVATIVE: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, c_void_p, c_void_p)
 _DTYPES: Final[Mapping[str, npt.DTypeLike]] = {
     "Real": np.float64,
     "Integer": np.int32,
@@ -49,7 +51,13 @@ def _on_message(
 class Fmi2Instance(LoadedInstance):
     """FMI 2.0.4, section 4.2: scalars only, synchronous steps."""
 
-    names = FunctionNames(prefix="fmi2", instantiate="fmi2Instantiate", state="FMUstate")
+    names = FunctionNames(
+        prefix="fmi2",
+        instantiate="fmi2Instantiate",
+        state="FMUstate",
+        deserialize="fmi2DeSerializeFMUstate",
+        directional="fmi2GetDirectionalDerivative",
+    )
     dtypes = _DTYPES
 
     @override
@@ -87,12 +95,30 @@ class Fmi2Instance(LoadedInstance):
         for references, count, address, _ in block.calls(names):
             status = function(self._instance, references, count, address)
             if status != OK:
-                listed = ", ".join(f"`{name}`" for name in names)
-                self._guard.check(f"fmi2Set{block.kind} of {listed}", status)
+                self._guard.check(f"fmi2Set{block.kind} of {listed(names)}", status)
 
     @override
-    def _write_string(self, reference: Any, pointer: Any) -> None:
-        self._handle.call("fmi2SetString", reference, 1, pointer)
+    def _write_parcel(self, parcel: Parcel, elements: Sequence[bytes]) -> None:
+        pointers = (ctypes.c_char_p * len(elements))(*elements)
+        self._move("fmi2SetString", parcel, pointers)
+
+    @override
+    def _read_parcel(self, parcel: Parcel) -> list[bytes]:
+        pointers = (ctypes.c_char_p * len(parcel.names))()
+        self._move("fmi2GetString", parcel, pointers)
+        return [text or b"" for text in pointers]
+
+    def _move(self, name: str, parcel: Parcel, pointers: Any) -> None:
+        function = self._fmu.function(name, _VALUES)
+        status = function(self._instance, parcel.references, len(pointers), pointers)
+        if status != OK:
+            self._guard.check(f"{name} of {listed(parcel.names)}", status)
+
+    @override
+    def _call_derivative(self, function: str, arguments: Sequence[Any]) -> None:
+        unknowns, knowns, (seed, _, found, _) = arguments[:2], arguments[2:4], arguments[4:]
+        entry = self._fmu.function(function, _DERIVATIVE)
+        self._guard.check(function, entry(self._instance, *unknowns, *knowns, seed, found))
 
     @override
     def enter_initialisation(

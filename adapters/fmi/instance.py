@@ -8,7 +8,7 @@ from adapters.fmi.errors import failure
 from adapters.fmi.messages import STATUS_NAMES, MessageLog
 from adapters.fmi.outcome import StepOutcome
 from orchestrator.native import NativeOwner, NativeUnit
-from orchestrator.signal import Connector, Signal
+from orchestrator.signal import Array, Connector, Signal
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 
@@ -58,11 +58,34 @@ class FmuInstance(abc.ABC):
 
     @abc.abstractmethod
     def write(self, values: Mapping[str, Signal]) -> None:
-        """Set parameters or inputs; arrays have the lengths that `configure` said."""
+        """Set parameters or inputs; arrays have the lengths that `configure` said.
+
+        Args:
+            values: by name. Those of an array of texts or Binaries come together.
+        """
+
+    @property
+    @abc.abstractmethod
+    def uses_events(self) -> bool:
+        """Whether its events are handled with it: FMI 3.0, `eventModeUsed`."""
 
     @abc.abstractmethod
-    def write_text(self, values: Mapping[str, str]) -> None:
-        """Set parameters that are strings."""
+    def begin_step(self) -> None:
+        """Hear that a communication step begins."""
+
+    @abc.abstractmethod
+    def write_jumps(self, values: Mapping[str, Signal], t: float) -> bool:
+        """Set inputs some of which jump at `t` [s]; as an event where events are handled.
+
+        Input clocks among them are triggered, whatever their value.
+
+        Returns:
+            Whether the FMU asks to end the simulation.
+        """
+
+    @abc.abstractmethod
+    def write_text(self, values: Mapping[str, Sequence[str]]) -> None:
+        """Set parameters of the type String, by name, to all of their elements."""
 
     @abc.abstractmethod
     def enter_initialisation(
@@ -77,8 +100,12 @@ class FmuInstance(abc.ABC):
         """
 
     @abc.abstractmethod
-    def exit_initialisation(self) -> None:
-        """Leave initialisation mode."""
+    def exit_initialisation(self, t: float) -> bool:
+        """Leave initialisation mode at `t` [s], and handle the events there.
+
+        Returns:
+            Whether the FMU asks to end the simulation.
+        """
 
     @abc.abstractmethod
     def step(self, t: float, h: float) -> StepOutcome:
@@ -146,6 +173,37 @@ class FmuInstance(abc.ABC):
     def read(self) -> dict[str, Signal]:
         """The selected outputs; arrays are new and read-only."""
 
+    @property
+    @abc.abstractmethod
+    def lengths(self) -> Mapping[str, int]:
+        """The values of the structural parameters."""
+
+    @abc.abstractmethod
+    def directional(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Array) -> Array:
+        """The derivatives of `unknowns` along a change of `knowns`.
+
+        Args:
+            unknowns: outputs.
+            knowns: inputs.
+            seed: their changes one after the other, float64, shape (elements of knowns,).
+
+        Returns:
+            Float64, shape (elements of unknowns,).
+        """
+
+    @abc.abstractmethod
+    def adjoint(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Array) -> Array:
+        """The gradient by `knowns` of `unknowns` that are weighted.
+
+        Args:
+            unknowns: outputs.
+            knowns: inputs.
+            seed: weights one after the other, float64, shape (elements of unknowns,).
+
+        Returns:
+            Float64, shape (elements of knowns,).
+        """
+
     @abc.abstractmethod
     def save(self) -> int:
         """Store the FMU state; an address for `restore` and `forget`."""
@@ -157,6 +215,18 @@ class FmuInstance(abc.ABC):
         Args:
             state: which one.
             lengths: the values that structural parameters have in it; `None`: as now.
+        """
+
+    @abc.abstractmethod
+    def serialize(self, state: int) -> bytes:
+        """A stored state as bytes."""
+
+    @abc.abstractmethod
+    def deserialize(self, content: bytes) -> int:
+        """A stored state made of bytes; an address for `restore` and `forget`.
+
+        Raises:
+            FmuError: the FMU does not take them.
         """
 
     @abc.abstractmethod

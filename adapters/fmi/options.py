@@ -28,12 +28,15 @@ class Options:
         locals: names or patterns of variables that are outputs of the component, too.
         intermediate: names or patterns of variables that are logged within steps.
         smallest_step: that a discarded step may be cut down to [s]; `None`: it is not.
+        event_mode: whether the events of an FMU that lets us are handled here; those of an FMU
+            with clocks always are.
     """
 
     tolerance: float | None = None
     locals: tuple[str, ...] = ()
     intermediate: tuple[str, ...] = ()
     smallest_step: float | None = None
+    event_mode: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,6 +101,14 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             minimum=1e-9,
             doc="a step that the FMU discards is made again in shorter ones, down to this; its "
             "state is kept before each step for that, so it is not done by default",
+            is_optional=True,
+        )
+    if description.has_event_mode and not description.has_clocks:
+        found["event_mode"] = Parameter(
+            type=bool,
+            default=False,
+            doc="its events are handled with it: discrete inputs jump in event mode, steps end at "
+            "events; by default it handles them alone, which is quicker",
             is_optional=True,
         )
     named = {PREFIX + name: parameter for name, parameter in found.items()}

@@ -169,8 +169,12 @@ class Stepper:
         finally:
             instance.forget(state)
 
+    def request(self, time: Time) -> EndRequest:
+        """What the FMU asks for that wants the simulation to end at `time` [ns]."""
+        return EndRequest(time=time, why=self._asking)
+
     def _request(self, reached: float, end: Time) -> EndRequest:
-        return EndRequest(time=min(_nanoseconds(reached), end), why=self._asking)
+        return self.request(min(_nanoseconds(reached), end))
 
     def _note(self, length: float) -> None:
         self.pauses.shortest = min(self.pauses.shortest, length)

@@ -33,9 +33,9 @@ typedef int (*Step3)(void *, double, double, bool, bool *, bool *, bool *, doubl
 enum { STATUS_OK = 0, STATUS_WARNING = 1 };
 
 /* How elements lie in the memory of an FMU and in a signal, which has a byte for a Boolean. */
-typedef enum { PLAIN, FLOAT32, FLOAT64, BOOLEAN8, BOOLEAN32 } Kind;
+typedef enum { PLAIN, FLOAT32, FLOAT64, BOOLEAN8, BOOLEAN32, BINARY, TEXT } Kind;
 
-/* A value of type Binary; `data` is ours. */
+/* A value of type Binary or String; `data` is ours, and ends with a zero that does not count. */
 typedef struct {
     uint8_t *data;
     size_t size, capacity;
@@ -155,8 +155,9 @@ static int bytes_reserve(Bytes *b, size_t size) {
 }
 
 static int bytes_assign(Bytes *b, const uint8_t *data, size_t size) {
-    if (bytes_reserve(b, size)) return 1;
+    if (bytes_reserve(b, size + 1)) return 1;
     if (size > 0) memcpy(b->data, data, size);
+    b->data[size] = 0;
     b->size = size;
     return 0;
 }
@@ -195,15 +196,19 @@ static bool gather(Setting *s) {
     return is_new;
 }
 
-/* The newest values of a call of type Binary; several sources have several versions, all are set. */
+/* The newest values of a call of bytes; several sources have several versions, all are set. */
 static int set_binary(const Unit *u, Setting *s) {
     size_t *size = s->elements;
     const uint8_t **data = (const uint8_t **)(size + s->references);
     for (size_t k = 0; k < s->copies; k++) {
         const Bytes *b = seen_at(&s->copy[k].from);
         size[k] = b->size;
-        data[k] = b->data;
+        data[k] = b->data || s->kind != TEXT ? b->data : (const uint8_t *)"";
     }
+    if (s->kind == TEXT && u->version == 2)
+        return ((Set2)s->function)(u->instance, s->reference, s->references, data);
+    if (s->kind == TEXT)
+        return ((Set3)s->function)(u->instance, s->reference, s->references, data, s->references);
     return ((SetBinary)s->function)(u->instance, s->reference, s->references, size, data, s->references);
 }
 
@@ -225,6 +230,10 @@ static int step(Unit *u, int64_t from) {
 }
 
 static int get(const Unit *u, Getting *g) {
+    if (g->kind == TEXT && u->version == 2)
+        return ((Get2)g->function)(u->instance, g->reference, g->references, g->pointers);
+    if (g->kind == TEXT)
+        return ((Get3)g->function)(u->instance, g->reference, g->references, g->pointers, g->references);
     if (g->is_binary)
         return ((GetBinary)g->function)(u->instance, g->reference, g->references, g->sizes,
                                         g->pointers, g->references);
@@ -233,12 +242,31 @@ static int get(const Unit *u, Getting *g) {
     return ((Get3)g->function)(u->instance, g->reference, g->references, elements, g->count);
 }
 
+/* Whether a text is one (RFC 3629, section 4). */
+static bool is_utf8(const uint8_t *text, size_t size) {
+    for (size_t k = 0; k < size;) {
+        uint8_t first = text[k++];
+        if (first < 0x80) continue;
+        size_t more = first >= 0xf0 ? 3 : first >= 0xe0 ? 2 : 1;
+        uint8_t low = first == 0xe0 ? 0xa0 : first == 0xf0 ? 0x90 : 0x80;
+        uint8_t high = first == 0xed ? 0x9f : first == 0xf4 ? 0x8f : 0xbf;
+        if (first < 0xc2 || first > 0xf4 || more > size - k) return false;
+        for (; more > 0; more--, low = 0x80, high = 0xbf)
+            if (text[k] < low || text[k++] > high) return false;
+    }
+    return true;
+}
+
 /* Make signals of what was got. */
 static Outcome adopt(const Unit *u, Getting *g) {
     if (g->is_binary) {
         Bytes *b = (Bytes *)(u->pending_bytes + g->signal);
-        for (size_t k = 0; k < g->references; k++)
-            if (bytes_assign(&b[k], g->pointers[k], g->pointers[k] ? g->sizes[k] : 0)) return NO_MEMORY;
+        for (size_t k = 0; k < g->references; k++) {
+            const uint8_t *data = g->pointers[k];
+            size_t size = !data ? 0 : g->kind == TEXT ? strlen((const char *)data) : g->sizes[k];
+            if (bytes_assign(&b[k], data, size)) return NO_MEMORY;
+            if (g->kind == TEXT && !is_utf8(data, size)) return NOT_FINITE;
+        }
         return ALL_DONE;
     }
     uint8_t *signal = u->pending + g->signal;
@@ -251,7 +279,9 @@ static Outcome adopt(const Unit *u, Getting *g) {
     case BOOLEAN32:
         for (size_t k = 0; k < g->count; k++) signal[k] = ((const int32_t *)g->elements)[k] != 0;
         return ALL_DONE;
-    case PLAIN: break;
+    case PLAIN:
+    case BINARY:
+    case TEXT: break;
     }
     return ALL_DONE;
 }

@@ -31,6 +31,7 @@ _IN_MEMORY: Final[Mapping[NativeKind, np.dtype[Any]]] = {
 """Element types in the memory of an FMU where they are not those of the signal."""
 
 
+_BYTES: Final = frozenset({NativeKind.BINARY, NativeKind.TEXT})
 _CACHE_LINE: Final = 64
 
 
@@ -174,7 +175,7 @@ class UnitPlan(Readable):
             kind=kind,
             signal=self._outputs[0].offset(names[0]),
         )
-        if kind is NativeKind.BINARY:
+        if kind in _BYTES:
             call.is_binary = True
             call.sizes = self._kept(np.zeros(len(names), np.uintp)).ctypes.data
             call.pointers = self._kept(np.zeros(len(names), np.uintp)).ctypes.data
@@ -229,13 +230,13 @@ class UnitPlan(Readable):
             kind=kind,
             copy=copies,
             copies=len(names),
-            count=0 if kind is NativeKind.BINARY else sum(counts),
+            count=0 if kind in _BYTES else sum(counts),
         )
         for copy, name, count in zip(copies, names, counts, strict=True):
             copy.source = sources[name]
             copy.size = count if kind is NativeKind.BOOLEAN32 else count * dtype.itemsize
             self._copies.append((name, feeds.get(name), copy))
-        if kind is NativeKind.BINARY:
+        if kind in _BYTES:
             call.is_binary = True
             call.elements = self._kept(np.zeros(2 * len(names), np.uintp)).ctypes.data
         elif kind is NativeKind.BOOLEAN32 or not _are_adjacent(copies):

@@ -24,6 +24,7 @@ from orchestrator.capabilities import (
     EndRequest,
     EndRequesting,
     PointEvaluation,
+    PortableState,
     VariableSteps,
 )
 from orchestrator.component import Capability, ConcurrentComponent, WrappedRestorableComponent
@@ -165,7 +166,9 @@ class RemoteState:
         self.values = values
 
 
-class RemoteComponent(ConcurrentComponent, EndRequesting, PointEvaluation, VariableSteps):
+class RemoteComponent(
+    ConcurrentComponent, EndRequesting, PointEvaluation, PortableState, VariableSteps
+):
     """A component hosted at the other end of a link; `launch` creates it."""
 
     def __init__(self, dialogue: _Dialogue, created: _Reply, deadlines: Deadlines) -> None:
@@ -220,6 +223,17 @@ class RemoteComponent(ConcurrentComponent, EndRequesting, PointEvaluation, Varia
     def initialise(self, inputs: Signals) -> None:
         self._dialogue.ask(Kind.INITIALISE, block=self._inputs.parts(inputs))
         self._accept(self._dialogue.answer(self._deadlines.create))
+
+    @override
+    def dump(self) -> bytes:
+        self._dialogue.ask(Kind.DUMP)
+        reply = self._dialogue.answer(self._deadlines.step)
+        return reply.raw[reply.offset :]
+
+    @override
+    def load(self, content: bytes) -> None:
+        self._dialogue.ask(Kind.LOAD, block=[content])
+        self._accept(self._dialogue.answer(self._deadlines.step))
 
     @override
     def begin_step(self, inputs: Signals, t: Time, h: Duration) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 from typing_extensions import Buffer
 
 from orchestrator import registry
-from orchestrator.capabilities import EndRequesting, InitialEvaluation
+from orchestrator.capabilities import EndRequesting, InitialEvaluation, PortableState
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError, CosimError
 from orchestrator.local_module import local_type
@@ -117,6 +117,8 @@ class ComponentHost:
             Kind.SAVE: self._save,
             Kind.RESTORE: self._restore,
             Kind.EVALUATE: self._evaluate,
+            Kind.DUMP: self._dump,
+            Kind.LOAD: self._load,
         }
 
     def handle(self, message: bytes) -> bytes:
@@ -216,6 +218,20 @@ class ComponentHost:
             raise WireError(f"there is no state {number} of this run")
         self._restorable().restore(self._states[number])
         return self._done(command).encode()
+
+    def _dump(self, command: Message, message: bytes, offset: int) -> bytes:
+        del message, offset
+        return self._done(command).encode([self._portable().dump()])
+
+    def _load(self, command: Message, message: bytes, offset: int) -> bytes:
+        self._portable().load(message[offset:])
+        return self._done(command).encode(self._output_block())
+
+    def _portable(self) -> PortableState:
+        found = self._created().capability(PortableState)  # type: ignore[type-abstract]
+        if found is None:
+            raise WireError("the state of the component cannot leave its process")
+        return found
 
     def _restorable(self) -> RestorableComponent[Any]:
         component = self._created()

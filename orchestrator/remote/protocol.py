@@ -29,6 +29,7 @@ from orchestrator.capabilities import (
     EndRequesting,
     InitialEvaluation,
     PointEvaluation,
+    PortableState,
     VariableSteps,
 )
 from orchestrator.errors import ComponentTypeError
@@ -47,7 +48,13 @@ _VERSION: Final = 3
 
 CAPABILITIES: Final[Mapping[str, type]] = {
     each.__name__: each
-    for each in (EndRequesting, InitialEvaluation, PointEvaluation, VariableSteps)
+    for each in (
+        EndRequesting,
+        InitialEvaluation,
+        PointEvaluation,
+        PortableState,
+        VariableSteps,
+    )
 }
 """What a component in another process can do as well as here, by name."""
 
@@ -63,6 +70,8 @@ class Kind(enum.IntEnum):
     SAVE = 6
     RESTORE = 7
     EVALUATE = 8
+    DUMP = 9
+    LOAD = 10
     DONE = 16
     FAILED = 17
 
