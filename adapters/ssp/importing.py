@@ -13,6 +13,7 @@ from adapters.ssp.common import COMPONENT, TOP
 from adapters.ssp.description import Fmus, read_description
 from adapters.ssp.draft import ComponentDraft, Draft, Page, page
 from adapters.ssp.flows import Network, network
+from adapters.ssp.implementation import OPTION, NoSuchInterfaceError, chosen
 from adapters.ssp.interfaces import Interface, completed
 from adapters.ssp.model import Component, Description
 from adapters.ssp.naming import named
@@ -112,6 +113,15 @@ def _read(
     when = times(description, experiments, wanted, findings)
     names = named(net.components)
     connections = routed(net, interfaces, names, findings)
+    for element, component in net.components.items():
+        offered = interfaces[component.source]
+        try:
+            kind = chosen(component.implementation, offered.kinds, offered.options)
+        except NoSuchInterfaceError as error:
+            findings.add(component.where, f"component `{component.name}`: {error}")
+        else:
+            if kind is not None:
+                settings.found[element][OPTION] = Setting(kind, component.where)
     for element, variables in inner(net, interfaces).items():
         where = net.components[element].where
         settings.found[element]["fmi.locals"] = Setting(list(variables), where)

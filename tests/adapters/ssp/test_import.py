@@ -223,7 +223,7 @@ def test_a_table_that_changes_nothing_is_no_obstacle(tmp_path: Path) -> None:
         ),
         (
             system("top", component("a").replace(" so", ' implementation="ModelExchange" so')),
-            "the component `a` wants ModelExchange",
+            "component `a`: the FMU has no ModelExchange; it has CoSimulation",
         ),
         (
             system("top", component("a", "y").replace("Connector ", 'Connector tpye="x" ')),
