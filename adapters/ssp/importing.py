@@ -15,7 +15,7 @@ from adapters.ssp.draft import ComponentDraft, Draft, Page, page
 from adapters.ssp.flows import Network, network
 from adapters.ssp.implementation import OPTION, NoSuchInterfaceError, chosen
 from adapters.ssp.interfaces import Interface, completed
-from adapters.ssp.model import Component, Description
+from adapters.ssp.model import SOURCES, Component, Description
 from adapters.ssp.naming import named
 from adapters.ssp.node import Findings
 from adapters.ssp.package import Package, opened_package
@@ -222,7 +222,12 @@ def _noted(
 
 
 def _mention_ends(net: Network, findings: Findings) -> None:
-    """Say which inputs of the system nobody drives."""
+    """Say what becomes of the outputs of the system, and which of its inputs nobody drives."""
+    for spot, port in net.ports.items():
+        if not spot.path and port.kind in SOURCES:
+            findings.leave_out(
+                port.where, "outputs of the system; recorded are those of components"
+            )
     for spot in dict.fromkeys(flow.source for flow in net.flows if not flow.is_driven):
         port = net.ports[spot]
         what = f"nothing drives `{'.'.join((*spot.path, spot.connector))}`: a start value stays"

@@ -299,6 +299,19 @@ def test_what_is_drawn_is_left_out_and_told_once(tmp_path: Path) -> None:
     ]
 
 
+def test_outputs_of_the_system_and_inputs_that_nobody_drives_are_told(tmp_path: Path) -> None:
+    content = system(
+        "top",
+        component("a", "y", "u"),
+        ports=connectors("out:output", "in:input"),
+        links=link("a.y", ".out") + link(".in", "a.u"),
+    )
+    assert [each.what for each in imported(tmp_path, description(content)).remarks] == [
+        "left out: outputs of the system; recorded are those of components",
+        "nothing drives `in`: a start value stays",
+    ]
+
+
 def test_a_scenario_that_cannot_run_is_written_and_says_so_at_the_place_in_the_package(
     tmp_path: Path,
 ) -> None:
