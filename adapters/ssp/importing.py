@@ -84,9 +84,9 @@ def import_package(
             raise ScenarioError([Problem(where, f"an FMU in it is called `{file.name}`")])
         file.write_text(made.text, encoding="utf-8")
         obstacles = tuple(_obstacles(file, made))
-        if folder.exists():
-            folder.rmdir()
-        shutil.move(staged, folder)
+        folder.mkdir(exist_ok=True)
+        for each in staged.iterdir():
+            shutil.move(each, folder / each.name)
     left_out = (Problem(where, f"left out: {what}") for what, where in findings.unused.items())
     return Imported(
         path=folder / f"{path.stem}.yaml",

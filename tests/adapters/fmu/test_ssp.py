@@ -24,7 +24,7 @@ SCENARIO = """\
 schema: 1
 title: "Two lags: a & b"
 description: Of order one
-time: {{start: 0.5 s, stop: 2 s}}
+time: {{start: 0.5 s, stop: 2 s, until: b.flag_out}}
 seed: 7
 coupling: {{algorithm: gauss-seidel, order: [b, a]}}
 components:
@@ -107,7 +107,7 @@ def test_a_scenario_as_a_package_and_back_gives_the_same_bytes(
     for key in ("title", "description", "seed", "coupling", "recording"):
         said = {"include": ["*"], **first[key]} if key == "recording" else first[key]
         assert second[key] == said
-    assert second["time"] == {"start": "500 ms", "stop": "2 s"}
+    assert second["time"] == {"start": "500 ms", "stop": "2 s", "until": "b.flag_out"}
     assert list(second["components"]) == ["b", "a"]
     for key, value in (
         ("process", "on-request"),
