@@ -223,7 +223,7 @@ def test_a_table_that_changes_nothing_is_no_obstacle(tmp_path: Path) -> None:
         ),
         (
             system("top", component("a").replace(" so", ' implementation="ModelExchange" so')),
-            "the component `a` wants ModelExchange",
+            "component `a`: the FMU has no ModelExchange; it has CoSimulation",
         ),
         (
             system("top", component("a", "y").replace("Connector ", 'Connector tpye="x" ')),
@@ -296,6 +296,19 @@ def test_what_is_drawn_is_left_out_and_told_once(tmp_path: Path) -> None:
     assert [str(each) for each in found.remarks] == [
         "test.ssp/SystemStructure.ssd:3:54: left out: graphics",
         "test.ssp/SystemStructure.ssd:4:121: left out: annotations of `com.example`",
+    ]
+
+
+def test_outputs_of_the_system_and_inputs_that_nobody_drives_are_told(tmp_path: Path) -> None:
+    content = system(
+        "top",
+        component("a", "y", "u"),
+        ports=connectors("out:output", "in:input"),
+        links=link("a.y", ".out") + link(".in", "a.u"),
+    )
+    assert [each.what for each in imported(tmp_path, description(content)).remarks] == [
+        "left out: outputs of the system; recorded are those of components",
+        "nothing drives `in`: a start value stays",
     ]
 
 
