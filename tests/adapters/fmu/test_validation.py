@@ -90,7 +90,7 @@ LAG2 = {
             "`fail_as`: min 17 is greater than max 16",
             "`fail_as`: the start value 3 is below min 17",
         ),
-        'min="11"',
+        'min="17"',
     ),
     "a unit that is not defined": (
         ('<Real start="0" unit="V"/>', '<Real start="0" unit="W"/>'),
