@@ -150,14 +150,14 @@ static int bytes_reserve(Bytes *b, size_t size) {
     return 0;
 }
 
-static int bytes_assign(Bytes *b, const uint8_t *data, size_t size) {
+APART static int bytes_assign(Bytes *b, const uint8_t *data, size_t size) {
     if (bytes_reserve(b, size)) return 1;
     if (size > 0) memcpy(b->data, data, size);
     b->size = size;
     return 0;
 }
 
-static int bytes_append(Bytes *b, const uint8_t *data, size_t size) {
+APART static int bytes_append(Bytes *b, const uint8_t *data, size_t size) {
     if (bytes_reserve(b, b->size + size)) return 1;
     if (size > 0) memcpy(b->data + b->size, data, size);
     b->size += size;
@@ -180,19 +180,14 @@ static bool gather(Setting *s) {
         Copy *c = &s->copy[k];
         c->seen = *c->from.version;
         if (s->is_binary || !s->elements) continue;
-        if (s->kind == BOOLEAN32) {
-            const uint8_t *from = seen_at(&c->from);
-            int32_t *to = c->to;
-            for (size_t i = 0; i < c->size; i++) to[i] = from[i];
-        } else {
-            copy(c->to, seen_at(&c->from), c->size);
-        }
+        if (s->kind == BOOLEAN32) widen_truths(c->to, seen_at(&c->from), c->size);
+        else copy(c->to, seen_at(&c->from), c->size);
     }
     return is_new;
 }
 
 /* The newest values of a call of type Binary; several sources have several versions, all are set. */
-static int set_binary(const Unit *u, Setting *s) {
+APART static int set_binary(const Unit *u, Setting *s) {
     size_t *size = s->elements;
     const uint8_t **data = (const uint8_t **)(size + s->references);
     for (size_t k = 0; k < s->copies; k++) {
@@ -241,12 +236,8 @@ static Outcome adopt(const Unit *u, Getting *g) {
     switch ((Kind)g->kind) {
     case FLOAT64: return are_finite64((const double *)signal, g->count) ? ALL_DONE : NOT_FINITE;
     case FLOAT32: return are_finite32((const float *)signal, g->count) ? ALL_DONE : NOT_FINITE;
-    case BOOLEAN8:
-        for (size_t k = 0; k < g->count; k++) signal[k] = ((const uint8_t *)g->elements)[k] != 0;
-        return ALL_DONE;
-    case BOOLEAN32:
-        for (size_t k = 0; k < g->count; k++) signal[k] = ((const int32_t *)g->elements)[k] != 0;
-        return ALL_DONE;
+    case BOOLEAN8: truths8(signal, g->elements, g->count); return ALL_DONE;
+    case BOOLEAN32: truths32(signal, g->elements, g->count); return ALL_DONE;
     case PLAIN: break;
     }
     return ALL_DONE;
