@@ -17,11 +17,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from orchestrator.early_end import EarlyEnd
 from orchestrator.errors import CosimError
 from orchestrator.findings import make_report
 from orchestrator.log import run_log
 from orchestrator.observer import Observer, WallTime
-from orchestrator.placement import IN_PROCESS, placing
+from orchestrator.placement import placement, placing
 from orchestrator.provenance import provenance
 from orchestrator.questions import Questions
 from orchestrator.recording.layout import RecordingError
@@ -48,6 +49,7 @@ class RunOutcome:
         metrics: of the scenario's report; empty without one.
         summary: the report's lines for the terminal; empty without one.
         recorded: what each recorded signal takes on disk [byte], largest first.
+        early_end: why it ended before its stop time; `None` if it did not.
     """
 
     directory: Path
@@ -58,6 +60,7 @@ class RunOutcome:
     metrics: Mapping[str, Any]
     summary: str
     recorded: Mapping[str, int]
+    early_end: EarlyEnd | None = None
 
 
 class RunFailedError(CosimError):
@@ -120,7 +123,7 @@ def run_scenario(
     scenario: Scenario,
     directory: Path | None = None,
     *,
-    transport: str = IN_PROCESS,
+    transport: str | None = None,
     observers: Sequence[Observer] = (),
     echo_warnings: bool = False,
     figure: bool = True,
@@ -131,7 +134,8 @@ def run_scenario(
     Args:
         scenario: as `load_scenario` returns it.
         directory: empty or to be created; by default `runs/<scenario>-<seed>`, numbered.
-        transport: how components marked `process` are reached; see `orchestrator.placement`.
+        transport: how components marked `process` are reached, see `orchestrator.placement`;
+            `None`: those that are marked so always are in processes of their own.
         observers: watch the run, after the recorder.
         echo_warnings: whether what is logged as a warning appears on standard error, too.
         figure: whether report and measures draw.
@@ -147,8 +151,9 @@ def run_scenario(
         RunInterrupted: something raised `KeyboardInterrupt`; the run was ended in good order.
     """
     remarks = check_inputs(scenario, thorough=False)
-    scenario = replace(scenario, remarks=(*scenario.remarks, *remarks))
-    with placing(transport, scenario) as place:
+    placed = placement(transport, scenario)
+    scenario = replace(scenario, remarks=(*scenario.remarks, *remarks, *placed.remarks))
+    with placing(placed) as place:
         assembly = assemble(scenario, place)
         scenario = replace(scenario, remarks=(*scenario.remarks, *assembly.remarks))
         try:
@@ -162,7 +167,13 @@ def run_scenario(
         with run_log(directory, echo=echo_warnings):
             asked = scenario.asked(every_run=default_measures)
             return _run(
-                scenario, assembly, directory, transport, observers, asked=asked, figure=figure
+                scenario,
+                assembly,
+                directory,
+                placed.transport,
+                observers,
+                asked=asked,
+                figure=figure,
             )
 
 
@@ -202,8 +213,8 @@ def _run(
         if isinstance(error, KeyboardInterrupt):
             raise RunInterrupted(directory) from error
         raise RunFailedError(str(error), directory) from error
-    if result.time < scenario.stop:
-        logger.info("`%s` is true at t = %.9g s", scenario.until, seconds(result.time))
+    if result.early_end is not None:
+        logger.info("%s", result.early_end.text)
     logger.info("done; fingerprint %s", recorder.fingerprint)
     try:
         findings = make_report(asked, directory, figure=figure)
@@ -222,6 +233,7 @@ def _run(
         metrics=findings.metrics,
         summary=findings.summary,
         recorded=recorder.sizes,
+        early_end=result.early_end,
     )
 
 

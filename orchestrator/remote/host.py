@@ -16,7 +16,7 @@ import numpy as np
 from typing_extensions import Buffer
 
 from orchestrator import registry
-from orchestrator.capabilities import InitialEvaluation
+from orchestrator.capabilities import EndRequesting, InitialEvaluation, PortableState
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError, CosimError
 from orchestrator.local_module import local_type
@@ -29,7 +29,9 @@ from orchestrator.remote.protocol import (
     connectors_to_message,
     generator_from_document,
     grid_from_document,
+    request_to_document,
 )
+from orchestrator.remote.sharing import NOTHING_SHARED, SharedMemory
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
 from orchestrator.signal import Causality, Connector, Signals
 
@@ -38,6 +40,11 @@ _log = logging.getLogger(__name__)
 
 class HostChannel(abc.ABC):
     """A host's end of a link. Its constructor connects; its arguments come from the transport."""
+
+    @property
+    def memory(self) -> SharedMemory:
+        """What this process and the orchestrator both see."""
+        return NOTHING_SHARED
 
     @abc.abstractmethod
     def receive(self) -> bytes:
@@ -84,11 +91,18 @@ class ComponentHost:
 
     Args:
         logs: gives the log records since it was called last, to travel with the reply.
+        memory: shared with the orchestrator.
     """
 
-    def __init__(self, logs: Callable[[], list[tuple[str, int, str]]] = list) -> None:
+    def __init__(
+        self,
+        logs: Callable[[], list[tuple[str, int, str]]] = list,
+        memory: SharedMemory = NOTHING_SHARED,
+    ) -> None:
         self._logs = logs
+        self._memory = memory
         self._component: Component | None = None
+        self._asking: EndRequesting | None = None
         self._needs_close = False
         self._states: dict[int, Any] = {}
         self._connectors: dict[Causality, dict[str, Connector]] = {}
@@ -103,6 +117,8 @@ class ComponentHost:
             Kind.SAVE: self._save,
             Kind.RESTORE: self._restore,
             Kind.EVALUATE: self._evaluate,
+            Kind.DUMP: self._dump,
+            Kind.LOAD: self._load,
         }
 
     def handle(self, message: bytes) -> bytes:
@@ -132,6 +148,7 @@ class ComponentHost:
         del message, offset
         spec = ComponentSpec.from_document(command.document)
         self._component = component_type_of(spec).create(spec.name, spec.values)
+        self._asking = self._component.capability(EndRequesting)  # type: ignore[type-abstract]
         connectors = dict(self._component.connectors)
         self._connectors = {
             causality: {n: c for n, c in connectors.items() if c.causality is causality}
@@ -152,8 +169,8 @@ class ComponentHost:
     def _setup(self, command: Message, message: bytes, offset: int) -> bytes:
         del message, offset
         # a new run: neither end remembers values of the one before
-        self._inputs = SignalDecoder(self._connectors[Causality.INPUT])
-        self._outputs = SignalEncoder(self._connectors[Causality.OUTPUT])
+        self._inputs = SignalDecoder(self._connectors[Causality.INPUT], self._memory)
+        self._outputs = SignalEncoder(self._connectors[Causality.OUTPUT], self._memory)
         self._states.clear()
         document = command.document
         self._needs_close = True
@@ -165,7 +182,7 @@ class ComponentHost:
 
     def _initialise(self, command: Message, message: bytes, offset: int) -> bytes:
         self._created().initialise(self._inputs.decode(message, offset))
-        return self._done(command).encode(self._output_block())
+        return self._reached(command).encode(self._output_block())
 
     def _evaluate(self, command: Message, message: bytes, offset: int) -> bytes:
         component = self._created()
@@ -177,7 +194,7 @@ class ComponentHost:
 
     def _step(self, command: Message, message: bytes, offset: int) -> bytes:
         self._created().step(self._inputs.decode(message, offset), command.t, command.h)
-        return self._done(command).encode(self._output_block())
+        return self._reached(command).encode(self._output_block())
 
     def _close(self, command: Message, message: bytes, offset: int) -> bytes:
         del message, offset
@@ -201,6 +218,20 @@ class ComponentHost:
             raise WireError(f"there is no state {number} of this run")
         self._restorable().restore(self._states[number])
         return self._done(command).encode()
+
+    def _dump(self, command: Message, message: bytes, offset: int) -> bytes:
+        del message, offset
+        return self._done(command).encode([self._portable().dump()])
+
+    def _load(self, command: Message, message: bytes, offset: int) -> bytes:
+        self._portable().load(message[offset:])
+        return self._done(command).encode(self._output_block())
+
+    def _portable(self) -> PortableState:
+        found = self._created().capability(PortableState)  # type: ignore[type-abstract]
+        if found is None:
+            raise WireError("the state of the component cannot leave its process")
+        return found
 
     def _restorable(self) -> RestorableComponent[Any]:
         component = self._created()
@@ -228,6 +259,11 @@ class ComponentHost:
 
     def _done(self, command: Message) -> Message:
         return command.reply(Kind.DONE, self._log_document())
+
+    def _reached(self, command: Message) -> Message:
+        """`_done` behind a step, with what the component asks for."""
+        request = None if self._asking is None else self._asking.end_request
+        return command.reply(Kind.DONE, {**self._log_document(), **request_to_document(request)})
 
     def _log_document(self) -> dict[str, Any]:
         records = self._logs()
