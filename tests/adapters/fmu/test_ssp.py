@@ -142,6 +142,7 @@ def test_a_package_is_what_the_schemas_of_ssp_1_allow(lag2: Path, tmp_path: Path
     ssd = read_ssd(path)  # against the schema
     assert [each.name for each in ssd.system.elements] == ["b", "a"]
     root = etree.fromstring(zipfile.ZipFile(path).read("SystemStructure.ssd"))
+    assert set(root.nsmap) == {"ssc", "ssd", "ssv", "nlosim", "oms"}
     folder = Path(fmpy.ssp.__file__).parent / "schema"
     schema = etree.XMLSchema(file=str(folder / "SystemStructureParameterValues.xsd"))
     sets = list(root.iter("{*}ParameterSet"))
