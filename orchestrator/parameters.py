@@ -124,16 +124,19 @@ class ComponentType(abc.ABC):
         del values
         return None
 
-    def step_problem(self, step: Duration) -> str | None:
-        """Why no instance can be stepped with this communication step size.
+    def step_problem(
+        self, step: Duration, values: Mapping[str, Any] = MappingProxyType({})
+    ) -> str | None:
+        """Why an instance cannot be stepped with this communication step size.
 
         Args:
             step: [ns].
+            values: as for `create`.
 
         Returns:
             What is wrong with it, as a predicate; `None`, the default, if nothing is.
         """
-        del step
+        del step, values
         return None
 
     def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:

@@ -2,6 +2,7 @@
 
 import functools
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -13,9 +14,11 @@ from adapters.fmi.connectors import left_out, parameters
 from adapters.fmi.description import FmuDescription, read_description
 from adapters.fmi.fmi2 import Fmi2Instance
 from adapters.fmi.fmi3 import Fmi3Instance
-from adapters.fmi.instance import FmuInstance
+from adapters.fmi.kind import Kind
+from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
-from adapters.fmi.options import Said, option_parameters, with_locals
+from adapters.fmi.model_exchange.making import integrated
+from adapters.fmi.options import Options, Said, check_options, option_parameters, with_locals
 from adapters.fmi.settings import settings, start_settings
 from adapters.fmi.sizes import Sizes
 from adapters.fmi.starts import start_parameters, started
@@ -28,7 +31,7 @@ from orchestrator.timebase import Duration
 
 
 class FmuComponentType(ComponentType):
-    """An FMI 2.0 or 3.0 co-simulation FMU.
+    """An FMI 2.0 or 3.0 FMU, for Co-Simulation or Model Exchange.
 
     Parameters are those of the FMU, and the structural parameters that are not the length of
     an input. A structural parameter `n_vehicle` is the axis `vehicle` of its arrays; if it is
@@ -37,9 +40,21 @@ class FmuComponentType(ComponentType):
     stream. Inputs and outputs of the types String, Clock, and clocked ones, are not offered.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, never_returns: bool = False) -> None:
+        """Read the FMU at `path`.
+
+        Args:
+            path: of the archive.
+            never_returns: whether no instance will be returned to an earlier state, so that
+                solvers may keep their memory from one step to the next.
+
+        Raises:
+            ComponentTypeError: it cannot be run here; the message says why.
+        """
+        self._never_returns = never_returns
         self._fmu = read_description(Path(path))
         check_binary(self._fmu)
+        self._by_kind = {self._fmu.kind: self._fmu}
         self._sizes = Sizes(self._fmu, {})
 
     @property
@@ -47,7 +62,7 @@ class FmuComponentType(ComponentType):
     def description(self) -> str:
         missing = left_out(self._fmu)
         note = f" (without {', '.join(missing)}: not supported as signals)" if missing else ""
-        return self._fmu.description + note
+        return self._fmu.description + note + _kind_note(self._fmu)
 
     @property
     @override
@@ -61,12 +76,15 @@ class FmuComponentType(ComponentType):
 
     @override
     def once_per_process(self, values: Mapping[str, Any]) -> str | None:
-        fmu = self._fmu
+        fmu = self._described(Said.of(self._fmu, values).options)
         return f"the FMU `{fmu.name}` {fmu.token}" if fmu.is_once_per_process else None
 
     @override
-    def step_problem(self, step: Duration) -> str | None:
-        return step_problem(self._fmu.internal_step, step)
+    def step_problem(
+        self, step: Duration, values: Mapping[str, Any] = MappingProxyType({})
+    ) -> str | None:
+        fmu = self._described(Said.of(self._fmu, values).options)
+        return step_problem(fmu.internal_step, step)
 
     @override
     def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:
@@ -78,7 +96,10 @@ class FmuComponentType(ComponentType):
         if unknown := sorted(set(values) - set(offered)):
             raise ComponentTypeError(f"{self._fmu.path}: there is no parameter `{unknown[0]}`")
         said = Said.of(self._fmu, values)
-        fmu = with_locals(self._fmu, said.options.locals)
+        options = said.options
+        described = self._described(options)
+        check_options(described.kind, options)
+        fmu = with_locals(described, options.locals)
         native = settings(fmu, said.parameters)
         starts = start_settings(fmu, said.parameters, said.starts)
         fmu = started(fmu, starts)
@@ -86,18 +107,32 @@ class FmuComponentType(ComponentType):
         log = MessageLog(name)
         for missing in left_out(fmu):
             log.note(f"{missing} of {fmu.path.name} cannot be connected")
+        if fmu.kind is Kind.MODEL_EXCHANGE and self._never_returns:
+            fmu = replace(fmu, can_restore=False)
         may_restore = fmu.can_restore
-        component = FmuComponent(
-            fmu,
-            native,
-            functools.partial(_instantiate, fmu, name, log, may_restore=may_restore),
-            tolerance=said.options.tolerance,
-        )
+        load = functools.partial(_load, fmu, name, log, may_restore=may_restore)
+        if fmu.kind is Kind.MODEL_EXCHANGE:
+            return integrated(fmu, native, load, options)
+        component = FmuComponent(fmu, native, load, tolerance=options.tolerance)
         return RestorableFmuComponent(component) if may_restore else component
 
+    def _described(self, options: Options) -> FmuDescription:
+        """The FMU by the interface that is chosen."""
+        kind = self._fmu.kind if options.kind is None else Kind(options.kind)
+        if kind not in self._by_kind:
+            found = read_description(self._fmu.path, kind)
+            check_binary(found)
+            self._by_kind[kind] = found
+        return self._by_kind[kind]
 
-def _instantiate(
-    fmu: FmuDescription, name: str, log: MessageLog, *, may_restore: bool
-) -> FmuInstance:
+
+def _kind_note(fmu: FmuDescription) -> str:
+    if fmu.kinds == (Kind.CO_SIMULATION,):
+        return ""
+    others = "".join(f", also {kind.words}" for kind in fmu.kinds[1:])
+    return f" ({fmu.kind.words}{others})"
+
+
+def _load(fmu: FmuDescription, name: str, log: MessageLog, *, may_restore: bool) -> LoadedInstance:
     instance = Fmi2Instance if fmu.version == 2 else Fmi3Instance
     return instance(fmu, name, log, may_restore=may_restore)

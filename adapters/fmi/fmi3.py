@@ -1,4 +1,4 @@
-"""One instance of an FMI 3.0 co-simulation FMU."""
+"""One instance of an FMI 3.0 FMU; its steps are those of Co-Simulation."""
 
 import ctypes
 from collections.abc import Iterable, Mapping
@@ -15,6 +15,7 @@ from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError
 from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
+from adapters.fmi.kind import Kind
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.unpacked import LoadedFmu
@@ -60,13 +61,20 @@ class Fmi3Instance(LoadedInstance):
         self._callback = fmpy.fmi3.fmi3LogMessageCallback(on_message)
         is_verbose = self._log.is_verbose
         resources = fmu.resources
-        instance: int | None = fmu.call(
-            "fmi3InstantiateCoSimulation",
+        named = (
             name.encode(),
             self._description.token.encode(),
             f"{resources}/".encode() if resources.is_dir() else None,
-            False,  # noqa: FBT003  (visible)
+            False,  # (visible)
             is_verbose,
+        )
+        instance: int | None
+        if self._description.kind is Kind.MODEL_EXCHANGE:
+            instance = fmu.call("fmi3InstantiateModelExchange", *named, None, self._callback)
+            return instance
+        instance = fmu.call(
+            "fmi3InstantiateCoSimulation",
+            *named,
             False,  # noqa: FBT003  (event mode)
             False,  # noqa: FBT003  (early return)
             None,

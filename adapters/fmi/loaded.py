@@ -5,6 +5,7 @@ import ctypes
 import functools
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy.typing as npt
@@ -14,6 +15,7 @@ from adapters.fmi.block import Block, address_of, blocks, shape_of
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.handle import FunctionNames, Handle
 from adapters.fmi.instance import FmuInstance
+from adapters.fmi.kind import Kind
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.starts import startable
 from adapters.fmi.unpacked import LoadedFmu
@@ -46,7 +48,11 @@ class LoadedInstance(FmuInstance):
             v.name: int(v.start[0]) for v in description.of("structuralParameter") if v.start
         }
         instantiate = functools.partial(self._instantiate, name)
-        self._handle = Handle(LoadedFmu(description, name), log, self.names, instantiate)
+        names = self.names
+        if description.kind is Kind.MODEL_EXCHANGE:
+            made = names.instantiate.replace("CoSimulation", "ModelExchange")
+            names = replace(names, instantiate=made)
+        self._handle = Handle(LoadedFmu(description, name), log, names, instantiate)
         self._fmu, self._guard = self._handle.fmu, self._handle.guard
         self._instance = self._handle.address
         self._blocks = [
@@ -57,6 +63,11 @@ class LoadedInstance(FmuInstance):
         self._block_of = {v.name: block for block in self._blocks for v in block.variables}
         self._output_blocks = blocks(description.of("output"), self.dtypes)
         self._resize_blocks()
+
+    @property
+    def handle(self) -> Handle:
+        """The instance, for functions that not every FMU has."""
+        return self._handle
 
     @abc.abstractmethod
     def _instantiate(self, name: str, fmu: LoadedFmu) -> int | None:

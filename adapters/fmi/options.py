@@ -8,6 +8,11 @@ from typing import Any, Final
 
 from adapters.fmi import starts as starts_
 from adapters.fmi.description import FmuDescription
+from adapters.fmi.kind import Kind
+from adapters.fmi.model_exchange.options import (
+    parameters as integration_parameters,
+    problems as integration_problems,
+)
 from adapters.fmi.variable import FmuVariable
 from orchestrator.errors import ParameterError
 from orchestrator.parameters import Parameter, ParameterProblem
@@ -23,10 +28,16 @@ class Options:
     Attributes:
         tolerance: relative, for the solver of the FMU; `None`: its own.
         locals: names or patterns of variables that are outputs of the component, too.
+        kind: the interface that is used; `None`: what the FMU has.
+        solver: with Model Exchange, the name of a solver.
+        step: with Model Exchange, the longest step of the solver [s].
     """
 
     tolerance: float | None = None
     locals: tuple[str, ...] = ()
+    kind: str | None = None
+    solver: str | None = None
+    step: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +68,11 @@ class Said:
         return cls(parameters=own, starts=starts, options=Options(**options))
 
 
+def _default(description: FmuDescription) -> str:
+    is_integrated = Kind.MODEL_EXCHANGE in description.kinds
+    return ", with model-exchange that of its default experiment, or 1e-6" if is_integrated else ""
+
+
 def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
     """The options that make a difference to this FMU, by name."""
     found = {
@@ -64,7 +80,8 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             type=float | None,
             default=None,
             minimum=0.0,
-            doc="relative tolerance for its solver; its own choice by default",
+            doc="relative tolerance for its solver; its own choice by default"
+            + _default(description),
             is_optional=True,
         )
     }
@@ -75,8 +92,23 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             doc="variables inside that become outputs: names, or patterns with `*` and `?`",
             is_optional=True,
         )
+    found |= integration_parameters(description)
     named = {PREFIX + name: parameter for name, parameter in found.items()}
     return {n: p for n, p in named.items() if n not in description.variables}
+
+
+def check_options(kind: Kind, options: Options) -> None:
+    """Check what is said together with the interface that is used.
+
+    Raises:
+        ParameterError: an option does not fit it.
+    """
+    found = integration_problems(
+        kind, solver=options.solver, step=options.step, tolerance=options.tolerance
+    )
+    problems = [ParameterProblem((PREFIX + name,), what) for name, what in found]
+    if problems:
+        raise ParameterError(problems)
 
 
 def with_locals(description: FmuDescription, wanted: tuple[str, ...]) -> FmuDescription:

@@ -59,9 +59,11 @@ def test_fmi_1(tmp_path: Path) -> None:
     assert "FMI 1.0 is not supported, 2.0 and 3.0 are" in refusal(path)
 
 
-def test_model_exchange_only(tmp_path: Path) -> None:
-    path = archive(tmp_path / "a.fmu", modelDescription__xml=MODEL_EXCHANGE)
-    assert "offers Model Exchange only; export it for Co-Simulation" in refusal(path)
+def test_scheduled_execution_only(tmp_path: Path) -> None:
+    text = MODEL_EXCHANGE.replace("<ModelExchange", "<ScheduledExecution")
+    path = archive(tmp_path / "a.fmu", modelDescription__xml=text)
+    what = "offers Scheduled Execution only; export it for Co-Simulation or Model Exchange"
+    assert what in refusal(path)
 
 
 def test_an_invalid_description(tmp_path: Path) -> None:

@@ -1,0 +1,262 @@
+"""An FMU for Model Exchange as one that can be stepped."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from typing_extensions import override
+
+from adapters.fmi.block import shape_of
+from adapters.fmi.description import FmuDescription
+from adapters.fmi.errors import FmuError
+from adapters.fmi.instance import FmuInstance
+from adapters.fmi.loaded import LoadedInstance
+from adapters.fmi.model_exchange.equation import Equation
+from adapters.fmi.model_exchange.functions import Functions2, Functions3
+from adapters.fmi.model_exchange.integration import Integration, Moment
+from adapters.fmi.model_exchange.model import ContinuousModel
+from adapters.fmi.model_exchange.solver import Problem, Solver
+from orchestrator.algorithm.outputs import same
+from orchestrator.course import Course
+from orchestrator.native import NativeOwner, NativeUnit
+from orchestrator.signal import Array, Connector, Signal
+
+MakeSolver: TypeAlias = Callable[[Problem], Solver]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Kept:
+    """What the importer knew when an FMU state was stored."""
+
+    moment: Moment
+    held: Mapping[str, Signal]
+    pending: Mapping[str, Signal]
+
+
+class ModelExchangeInstance(FmuInstance):
+    """Steps by integration.
+
+    Inputs that are written between two steps wait for the next one, which begins with an event if
+    any of them jumps (FMI 3.0.2, section 3.2.1); outputs that are read before are those of the
+    continuous inputs that wait.
+
+    Args:
+        loaded: the instance, for everything that every FMU has.
+        description: of the FMU.
+        model: its equation.
+        make_solver: for the equation.
+        may_restore: whether a step may be followed by a return to a state before it.
+    """
+
+    def __init__(
+        self,
+        loaded: LoadedInstance,
+        description: FmuDescription,
+        model: ContinuousModel,
+        make_solver: MakeSolver,
+        *,
+        may_restore: bool,
+    ) -> None:
+        self._loaded, self._description, self._model = loaded, description, model
+        self._make_solver = make_solver
+        self._may_restore = may_restore
+        inputs = description.of("input")
+        self._inputs = {v.name for v in inputs}
+        self._continuous = {v.name for v in inputs if v.variability == "continuous"}
+        self._held: dict[str, Signal] = {}
+        self._pending: dict[str, Signal] = {}
+        self._courses: Mapping[str, Course] = {}
+        self._kept: dict[int, _Kept] = {}
+        self._lengths: dict[str, int] = {
+            v.name: int(v.start[0]) for v in description.of("structuralParameter") if v.start
+        }
+        self._start = 0.0
+        self._integration: Integration | None = None
+
+    @override
+    def configure(self, lengths: Mapping[str, int]) -> None:
+        if self._integration is not None:
+            changed = ", ".join(f"`{name}`" for name in lengths)
+            raise FmuError(f"{changed} cannot change during a run with Model Exchange")
+        self._loaded.configure(lengths)
+        self._lengths.update(lengths)
+
+    @override
+    def write(self, values: Mapping[str, Signal]) -> None:
+        inputs = {name: value for name, value in values.items() if name in self._inputs}
+        if self._integration is None:
+            self._loaded.write(values)
+            self._held.update(inputs)
+        else:
+            self._pending.update(inputs)
+
+    @override
+    def write_text(self, values: Mapping[str, str]) -> None:
+        self._loaded.write_text(values)
+
+    @override
+    def enter_initialisation(
+        self, t: float, *, stop: float | None, tolerance: float | None
+    ) -> None:
+        self._loaded.enter_initialisation(t, stop=stop, tolerance=tolerance)
+        self._start = t
+
+    @override
+    def exit_initialisation(self) -> None:
+        self._loaded.exit_initialisation()
+        handle = self._loaded.handle
+        version = self._description.version
+        functions = Functions2(handle) if version == 2 else Functions3(handle)
+        states, indicators = functions.counts(len(self._model.states), self._model.indicators)
+        equation = Equation(functions, states, indicators, self._references(states))
+        self._integration = Integration(
+            functions,
+            equation,
+            self._make_solver(equation) if states or indicators else None,
+            count=states,
+            hears_steps=self._model.needs_completed_steps,
+            keeps_state=not self._may_restore,
+        )
+        self._integration.begin(self._start)
+
+    def _references(self, states: int) -> tuple[Array, Array] | None:
+        """The value references of states and derivatives, for a Jacobian."""
+        model = self._model
+        if not model.has_directional or not states or states != len(model.states):
+            return None
+        both = [
+            np.array([v.reference for v in each], np.uint32) for each in (model.states, model.rates)
+        ]
+        return both[0], both[1]
+
+    def _running(self) -> Integration:
+        if self._integration is None:
+            raise FmuError("the FMU is not initialised")
+        return self._integration
+
+    def follow(self, courses: Mapping[str, Course]) -> None:
+        """Let these inputs change over the next step; see `CourseFollowing`."""
+        self._courses = courses
+
+    @override
+    def step(self, t: float, h: float) -> None:
+        integration = self._running()
+        courses, self._courses = self._courses, {}
+        self._take_inputs(integration)
+        self._drive(integration.equation, courses, t, h)
+        try:
+            integration.advance(t, t + h, is_alike=not courses)
+        finally:
+            integration.equation.drive = None
+        self._held.update({name: course.at(1.0) for name, course in courses.items()})
+
+    def _jumps(self) -> dict[str, Signal]:
+        """The inputs that wait and are not what they were."""
+        held = self._held
+        return {name: v for name, v in self._pending.items() if not same(v, held[name])}
+
+    def _take_inputs(self, integration: Integration) -> None:
+        jumps = self._jumps()
+        self._pending = {}
+        if jumps:
+            integration.enter_event_mode()
+            self._loaded.write(jumps)
+            integration.leave_event_mode()
+            self._held.update(jumps)
+
+    def _drive(self, equation: Equation, courses: Mapping[str, Course], t: float, h: float) -> None:
+        if not courses:
+            return
+        write = self._loaded.write
+
+        def drive(now: float) -> None:
+            share = min(1.0, (now - t) / h)
+            write({name: course.at(share) for name, course in courses.items()})
+
+        equation.drive = drive
+
+    @override
+    def read(self) -> dict[str, Signal]:
+        waiting = self._jumps()
+        if self._may_restore and not waiting.keys() <= self._continuous:
+            return self._tried()
+        waiting = {name: value for name, value in waiting.items() if name in self._continuous}
+        if not waiting:
+            return self._loaded.read()
+        self._loaded.write(waiting)
+        try:
+            return self._loaded.read()
+        finally:
+            self._loaded.write({name: self._held[name] for name in waiting})
+
+    def _tried(self) -> dict[str, Signal]:
+        """The outputs behind the event that the next step begins with."""
+        address = self.save()
+        try:
+            self._take_inputs(self._running())
+            return self._loaded.read()
+        finally:
+            self.restore(address, self._lengths)
+            self.forget(address)
+
+    def slopes(self) -> dict[str, Signal]:
+        """The derivatives of those outputs that are states, float64, each of its shape."""
+        rates = self._running().rates()
+        found: dict[str, Signal] = {}
+        start = 0
+        for state in self._model.states:
+            shape = shape_of(state, self._lengths)
+            stop = start + int(np.prod(shape, dtype=np.int64))
+            if state.causality == "output" and stop <= len(rates):
+                found[state.name] = rates[start:stop].reshape(shape)
+            start = stop
+        return found
+
+    @override
+    def save(self) -> int:
+        address = self._loaded.save()
+        moment = self._running().moment
+        self._kept[address] = _Kept(
+            moment=moment, held=dict(self._held), pending=dict(self._pending)
+        )
+        return address
+
+    @override
+    def restore(self, state: int, lengths: Mapping[str, int]) -> None:
+        self._loaded.restore(state, lengths)
+        kept = self._kept[state]
+        self._held, self._pending = dict(kept.held), dict(kept.pending)
+        self._courses = {}
+        self._running().resume(kept.moment)
+
+    @override
+    def forget(self, state: int) -> None:
+        self._kept.pop(state, None)
+        self._loaded.forget(state)
+
+    @override
+    def free(self) -> None:
+        if self._integration is not None:
+            self._integration.free()
+        self._loaded.free()
+
+    @override
+    def native(self, connectors: Mapping[str, Connector], owner: NativeOwner) -> NativeUnit | None:
+        return None
+
+    @override
+    def count_calls(self, address: int | None) -> None:
+        self._loaded.count_calls(address)
+
+    @override
+    def setting_failed(self, type_: str, names: Sequence[str], status: int) -> None:
+        self._loaded.setting_failed(type_, names, status)
+
+    @override
+    def judge_step(self, status: int, t: float, h: float) -> None:
+        self._loaded.judge_step(status, t, h)
+
+    @override
+    def getting_failed(self, type_: str, status: int) -> None:
+        self._loaded.getting_failed(type_, status)
