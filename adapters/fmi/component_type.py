@@ -27,7 +27,7 @@ from adapters.fmi.unpacked import check_binary
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import ComponentType, Parameter
-from orchestrator.timebase import Duration
+from orchestrator.timebase import StepSize
 
 
 class FmuComponentType(ComponentType):
@@ -81,7 +81,7 @@ class FmuComponentType(ComponentType):
 
     @override
     def step_problem(
-        self, step: Duration, values: Mapping[str, Any] = MappingProxyType({})
+        self, step: StepSize, values: Mapping[str, Any] = MappingProxyType({})
     ) -> str | None:
         fmu = self._described(Said.of(self._fmu, values).options)
         return step_problem(fmu.internal_step, step)

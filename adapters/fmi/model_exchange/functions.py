@@ -146,10 +146,10 @@ class ContinuousFunctions(abc.ABC):
         """Get derivatives of `unknowns` along a change of `knowns`.
 
         Args:
-            unknowns: value references, uint32.
-            knowns: value references, uint32.
-            seed: the change, float64.
-            found: is filled with the derivatives, float64.
+            unknowns: value references, uint32, shape (unknown,).
+            knowns: value references, uint32, shape (known,).
+            seed: the change, float64, shape (known,).
+            found: is filled with the derivatives, float64, shape (unknown,).
         """
 
 

@@ -20,12 +20,32 @@ _ROUNDING: Final = 1e-12
 
 
 def euler(rates: Rates, t: float, x: Array, h: float) -> Array:
-    """Explicit Euler, order 1."""
+    """Explicit Euler, order 1.
+
+    Args:
+        rates: f, from t [s] and x to x', of shape (state,).
+        t: where the step begins [s].
+        x: the states there, shape (state,).
+        h: its length [s].
+
+    Returns:
+        The states at its end, shape (state,).
+    """
     return np.asarray(x + h * rates(t, x))
 
 
 def rk4(rates: Rates, t: float, x: Array, h: float) -> Array:
-    """The classical Runge-Kutta method, order 4."""
+    """The classical Runge-Kutta method, order 4.
+
+    Args:
+        rates: f, from t [s] and x to x', of shape (state,).
+        t: where the step begins [s].
+        x: the states there, shape (state,).
+        h: its length [s].
+
+    Returns:
+        The states at its end, shape (state,).
+    """
     k1 = rates(t, x)
     k2 = rates(t + h / 2, x + h / 2 * k1)
     k3 = rates(t + h / 2, x + h / 2 * k2)

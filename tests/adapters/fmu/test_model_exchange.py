@@ -28,6 +28,7 @@ from orchestrator.errors import ComponentTypeError, CosimError, ParameterError
 from orchestrator.randomness import stream
 from orchestrator.signal import Signal, Signals
 from orchestrator.testing import check_component
+from orchestrator.timebase import CommunicationGrid
 
 MS = 1_000_000
 G = 9.81
@@ -37,7 +38,7 @@ REST: dict[str, Signal] = {"u": np.array(0.0), "kick": np.array(False)}
 def started(fmu: Path, inputs: Signals = REST, start: int = 0, **values: Any) -> Component:
     named = {name.replace("__", "."): value for name, value in values.items()}
     component = FmuComponentType(fmu).create("ball", named)
-    component.expect_stop(start + 10_000 * MS)
+    component.expect(CommunicationGrid.over(start, start + 10_000 * MS, MS))
     component.setup(start, stream(1, "ball"))
     component.initialise(inputs)
     return component
