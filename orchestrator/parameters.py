@@ -139,6 +139,18 @@ class ComponentType(abc.ABC):
         del step, values
         return None
 
+    def manner(self, values: Mapping[str, Any]) -> str:
+        """How an instance works, where that is worth a word, e.g. with which solver.
+
+        Args:
+            values: as for `create`.
+
+        Returns:
+            A few words for `nlosim check` and `graph`; nothing, by default.
+        """
+        del values
+        return ""
+
     def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:
         """Every file that an instance reads, each once; `values` as for `create`."""
         return tuple(dict.fromkeys(named_files(values)))

@@ -17,7 +17,7 @@ from adapters.fmi.fmi3 import Fmi3Instance
 from adapters.fmi.kind import Kind
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
-from adapters.fmi.model_exchange.making import integrated
+from adapters.fmi.model_exchange.making import integrated, integration_text
 from adapters.fmi.options import Options, Said, check_options, option_parameters, with_locals
 from adapters.fmi.settings import settings, start_settings
 from adapters.fmi.sizes import Sizes
@@ -85,6 +85,12 @@ class FmuComponentType(ComponentType):
     ) -> str | None:
         fmu = self._described(Said.of(self._fmu, values).options)
         return step_problem(fmu.internal_step, step)
+
+    @override
+    def manner(self, values: Mapping[str, Any]) -> str:
+        options = Said.of(self._fmu, values).options
+        described = self._described(options)
+        return integration_text(described, options) if described.kind is Kind.MODEL_EXCHANGE else ""
 
     @override
     def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:

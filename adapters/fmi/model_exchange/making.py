@@ -2,10 +2,12 @@
 
 import functools
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from adapters.fmi.component import FmuComponent
 from adapters.fmi.description import FmuDescription, read_root
+from adapters.fmi.kind import Kind
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.model_exchange import solvers
 from adapters.fmi.model_exchange.component import (
@@ -15,9 +17,53 @@ from adapters.fmi.model_exchange.component import (
 )
 from adapters.fmi.model_exchange.cvode import library
 from adapters.fmi.model_exchange.instance import ModelExchangeInstance
-from adapters.fmi.model_exchange.model import continuous_model
+from adapters.fmi.model_exchange.model import ContinuousModel, continuous_model
 from adapters.fmi.options import Options
 from orchestrator.component import Component
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Plan:
+    """How an FMU is integrated.
+
+    Attributes:
+        solver: its name.
+        tolerance: relative.
+        step: the longest one of the solver [s]; `None`: as far as it is let.
+    """
+
+    solver: str
+    tolerance: float
+    step: float | None
+
+    @classmethod
+    def of(cls, model: ContinuousModel, options: Options) -> "_Plan":
+        solver = options.solver or solvers.CVODE
+        step = options.step
+        if step is None and solver != solvers.CVODE:
+            step = model.step
+        return cls(solver=solver, tolerance=options.tolerance or model.tolerance, step=step)
+
+
+def _model(description: FmuDescription) -> ContinuousModel:
+    return continuous_model(read_root(description.path), description.variables)
+
+
+def integration_text(description: FmuDescription, options: Options) -> str:
+    """How an FMU is integrated, in words.
+
+    Args:
+        description: of its interface Model Exchange.
+        options: how it is run.
+    """
+    plan = _Plan.of(_model(description), options)
+    if plan.solver == solvers.CVODE:
+        said = f", relative tolerance {plan.tolerance:g}"
+        said += "" if plan.step is None else f", steps of {plan.step:g} s at most"
+    else:
+        step = "one step" if plan.step is None else f"steps of {plan.step:g} s at most"
+        said = f", {step} between communication points"
+    return f"{Kind.MODEL_EXCHANGE.words} by {plan.solver}{said}"
 
 
 def integrated(
@@ -37,21 +83,19 @@ def integrated(
     Raises:
         ComponentTypeError: this machine does not have the solver.
     """
-    model = continuous_model(read_root(description.path), description.variables)
-    solver = options.solver or solvers.CVODE
-    if solver == solvers.CVODE:
+    model = _model(description)
+    plan = _Plan.of(model, options)
+    if plan.solver == solvers.CVODE:
         library()
-    tolerance = options.tolerance or model.tolerance
-    step = options.step
-    if step is None and solver != solvers.CVODE:
-        step = model.step
-    make_solver = functools.partial(solvers.made, solver, tolerance=tolerance, step=step)
+    make_solver = functools.partial(
+        solvers.made, plan.solver, tolerance=plan.tolerance, step=plan.step
+    )
     instances = Instances(
         lambda: ModelExchangeInstance(
             load(), description, model, make_solver, may_restore=description.can_restore
         )
     )
-    fmu = FmuComponent(description, values, instances, tolerance=tolerance)
+    fmu = FmuComponent(description, values, instances, tolerance=plan.tolerance)
     has_slopes = any(state.causality == "output" for state in model.states)
     may_restore = description.can_restore
     component = ModelExchangeComponent(
