@@ -16,7 +16,7 @@ ACTIONS: Final = "orchestrator.fmu_actions"
 default `execute`, a callable from the parsed arguments to an `Outcome`."""
 
 KINDS: Final = ("co-simulation", "model-exchange")
-SOLVERS: Final = ("cvode", "euler", "rk4")
+SOLVERS: Final = ("cvode", "dopri5", "rk4", "euler")
 
 _INFO: Final = """\
 Also of FMUs that cannot be run here: of another platform, of other versions, with broken rules.
@@ -40,8 +40,8 @@ Times that are not given are those of the default experiment of the FMU; without
 are interpolated, others keep their last value; two rows with the same time are a step. Inputs
 without a column keep their start values. Elements of an array stand in one field, with spaces.
 The result has a row for every communication point. An FMU with both interfaces is run by
-Co-Simulation; --kind model-exchange, or a --solver, has it integrated here: by cvode, of variable
-order and step, to --tolerance, or by rk4 or euler with the longest step --solver-step.
+Co-Simulation; --kind model-exchange, or a --solver, has it integrated here: by cvode or
+dopri5 to --tolerance, or by rk4 or euler with the longest step --solver-step.
 
   nlosim fmu run controller.fmu --stop-time 10 --step 0.01 --output result.csv --plot result.svg
   nlosim fmu run controller.fmu --start-value gain=2 --input inputs.csv --plot terminal

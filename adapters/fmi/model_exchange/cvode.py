@@ -82,7 +82,7 @@ def library() -> dict[str, Any]:
     try:
         from fmpy.sundials import libraries  # noqa: PLC0415  (native libraries; not everywhere)
     except (ImportError, OSError, AssertionError) as error:
-        what = "the solver `cvode` is not there for this machine; write `fmi.solver: rk4`"
+        what = "the solver `cvode` is not there for this machine; write `fmi.solver: dopri5`"
         raise ComponentTypeError(f"{what} ({error})") from error
     found: dict[str, Any] = {}
     for name, functions in _FUNCTIONS.items():

@@ -40,7 +40,7 @@ class _Plan:
     def of(cls, model: ContinuousModel, options: Options) -> "_Plan":
         solver = options.solver or solvers.CVODE
         step = options.step
-        if step is None and solver != solvers.CVODE:
+        if step is None and not solvers.is_controlled(solver):
             step = model.step
         return cls(solver=solver, tolerance=options.tolerance or model.tolerance, step=step)
 
@@ -57,7 +57,7 @@ def integration_text(description: FmuDescription, options: Options) -> str:
         options: how it is run.
     """
     plan = _Plan.of(_model(description), options)
-    if plan.solver == solvers.CVODE:
+    if solvers.is_controlled(plan.solver):
         said = f", relative tolerance {plan.tolerance:g}"
         said += "" if plan.step is None else f", steps of {plan.step:g} s at most"
     else:

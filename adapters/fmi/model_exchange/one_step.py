@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Callable
-from typing import Any, Final, TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 from typing_extensions import override
 
 from adapters.fmi.errors import FmuError
+from adapters.fmi.model_exchange.evaluation import Evaluation, UnknownPointError
 from adapters.fmi.model_exchange.solver import Problem, Reached, Solver
 from orchestrator.signal import Array
 
@@ -63,11 +64,11 @@ class FixedStep(Solver):
     """
 
     def __init__(self, problem: Problem, method: Method, *, step: float) -> None:
-        self._problem, self._method, self._step = problem, method, step
+        self._evaluation = Evaluation(problem)
+        self._method, self._step = method, step
         self._t = 0.0
         self._states = np.zeros(problem.size)
-        self._trial = np.zeros(problem.size)
-        self._signs = np.zeros(problem.indicators, np.bool_)
+        self._signs: Array = np.zeros(problem.indicators, np.bool_)
 
     @property
     @override
@@ -78,57 +79,32 @@ class FixedStep(Solver):
     def restart(self, t: float, states: Array, nominals: Array) -> None:
         self._t = t
         self._states[:] = states
-        self._signs = self._signs_at(t, self._states)
+        self._signs = self._evaluation.signs(t, self._states)
 
     @override
     def advance(self, stop: float) -> Reached:
         left = stop - self._t
         count = max(1, math.ceil(left / self._step - _ROUNDING))
-        h = left / count
-        end = stop if count == 1 else self._t + h
-        found = self._method(self._rates, self._t, self._states, h)
-        is_event = self._has_changed(end, found)
+        end = stop if count == 1 else self._t + left / count
+        try:
+            return self._stepped(end)
+        except UnknownPointError as error:
+            hint = "a shorter `fmi.step`, or a solver that tries shorter steps, may help"
+            raise FmuError(f"{error}; {hint}") from None
+
+    def _stepped(self, end: float) -> Reached:
+        start = self._t
+
+        def states_at(t: float) -> Array:
+            return self._method(self._evaluation.rates, start, self._states, t - start)
+
+        found = states_at(end)
+        is_event = bool((self._evaluation.signs(end, found) != self._signs).any())
         if is_event:
-            end, found = self._bisected(end, found)
+            end, found = self._evaluation.first_change(self._signs, (start, end), states_at)
         self._t = end
         self._states[:] = found
         return Reached(end, is_event=is_event)
-
-    def _bisected(self, end: float, found: Array) -> tuple[float, Array]:
-        """The first point of time behind a change of sign, and the states there."""
-        low, high = self._t, end
-        while low < (middle := (low + high) / 2) < high:
-            states = self._method(self._rates, self._t, self._states, middle - self._t)
-            if self._has_changed(middle, states):
-                high, found = middle, states
-            else:
-                low = middle
-        return high, found
-
-    def _has_changed(self, t: float, states: Array) -> bool:
-        return bool((self._signs_at(t, states) != self._signs).any())
-
-    def _signs_at(self, t: float, states: Array) -> Any:
-        values = np.zeros(self._problem.indicators)
-        if values.size:
-            self._trial[:] = states
-            at, where = self._trial.ctypes.data, values.ctypes.data
-            self._accept("event indicators", self._problem.signs(t, at, where), t)
-        return values > 0
-
-    def _rates(self, t: float, states: Array) -> Array:
-        self._trial[:] = states
-        found = np.zeros(len(states))
-        at, where = self._trial.ctypes.data, found.ctypes.data
-        self._accept("derivatives", self._problem.rates(t, at, where), t)
-        return found
-
-    def _accept(self, what: str, is_known: bool, t: float) -> None:  # noqa: FBT001
-        if not is_known:
-            raise FmuError(
-                f"the FMU does not know its {what} at {t:.9g} s (Discard); a shorter `fmi.step`, "
-                "or `fmi.solver: cvode`, which tries shorter steps, may help"
-            )
 
     @override
     def free(self) -> None:

@@ -25,7 +25,7 @@ def parameters(description: FmuDescription) -> dict[str, Parameter]:
         "solver": Parameter(
             type=Literal[NAMES],
             default=CVODE,
-            doc=_DOC + "cvode, of variable order and step; euler or rk4, of fixed step",
+            doc=_DOC + "cvode, for stiff equations, too; dopri5, of variable step; rk4, euler",
             is_optional=True,
         ),
         "step": Parameter(
