@@ -83,11 +83,8 @@ class ModelExchangeComponent(
             return None
         if kind in {InitialEvaluation, PointEvaluation}:
             initial = self._component.capability(InitialEvaluation)  # type: ignore[type-abstract]
-            return None if initial is None else self._as(kind)
-        return self._as(kind)
-
-    def _as(self, kind: type[Capability]) -> Capability | None:
-        return self if isinstance(self, kind) else None
+            return None if initial is None or not isinstance(self, kind) else self
+        return self if isinstance(self, kind) else self._component.capability(kind)
 
     @override
     def evaluate(self, inputs: Signals) -> Signals:

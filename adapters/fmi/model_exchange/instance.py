@@ -1,6 +1,6 @@
 """An FMU for Model Exchange as one that can be stepped."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -175,6 +175,10 @@ class ModelExchangeInstance(FmuInstance):
             write({name: course.at(share) for name, course in courses.items()})
 
         equation.drive = drive
+
+    @override
+    def select(self, names: Collection[str] | None) -> None:
+        self._loaded.select(names)
 
     @override
     def read(self) -> dict[str, Signal]:

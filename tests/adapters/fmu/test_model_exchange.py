@@ -19,6 +19,7 @@ from adapters.fmi.model_exchange import solvers
 from orchestrator.capabilities import (
     CourseFollowing,
     InitialEvaluation,
+    OutputSelection,
     OutputSlopes,
     PointEvaluation,
     VariableSteps,
@@ -213,6 +214,14 @@ def test_it_has_the_capabilities_of_its_interface(ball: Path) -> None:
     component = FmuComponentType(ball).create("ball", {})
     for kind in (InitialEvaluation, PointEvaluation, CourseFollowing, OutputSlopes, VariableSteps):
         assert isinstance(capability(component, kind), kind)
+
+
+def test_only_selected_outputs_are_read(ball: Path) -> None:
+    component = started(ball)
+    capability(component, OutputSelection).select({"v"})
+    component.step(REST, 0, 100 * MS)
+    assert set(component.outputs()) == {"v"}
+    component.close()
 
 
 def test_compiled_code_does_not_step_it(ball: Path) -> None:
