@@ -18,11 +18,21 @@ from adapters.fmi.kind import Kind
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.model_exchange.making import integrated, integration_text
-from adapters.fmi.options import Options, Said, check_options, option_parameters, with_locals
+from adapters.fmi.options import (
+    RETRY_HINT,
+    Options,
+    Said,
+    check_options,
+    may_retry,
+    option_parameters,
+    with_intermediate,
+    with_locals,
+)
 from adapters.fmi.settings import settings, start_settings
 from adapters.fmi.sizes import Sizes
 from adapters.fmi.starts import start_parameters, started
 from adapters.fmi.step_size import step_problem
+from adapters.fmi.stepping import Stepper
 from adapters.fmi.unpacked import check_binary
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
@@ -37,7 +47,7 @@ class FmuComponentType(ComponentType):
     an input. A structural parameter `n_vehicle` is the axis `vehicle` of its arrays; if it is
     tunable and an input has the axis, it follows that input. An Enumeration is set by the name
     of an item. An integer parameter `seed` that is not set is drawn from the component's random
-    stream. Inputs and outputs of the types String, Clock, and clocked ones, are not offered.
+    stream. A triggered clock is a Boolean that says whether it ticks.
     """
 
     def __init__(self, path: Path, *, never_returns: bool = False) -> None:
@@ -106,6 +116,7 @@ class FmuComponentType(ComponentType):
         described = self._described(options)
         check_options(described.kind, options)
         fmu = with_locals(described, options.locals)
+        fmu = with_intermediate(fmu, options.intermediate)
         native = settings(fmu, said.parameters)
         starts = start_settings(fmu, said.parameters, said.starts)
         fmu = started(fmu, starts)
@@ -116,10 +127,12 @@ class FmuComponentType(ComponentType):
         if fmu.kind is Kind.MODEL_EXCHANGE and self._never_returns:
             fmu = replace(fmu, can_restore=False)
         may_restore = fmu.can_restore
-        load = functools.partial(_load, fmu, name, log, may_restore=may_restore)
+        load = functools.partial(_load, fmu, name, log, may_restore=may_restore, options=options)
         if fmu.kind is Kind.MODEL_EXCHANGE:
-            return integrated(fmu, native, load, options)
-        component = FmuComponent(fmu, native, load, tolerance=options.tolerance)
+            return integrated(fmu, native, load, log, options)
+        component = FmuComponent(
+            fmu, native, load, stepper=_stepper(fmu, log, options), tolerance=options.tolerance
+        )
         return RestorableFmuComponent(component) if may_restore else component
 
     def _described(self, options: Options) -> FmuDescription:
@@ -139,6 +152,20 @@ def _kind_note(fmu: FmuDescription) -> str:
     return f" ({fmu.kind.words}{others})"
 
 
-def _load(fmu: FmuDescription, name: str, log: MessageLog, *, may_restore: bool) -> LoadedInstance:
-    instance = Fmi2Instance if fmu.version == 2 else Fmi3Instance
-    return instance(fmu, name, log, may_restore=may_restore)
+def _stepper(fmu: FmuDescription, log: MessageLog, options: Options) -> Stepper:
+    return Stepper(
+        log,
+        asking="`fmi2Terminated`" if fmu.version == 2 else "`terminateSimulation`",
+        may_vary=fmu.has_variable_steps,
+        smallest=options.smallest_step,
+        hint=RETRY_HINT if may_retry(fmu) else "",
+    )
+
+
+def _load(
+    fmu: FmuDescription, name: str, log: MessageLog, *, may_restore: bool, options: Options
+) -> LoadedInstance:
+    if fmu.version == 2:
+        return Fmi2Instance(fmu, name, log, may_restore=may_restore)
+    uses_events = fmu.has_event_mode and (options.event_mode or fmu.has_clocks)
+    return Fmi3Instance(fmu, name, log, may_restore=may_restore, uses_events=uses_events)

@@ -4,9 +4,10 @@ from collections.abc import Callable, Mapping
 
 from typing_extensions import override
 
-from adapters.fmi.component import FmuComponent, FmuState
+from adapters.fmi.component import FmuComponent
 from adapters.fmi.errors import FmuError
 from adapters.fmi.model_exchange.instance import ModelExchangeInstance
+from adapters.fmi.state import FmuState
 from orchestrator.capabilities import (
     CourseFollowing,
     InitialEvaluation,

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NoReturn, TypeAlias
 
 import numpy as np
 from typing_extensions import override
@@ -17,6 +17,7 @@ from adapters.fmi.model_exchange.functions import Functions2, Functions3
 from adapters.fmi.model_exchange.integration import Integration, Moment
 from adapters.fmi.model_exchange.model import ContinuousModel
 from adapters.fmi.model_exchange.solver import Problem, Solver
+from adapters.fmi.outcome import MADE, StepOutcome
 from orchestrator.algorithm.outputs import same
 from orchestrator.course import Course
 from orchestrator.native import NativeOwner, NativeUnit
@@ -62,16 +63,12 @@ class ModelExchangeInstance(FmuInstance):
         self._make_solver = make_solver
         self._may_restore = may_restore
         inputs = description.of("input")
-        self._inputs = {v.name for v in inputs}
+        self._inputs = {name for v in inputs for name in v.elements}
         self._continuous = {v.name for v in inputs if v.variability == "continuous"}
         self._held: dict[str, Signal] = {}
         self._pending: dict[str, Signal] = {}
         self._courses: Mapping[str, Course] = {}
         self._kept: dict[int, _Kept] = {}
-        self._lengths: dict[str, int] = {
-            v.name: int(v.start[0]) for v in description.of("structuralParameter") if v.start
-        }
-        self._start = 0.0
         self._integration: Integration | None = None
 
     @override
@@ -80,7 +77,6 @@ class ModelExchangeInstance(FmuInstance):
             changed = ", ".join(f"`{name}`" for name in lengths)
             raise FmuError(f"{changed} cannot change during a run with Model Exchange")
         self._loaded.configure(lengths)
-        self._lengths.update(lengths)
 
     @override
     def write(self, values: Mapping[str, Signal]) -> None:
@@ -92,7 +88,7 @@ class ModelExchangeInstance(FmuInstance):
             self._pending.update(inputs)
 
     @override
-    def write_text(self, values: Mapping[str, str]) -> None:
+    def write_text(self, values: Mapping[str, Sequence[str]]) -> None:
         self._loaded.write_text(values)
 
     @override
@@ -100,11 +96,24 @@ class ModelExchangeInstance(FmuInstance):
         self, t: float, *, stop: float | None, tolerance: float | None
     ) -> None:
         self._loaded.enter_initialisation(t, stop=stop, tolerance=tolerance)
-        self._start = t
+
+    @property
+    @override
+    def uses_events(self) -> bool:
+        return False  # the component need not: all jumps wait for the next step
 
     @override
-    def exit_initialisation(self) -> None:
-        self._loaded.exit_initialisation()
+    def begin_step(self) -> None:
+        pass
+
+    @override
+    def write_jumps(self, values: Mapping[str, Signal], t: float) -> bool:
+        self.write(values)
+        return False
+
+    @override
+    def exit_initialisation(self, t: float) -> bool:
+        self._loaded.exit_initialisation(t)
         handle = self._loaded.handle
         version = self._description.version
         functions = Functions2(handle) if version == 2 else Functions3(handle)
@@ -118,7 +127,7 @@ class ModelExchangeInstance(FmuInstance):
             hears_steps=self._model.needs_completed_steps,
             keeps_state=not self._may_restore,
         )
-        self._integration.begin(self._start)
+        return self._integration.begin(t)
 
     def _references(self, states: int) -> tuple[Array, Array] | None:
         """The value references of states and derivatives, for a Jacobian."""
@@ -140,30 +149,34 @@ class ModelExchangeInstance(FmuInstance):
         self._courses = courses
 
     @override
-    def step(self, t: float, h: float) -> None:
+    def step(self, t: float, h: float) -> StepOutcome:
         integration = self._running()
         courses, self._courses = self._courses, {}
-        self._take_inputs(integration)
+        if self._take_inputs(integration):
+            return StepOutcome(time=t, wants_end=True)
         self._drive(integration.equation, courses, t, h)
         try:
-            integration.advance(t, t + h, is_alike=not courses)
+            wants_end = integration.advance(t, t + h, is_alike=not courses)
         finally:
             integration.equation.drive = None
         self._held.update({name: course.at(1.0) for name, course in courses.items()})
+        return StepOutcome(time=integration.moment.now, wants_end=True) if wants_end else MADE
 
     def _jumps(self) -> dict[str, Signal]:
         """The inputs that wait and are not what they were."""
         held = self._held
         return {name: v for name, v in self._pending.items() if not same(v, held[name])}
 
-    def _take_inputs(self, integration: Integration) -> None:
+    def _take_inputs(self, integration: Integration) -> bool:
+        """Set the inputs that wait, at an event; whether the FMU asks to end the simulation."""
         jumps = self._jumps()
         self._pending = {}
-        if jumps:
-            integration.enter_event_mode()
-            self._loaded.write(jumps)
-            integration.leave_event_mode()
-            self._held.update(jumps)
+        if not jumps:
+            return False
+        integration.enter_event_mode()
+        self._loaded.write(jumps)
+        self._held.update(jumps)
+        return integration.leave_event_mode()
 
     def _drive(self, equation: Equation, courses: Mapping[str, Course], t: float, h: float) -> None:
         if not courses:
@@ -201,7 +214,7 @@ class ModelExchangeInstance(FmuInstance):
             self._take_inputs(self._running())
             return self._loaded.read()
         finally:
-            self.restore(address, self._lengths)
+            self.restore(address, None)
             self.forget(address)
 
     def slopes(self) -> dict[str, Signal]:
@@ -210,7 +223,7 @@ class ModelExchangeInstance(FmuInstance):
         found: dict[str, Signal] = {}
         start = 0
         for state in self._model.states:
-            shape = shape_of(state, self._lengths)
+            shape = shape_of(state, self.lengths)
             stop = start + int(np.prod(shape, dtype=np.int64))
             if state.causality == "output" and stop <= len(rates):
                 found[state.name] = rates[start:stop].reshape(shape)
@@ -226,8 +239,29 @@ class ModelExchangeInstance(FmuInstance):
         )
         return address
 
+    @property
     @override
-    def restore(self, state: int, lengths: Mapping[str, int]) -> None:
+    def lengths(self) -> Mapping[str, int]:
+        return self._loaded.lengths
+
+    @override
+    def directional(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Array) -> Array:
+        return self._loaded.directional(unknowns, knowns, seed)
+
+    @override
+    def adjoint(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Array) -> Array:
+        return self._loaded.adjoint(unknowns, knowns, seed)
+
+    @override
+    def serialize(self, state: int) -> bytes:
+        raise FmuError("a state of Model Exchange is no bytes")
+
+    @override
+    def deserialize(self, content: bytes) -> int:
+        raise FmuError("bytes are no state of Model Exchange")
+
+    @override
+    def restore(self, state: int, lengths: Mapping[str, int] | None) -> None:
         self._loaded.restore(state, lengths)
         kept = self._kept[state]
         self._held, self._pending = dict(kept.held), dict(kept.pending)
@@ -258,8 +292,12 @@ class ModelExchangeInstance(FmuInstance):
         self._loaded.setting_failed(type_, names, status)
 
     @override
-    def judge_step(self, status: int, t: float, h: float) -> None:
-        self._loaded.judge_step(status, t, h)
+    def outcome(self, status: int, t: float) -> StepOutcome:
+        return self._loaded.outcome(status, t)
+
+    @override
+    def discarded(self, reached: float, hint: str) -> NoReturn:
+        self._loaded.discarded(reached, hint)
 
     @override
     def getting_failed(self, type_: str, status: int) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from adapters.fmi.errors import FmuError
 from adapters.fmi.model_exchange.equation import Equation
-from adapters.fmi.model_exchange.functions import ContinuousFunctions
+from adapters.fmi.model_exchange.functions import CompletedStep, ContinuousFunctions
 from adapters.fmi.model_exchange.solver import Solver
 from orchestrator.signal import Array
 
@@ -20,6 +20,9 @@ _UPDATES: Final = 1000
 """After so many updates at one event, its iteration is taken to be endless."""
 _STUCK: Final = 1000
 """After so many events between which time does not go on, they are taken to be endless."""
+
+
+_NOTHING: Final = CompletedStep(is_event=False, is_over=False)
 
 
 def are_one(a: float, b: float) -> bool:
@@ -81,10 +84,14 @@ class Integration:
         """What is integrated."""
         return self._equation
 
-    def begin(self, t: float) -> None:
-        """Take over an FMU that has just been initialised at `t` [s], in event mode."""
+    def begin(self, t: float) -> bool:
+        """Take over an FMU that has just been initialised at `t` [s], in event mode.
+
+        Returns:
+            Whether the FMU asks to end the simulation.
+        """
         self._now = t
-        self._settle()
+        return self._settle()
 
     def resume(self, moment: Moment) -> None:
         """Take over an FMU that was returned to a state of that moment."""
@@ -95,9 +102,13 @@ class Integration:
         """Let discrete inputs be set; `leave_event_mode` ends that."""
         self._functions.enter_event_mode()
 
-    def leave_event_mode(self) -> None:
-        """Update discrete states until nothing changes, and go on in continuous time."""
-        self._settle()
+    def leave_event_mode(self) -> bool:
+        """Update discrete states until nothing changes, and go on in continuous time.
+
+        Returns:
+            Whether the FMU asks to end the simulation.
+        """
+        return self._settle()
 
     def rates(self) -> Array:
         """The derivatives of the states here, float64, shape (state,)."""
@@ -106,7 +117,7 @@ class Integration:
             raise FmuError(f"the FMU does not know its derivatives at {self._now:.9g} s (Discard)")
         return found
 
-    def advance(self, start: float, stop: float, *, is_alike: bool) -> None:
+    def advance(self, start: float, stop: float, *, is_alike: bool) -> bool:
         """Go on from the communication point `start` to `stop` [s].
 
         If earlier states may be returned to, the solver begins without a memory of the steps
@@ -117,34 +128,39 @@ class Integration:
             stop: behind it [s].
             is_alike: whether inputs are and will be what they were at the end of the last one.
 
+        Returns:
+            Whether the FMU asks to end the simulation; `moment` is when.
+
         Raises:
-            FmuError: the FMU or the solver failed, events do not end, or the FMU asks to
-                end the simulation.
+            FmuError: the FMU or the solver failed, or events do not end.
         """
         self._now = max(self._now, start)
         self._is_fresh = self._is_fresh and is_alike and self._keeps_state
         self._stuck = 0
         while True:
             target = self._target(stop)
-            is_event = self._integrate(target)
+            said = self._integrate(target)
+            if said.is_over:
+                return True
             is_due = self._next_event is not None and self._now >= self._next_event
-            if is_event or is_due:
+            if said.is_event or is_due:
                 self._functions.enter_event_mode()
-                self._settle()
+                if self._settle():
+                    return True
                 self._count_events()
             elif self._now >= stop or are_one(self._now, stop):
-                return
+                return False
 
     def _target(self, stop: float) -> float:
         event = self._next_event
         is_before = event is not None and (event < stop or are_one(event, stop))
         return max(event, self._now) if is_before and event is not None else max(stop, self._now)
 
-    def _integrate(self, target: float) -> bool:
-        """Go on to `target` [s], or to a state or step event before it; whether there is one."""
+    def _integrate(self, target: float) -> CompletedStep:
+        """Go on to `target` [s], or to a state or step event before it, or an end."""
         if are_one(self._now, target):
             self._move(target)
-            return False
+            return _NOTHING
         if self._solver is None:
             self._move(target)
             return self._complete()
@@ -153,10 +169,12 @@ class Integration:
         while self._now < target:
             reached = self._solver.advance(target)
             self._move(reached.t)
-            is_step_event = self._complete()
-            if reached.is_event or is_step_event:
-                return True
-        return False
+            said = self._complete()
+            if reached.is_event or said is not _NOTHING:
+                return CompletedStep(
+                    is_event=reached.is_event or said.is_event, is_over=said.is_over
+                )
+        return _NOTHING
 
     def _restart(self, solver: Solver) -> None:
         states, nominals = np.ones(1), np.ones(1)
@@ -178,21 +196,23 @@ class Integration:
         if not self._equation.move(t, address):
             raise FmuError(f"the FMU cannot go to {t:.9g} s (Discard)")
 
-    def _complete(self) -> bool:
-        """Tell the FMU that a step is complete; whether there is a step event."""
+    def _complete(self) -> CompletedStep:
+        """Tell the FMU that a step is complete, and hear what follows."""
         if not self._hears_steps:
-            return False
+            return _NOTHING
         said = self._functions.complete_step(keeps_state=self._keeps_state)
-        if said.is_over:
-            self._end()
-        return said.is_event
+        return said if said.is_event or said.is_over else _NOTHING
 
-    def _settle(self) -> None:
-        """Update discrete states until nothing changes, and enter continuous-time mode."""
+    def _settle(self) -> bool:
+        """Update discrete states until nothing changes, and enter continuous-time mode.
+
+        Returns:
+            Whether the FMU asks to end the simulation; it stays in event mode then.
+        """
         for _ in range(_UPDATES):
             update = self._functions.update()
             if update.is_over:
-                self._end()
+                return True
             if not update.is_incomplete:
                 break
         else:
@@ -201,6 +221,7 @@ class Integration:
         self._next_event = update.next_event
         self._functions.enter_continuous_time_mode()
         self._is_fresh = False
+        return False
 
     def _count_events(self) -> None:
         is_stuck = are_one(self._now, self._last_event)
@@ -210,9 +231,6 @@ class Integration:
             raise FmuError(
                 f"events at {self._now:.9g} s do not end: {_STUCK} without any time between"
             )
-
-    def _end(self) -> None:
-        raise FmuError(f"the FMU asks to end the simulation at {self._now:.9g} s")
 
     def free(self) -> None:
         """Free the solver."""

@@ -2,13 +2,14 @@
 
 import functools
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from adapters.fmi.component import FmuComponent
 from adapters.fmi.description import FmuDescription, read_root
 from adapters.fmi.kind import Kind
 from adapters.fmi.loaded import LoadedInstance
+from adapters.fmi.messages import MessageLog
 from adapters.fmi.model_exchange import solvers
 from adapters.fmi.model_exchange.component import (
     Instances,
@@ -19,6 +20,7 @@ from adapters.fmi.model_exchange.cvode import library
 from adapters.fmi.model_exchange.instance import ModelExchangeInstance
 from adapters.fmi.model_exchange.model import ContinuousModel, continuous_model
 from adapters.fmi.options import Options
+from adapters.fmi.stepping import Stepper
 from orchestrator.component import Component
 
 
@@ -70,6 +72,7 @@ def integrated(
     description: FmuDescription,
     values: Mapping[str, Any],
     load: Callable[[], LoadedInstance],
+    log: MessageLog,
     options: Options,
 ) -> Component:
     """An FMU that is integrated here.
@@ -78,6 +81,7 @@ def integrated(
         description: of its interface Model Exchange.
         values: of parameters, and start values of what is neither parameter nor input.
         load: makes an instance.
+        log: of the FMU.
         options: how it is run.
 
     Raises:
@@ -95,7 +99,13 @@ def integrated(
             load(), description, model, make_solver, may_restore=description.can_restore
         )
     )
-    fmu = FmuComponent(description, values, instances, tolerance=plan.tolerance)
+    fmu = FmuComponent(
+        replace(description, can_serialize=False),  # a solver goes with the state
+        values,
+        instances,
+        stepper=Stepper(log, asking="`terminateSimulation`", may_vary=True),
+        tolerance=plan.tolerance,
+    )
     has_slopes = any(state.causality == "output" for state in model.states)
     may_restore = description.can_restore
     component = ModelExchangeComponent(

@@ -1,7 +1,7 @@
 """What a scenario may say about how an FMU is integrated: `fmi.kind`, `fmi.solver`, `fmi.step`."""
 
-from collections.abc import Iterator
-from typing import Final, Literal
+from collections.abc import Iterator, Mapping
+from typing import Any, Final, Literal
 
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.kind import Kind
@@ -39,22 +39,23 @@ def parameters(description: FmuDescription) -> dict[str, Parameter]:
     }
 
 
-def problems(
-    kind: Kind, *, solver: str | None, step: float | None, tolerance: float | None
-) -> Iterator[tuple[str, str]]:
+_OWN: Final = ("solver", "step")
+_OTHERS: Final = ("smallest_step", "event_mode", "intermediate")
+
+
+def problems(kind: Kind, said: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """What is wrong with what is said, by option.
 
     Args:
         kind: the interface that is used.
-        solver: what is said of it, `None` if nothing is; likewise the others.
-        step: of the solver [s].
-        tolerance: relative.
+        said: values by option; without those of which nothing is said.
     """
-    if kind is Kind.CO_SIMULATION:
-        for name, value in (("solver", solver), ("step", step)):
-            if value is not None:
-                yield name, "concerns Model Exchange only; write `fmi.kind: model-exchange`, too"
-        return
-    for name, value in (("step", step), ("tolerance", tolerance)):
-        if value == 0.0:
-            yield name, "must be greater than 0"
+    others = _OWN if kind is Kind.CO_SIMULATION else _OTHERS
+    other = Kind.MODEL_EXCHANGE if kind is Kind.CO_SIMULATION else Kind.CO_SIMULATION
+    for name in others:
+        if name in said:
+            yield name, f"concerns {other.words} only; write `fmi.kind: {other.value}`, too"
+    if kind is Kind.MODEL_EXCHANGE:
+        for name in ("step", "tolerance"):
+            if said.get(name) == 0.0:
+                yield name, "must be greater than 0"

@@ -1,5 +1,4 @@
-/* The functions of FMI 3.0 that nobody calls, but that a library must have; they return Error.
- * Those that an FMU defines itself take their place. */
+/* The functions of FMI 3.0 that a library must have; they return Error unless the FMU has its own. */
 #if defined(_WIN32)
 #define EXPORT __declspec(dllexport)
 #else
@@ -27,6 +26,7 @@ ABSENT(GetDirectionalDerivative)
 ABSENT(GetEventIndicators)
 ABSENT(GetFMUState)
 ABSENT(GetFloat32)
+ABSENT(GetFloat64)
 ABSENT(GetInt16)
 ABSENT(GetInt32)
 ABSENT(GetInt64)
@@ -59,7 +59,9 @@ ABSENT(SetContinuousStates)
 ABSENT(SetDebugLogging)
 ABSENT(SetFMUState)
 ABSENT(SetFloat32)
+ABSENT(SetFloat64)
 ABSENT(SetInt16)
+ABSENT(SetInt32)
 ABSENT(SetInt64)
 ABSENT(SetInt8)
 ABSENT(SetIntervalDecimal)

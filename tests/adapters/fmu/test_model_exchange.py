@@ -18,6 +18,7 @@ from adapters.fmi.errors import FmuError
 from adapters.fmi.model_exchange import solvers
 from orchestrator.capabilities import (
     CourseFollowing,
+    EndRequesting,
     InitialEvaluation,
     OutputSelection,
     OutputSlopes,
@@ -381,6 +382,24 @@ def test_failures_of_the_fmu_are_named(ball: Path, status: int, said: str) -> No
     component = started(ball, fail_at=0.25, fail_as=status)
     with pytest.raises(FmuError, match=said):
         stepped(component, 100 * MS, 4)
+    component.close()
+
+
+@pytest.mark.parametrize(("stop_at", "ticks"), [(0.3, 2), (0.25, 2), (0.0, 0)])
+def test_a_request_to_end_comes_with_its_time(ball: Path, stop_at: float, ticks: int) -> None:
+    """Behind the event at that time; outputs of the end of a step are those behind it."""
+    component = started(ball, stop_at=stop_at, period=0.11)
+    requests = capability(component, EndRequesting)
+    count = 0
+    while requests.end_request is None:
+        component.step(REST, count * 100 * MS, 100 * MS)
+        count += 1
+    assert count == math.ceil(stop_at * 10)
+    assert requests.end_request.time == round(stop_at * 1000) * MS
+    assert "`terminateSimulation`" in requests.end_request.why
+    if stop_at == 0.3:
+        assert _row(component)["ticks"] == ticks
+        assert _row(component)["v"] == pytest.approx(-G * 0.3, rel=1e-6)
     component.close()
 
 

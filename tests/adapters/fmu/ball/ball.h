@@ -120,7 +120,8 @@ static bool ball_complete(Ball *b) {
 }
 
 static int ball_enter(Ball *b, int mode, int from) {
-    if (b->mode != from) return refuse(b, "the mode cannot be entered from here");
+    bool is_end = mode == OVER && b->mode == EVENT;
+    if (b->mode != from && !is_end) return refuse(b, "the mode cannot be entered from here");
     if (mode == CONTINUOUS && b->pending > 0) return refuse(b, "the event is not over");
     b->mode = mode;
     return OK;
