@@ -18,6 +18,7 @@ from adapters.fmi.errors import FmuError
 from adapters.fmi.model_exchange import solvers
 from orchestrator.capabilities import (
     CourseFollowing,
+    DirectionalDerivatives,
     EndRequesting,
     InitialEvaluation,
     OutputSelection,
@@ -321,6 +322,15 @@ def test_directional_derivatives_are_the_jacobian_of_the_solver(ball: Path, tmp_
     assert rows[1]["columns"] == 0
     assert rows[0]["v"] == pytest.approx(rows[1]["v"], abs=1e-7)
     assert rows[0]["v"] == pytest.approx(falling(2.0, 50.0), abs=1e-7)
+
+
+def test_outputs_have_derivatives_by_inputs(ball: Path) -> None:
+    """y = h + u / 2, and the states do not jump with u."""
+    component = started(ball)
+    component.step(REST, 0, 100 * MS)
+    found = capability(component, DirectionalDerivatives).directional({"u": np.array(3.0)})
+    assert {name: float(value) for name, value in found.items()} == {"h": 0.0, "v": 0.0, "y": 1.5}
+    component.close()
 
 
 def test_a_discarded_evaluation_is_tried_with_a_shorter_step(ball: Path) -> None:

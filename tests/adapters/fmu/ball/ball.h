@@ -132,11 +132,15 @@ static int ball_initialise(Ball *b, double start, double tolerance, double stop)
     return ball_enter(b, INITIALISING, INSTANTIATED);
 }
 
-/* The column of the Jacobian by state `known` (value reference). */
+/* d unknown / d known times `seed`; states, their derivatives, the input and y. */
 static int ball_derivative(Ball *b, uint32_t unknown, uint32_t known, double seed, double *found) {
-    bool is_v = known == V && !b->is_resting;
-    if (known != V && known != H) return refuse(b, "derivatives by states only");
-    b->integer[COLUMNS]++;
-    *found = !is_v ? 0 : unknown == DER_H ? seed : unknown == DER_V ? -b->real[DRAG] * seed : 0;
+    bool is_state = known == H || known == V, moves = !b->is_resting;
+    double slope = unknown == known ? 1 : 0;
+    if (!is_state && known != U) return refuse(b, "derivatives by states and the input only");
+    if (unknown == Y) slope = known == H ? 1 : known == U ? 0.5 : 0;
+    if (unknown == DER_H) slope = moves && known == V ? 1 : 0;
+    if (unknown == DER_V) slope = !moves ? 0 : known == V ? -b->real[DRAG] : known == U ? 1 : 0;
+    b->integer[COLUMNS] += is_state;
+    *found = slope * seed;
     return OK;
 }
