@@ -15,7 +15,7 @@ ACTIONS: Final = "orchestrator.fmu_actions"
 """Entry points by name: a callable that adds parsers to the subparsers of `fmu`, each with the
 default `execute`, a callable from the parsed arguments to an `Outcome`."""
 
-KINDS: Final = ("co-simulation", "model-exchange")
+KINDS: Final = ("co-simulation", "model-exchange", "scheduled-execution")
 SOLVERS: Final = ("cvode", "dopri5", "rk4", "euler")
 
 _INFO: Final = """\

@@ -41,7 +41,7 @@ from orchestrator.timebase import StepSize
 
 
 class FmuComponentType(ComponentType):
-    """An FMI 2.0 or 3.0 FMU, for Co-Simulation or Model Exchange.
+    """An FMI 2.0 or 3.0 FMU, for Co-Simulation, Model Exchange or Scheduled Execution.
 
     Parameters are those of the FMU, and the structural parameters that are not the length of
     an input. A structural parameter `n_vehicle` is the axis `vehicle` of its arrays; if it is
@@ -146,7 +146,7 @@ class FmuComponentType(ComponentType):
 
 
 def _kind_note(fmu: FmuDescription) -> str:
-    if fmu.kinds == (Kind.CO_SIMULATION,):
+    if Kind.MODEL_EXCHANGE not in fmu.kinds:
         return ""
     others = "".join(f", also {kind.words}" for kind in fmu.kinds[1:])
     return f" ({fmu.kind.words}{others})"
@@ -167,5 +167,7 @@ def _load(
 ) -> LoadedInstance:
     if fmu.version == 2:
         return Fmi2Instance(fmu, name, log, may_restore=may_restore)
-    uses_events = fmu.has_event_mode and (options.event_mode or fmu.has_clocks)
+    uses_events = fmu.is_scheduled or (
+        fmu.has_event_mode and (options.event_mode or fmu.has_clocks)
+    )
     return Fmi3Instance(fmu, name, log, may_restore=may_restore, uses_events=uses_events)

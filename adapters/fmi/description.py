@@ -75,6 +75,11 @@ class FmuDescription:
     log_categories: tuple[str, ...]
 
     @property
+    def is_scheduled(self) -> bool:
+        """FMI 3.0: whether its clocks activate it (Scheduled Execution)."""
+        return self.kind is Kind.SCHEDULED_EXECUTION
+
+    @property
     def has_clocks(self) -> bool:
         """Whether it has clocks, which tick in event mode."""
         return any(v.clock is not None for v in self.variables.values())
@@ -106,8 +111,8 @@ def read_description(path: Path, kind: Kind | None = None) -> FmuDescription:
         raise ComponentTypeError(f"{path}: modelDescription.xml is invalid: {error}") from error
     kinds = kinds_of(root)
     if not kinds or kind not in {None, *kinds}:
-        offers = " and ".join(each.words for each in kinds) or "Scheduled Execution"
-        wanted = "Co-Simulation or Model Exchange" if kind is None else kind.words
+        offers = " and ".join(each.words for each in kinds) or "no interface"
+        wanted = Kind.CO_SIMULATION.words if kind is None else kind.words
         raise ComponentTypeError(
             f"{path}: offers {offers} only; export it for {wanted} to run it here"
         )
@@ -116,7 +121,8 @@ def read_description(path: Path, kind: Kind | None = None) -> FmuDescription:
     flags = {} if element is None else element.attrib
     every = variables(parsed, root)
     is_lost = {
-        n: (v.clock is not None or v.is_clocked) and not _flag(flags, "hasEventMode")
+        n: (v.clock is not None or v.is_clocked)
+        and not (_flag(flags, "hasEventMode") or used is Kind.SCHEDULED_EXECUTION)
         for n, v in every.items()
     }
     return FmuDescription(

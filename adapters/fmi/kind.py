@@ -9,6 +9,7 @@ class Kind(enum.Enum):
 
     CO_SIMULATION = "co-simulation"
     MODEL_EXCHANGE = "model-exchange"
+    SCHEDULED_EXECUTION = "scheduled-execution"
 
     @property
     def words(self) -> str:

@@ -53,9 +53,8 @@ class LoadedInstance(FmuInstance):
         }
         instantiate = functools.partial(self._instantiate, name)
         names = self.names
-        if description.kind is Kind.MODEL_EXCHANGE:
-            made = names.instantiate.replace("CoSimulation", "ModelExchange")
-            names = replace(names, instantiate=made)
+        made = names.instantiate.replace(Kind.CO_SIMULATION.element, description.kind.element)
+        names = replace(names, instantiate=made)
         self._handle = Handle(LoadedFmu(description, name), log, names, instantiate)
         self._fmu, self._guard = self._handle.fmu, self._handle.guard
         self._instance = self._handle.address

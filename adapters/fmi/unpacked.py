@@ -154,9 +154,9 @@ def _unpack(description: FmuDescription) -> Path:
 def _load(description: FmuDescription, folder: Path, name: str) -> Any:
     """Load the binary below `folder`; the FMPy object with the FMI functions."""
     second, third = (
-        (fmpy.fmi2.FMU2Slave, fmpy.fmi3.FMU3Slave)
-        if description.kind is Kind.CO_SIMULATION
-        else (fmpy.fmi2.FMU2Model, fmpy.fmi3.FMU3Model)
+        (fmpy.fmi2.FMU2Model, fmpy.fmi3.FMU3Model)
+        if description.kind is Kind.MODEL_EXCHANGE
+        else (fmpy.fmi2.FMU2Slave, fmpy.fmi3.FMU3Slave)
     )
     bind = second if description.version == 2 else third
     here = Path.cwd()

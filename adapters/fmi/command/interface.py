@@ -34,7 +34,7 @@ def interface_options(arguments: Namespace, type_: ComponentType) -> dict[str, A
         "step": _number("--solver-step", arguments.solver_step, problems),
     }
     asks = [f"--{name}" for name in _INTEGRATION if getattr(arguments, name.replace("-", "_"))]
-    if asks and arguments.kind == Kind.CO_SIMULATION.value:
+    if asks and arguments.kind not in {None, Kind.MODEL_EXCHANGE.value}:
         problems.append(f"{asks[0]} is for Model Exchange, not for --kind {arguments.kind}")
     elif asks:
         said["kind"] = Kind.MODEL_EXCHANGE.value

@@ -50,12 +50,13 @@ def problems(kind: Kind, said: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         kind: the interface that is used.
         said: values by option; without those of which nothing is said.
     """
-    others = _OWN if kind is Kind.CO_SIMULATION else _OTHERS
-    other = Kind.MODEL_EXCHANGE if kind is Kind.CO_SIMULATION else Kind.CO_SIMULATION
+    is_own = kind is Kind.MODEL_EXCHANGE
+    others = _OTHERS if is_own else _OWN
+    other = Kind.CO_SIMULATION if is_own else Kind.MODEL_EXCHANGE
     for name in others:
         if name in said:
             yield name, f"concerns {other.words} only; write `fmi.kind: {other.value}`, too"
-    if kind is Kind.MODEL_EXCHANGE:
+    if is_own:
         for name in ("step", "tolerance"):
             if said.get(name) == 0.0:
                 yield name, "must be greater than 0"

@@ -123,7 +123,7 @@ def test_the_error_falls_with_the_tolerance(solver: str) -> None:
 def test_the_absolute_tolerance_goes_by_nominal_values(kind: str) -> None:
     """A state that is small for its nominal value need not be exact, and costs fewer calls."""
     calls = []
-    for nominal in (1e-6, 1e6):
+    for nominal in (1e-6, 0.05, 1e6):
         problem = Written(1, decay)
         solver = CONTROLLED[kind](problem, tolerance=1e-6)
         solver.restart(0.0, np.full(1, 1e-3), np.full(1, nominal))
@@ -131,7 +131,23 @@ def test_the_absolute_tolerance_goes_by_nominal_values(kind: str) -> None:
             pass
         solver.free()
         calls.append(problem.calls)
-    assert calls[1] < calls[0] / 4
+    assert calls[2] < calls[1] < calls[0]
+    assert calls[2] < calls[0] / 4
+
+
+@pytest.mark.parametrize("kind", CONTROLLED)
+def test_absolute_and_relative_tolerance_add_up(kind: str) -> None:
+    """x swings around 1 by 1 percent: with a nominal value of 100 both are the same."""
+    calls = []
+    for nominal in (1e-6, 100.0):
+        problem = Written(1, lambda t, _: np.array([0.1 * math.cos(10 * t)]))
+        solver = CONTROLLED[kind](problem, tolerance=1e-7)
+        solver.restart(0.0, np.ones(1), np.full(1, nominal))
+        while solver.advance(3.0).t < 3.0:
+            pass
+        solver.free()
+        calls.append(problem.calls)
+    assert calls[1] < calls[0]
 
 
 def stiff(t: float, x: Array) -> Array:
