@@ -242,12 +242,28 @@ connections:
 """
 
 
+def without_texts(path: Path, target: Path) -> Path:
+    """The package without connectors of the type String, which FMPy's runner does not know."""
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(target, "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            if name == "SystemStructure.ssd":
+                root = etree.fromstring(content)
+                for text in root.findall(".//{*}Connector/{*}String"):
+                    connector = text.getparent()
+                    connector.getparent().remove(connector)
+                content = etree.tostring(root)
+            new.writestr(name, content)
+    return target
+
+
 def test_the_runner_of_fmpy_says_the_same(lag2: Path, tmp_path: Path) -> None:
     """Both delay a connection by a step. FMPy's sets inputs to 0 in the first one, whatever drives
     them, so that `b` begins lower by 1 - exp(-h / T); from then on the difference decays as `b`
     does. Its rows carry the time at which their step began."""
     path = exported(tmp_path, lag2, PAIR)
-    theirs = simulate_ssp(str(path), stop_time=2.0 - 1e-9, step_size=0.02)
+    numbers = without_texts(path, tmp_path / "numbers.ssp")
+    theirs = simulate_ssp(str(numbers), stop_time=2.0 - 1e-9, step_size=0.02)
     outcome = ssp("import", path, "-o", tmp_path / "back")
     back = str(outcome.data["scenario"])
     assert main(["run", back, "--out", str(tmp_path / "run"), "--quiet"]) == 0
