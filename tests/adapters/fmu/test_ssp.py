@@ -142,6 +142,7 @@ def test_a_package_is_what_the_schemas_of_ssp_1_allow(lag2: Path, tmp_path: Path
     ssd = read_ssd(path)  # against the schema
     assert [each.name for each in ssd.system.elements] == ["b", "a"]
     root = etree.fromstring(zipfile.ZipFile(path).read("SystemStructure.ssd"))
+    assert set(root.nsmap) == {"ssc", "ssd", "ssv", "nlosim"}
     folder = Path(fmpy.ssp.__file__).parent / "schema"
     schema = etree.XMLSchema(file=str(folder / "SystemStructureParameterValues.xsd"))
     sets = list(root.iter("{*}ParameterSet"))
@@ -168,6 +169,19 @@ def test_a_package_is_what_the_schemas_of_ssp_2_allow(
 def test_the_same_scenario_gives_the_same_package(lag2: Path, tmp_path: Path) -> None:
     first = exported(tmp_path, lag2, SCENARIO.format(way="")).read_bytes()
     assert exported(tmp_path, lag2, SCENARIO.format(way="")).read_bytes() == first
+
+
+def test_a_step_that_all_share_is_there_for_omsimulator(lag2: Path, tmp_path: Path) -> None:
+    """Where version 2 looks for it, and where version 3 does."""
+    path = exported(tmp_path, lag2, PAIR)
+    root = etree.fromstring(zipfile.ZipFile(path).read("SystemStructure.ssd"))
+    assert root.nsmap["oms"].endswith("oms.xsd")
+    (master,) = root.iter("{*}FixedStepMaster")
+    assert master.get("stepSize") == "0.02"
+    information = master.getparent()
+    assert dict(information.attrib) == {
+        "name": "oms_ma_default", "method": "oms_ma", "fixedStepSize": "0.02"
+    }  # fmt: skip
 
 
 def test_what_only_nlosim_reads_is_told_at_its_place(lag2: Path, tmp_path: Path) -> None:
