@@ -208,6 +208,11 @@ class Participant(abc.ABC):
         self._used = inputs
         self.publish()
 
+    @property
+    def grid(self) -> CommunicationGrid:
+        """Its communication points, once it is set up."""
+        return self._grid
+
     def before(self, t: Time) -> Time:
         """Where the communication step starts that ends at `t`."""
         return self._grid.before(t)
