@@ -13,10 +13,17 @@ from adapters.fmi.connectors import SEED, connectors, is_seed
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import FmuInstance
+from adapters.fmi.rates import InputRates
 from adapters.fmi.sizes import Sizes
 from adapters.fmi.variable import DTYPES, FmuVariable
-from orchestrator.capabilities import InitialEvaluation
+from orchestrator.capabilities import (
+    CourseFollowing,
+    InitialEvaluation,
+    OutputSlopes,
+    VariableSteps,
+)
 from orchestrator.component import Capability, Component, WrappedRestorableComponent
+from orchestrator.course import Course
 from orchestrator.native import NativeOwner, NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
 from orchestrator.timebase import Duration, Time, seconds
@@ -36,7 +43,9 @@ class FmuState:
     read: Signals
 
 
-class FmuComponent(Component, NativeOwner, InitialEvaluation):
+class FmuComponent(
+    Component, NativeOwner, InitialEvaluation, CourseFollowing, OutputSlopes, VariableSteps
+):
     """An FMU in this process.
 
     Inputs that are the objects they were at the last step are not set again. When the length
@@ -76,6 +85,8 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         self._start: Time = 0
         self._stop: Time | None = None
         self._is_initialising = False
+        self._courses: Mapping[str, Course] = {}
+        self._rates = InputRates()
 
     @property
     @override
@@ -93,6 +104,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         self._seed = self._draw_seed(rng)
         self._instance = self._instantiate()
         self._is_initialising = False
+        self._courses, self._rates = {}, InputRates()
         # also at interpreter exit, when `close` was never called
         self._finalizer = weakref.finalize(self, self._instance.free)
 
@@ -113,9 +125,27 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
 
     @override
     def capability(self, kind: type[Capability]) -> Capability | None:
-        if kind is InitialEvaluation and self._sizes.may_change:
-            return None  # sizes are set before initialisation, once
-        return super().capability(kind)
+        lacking = {
+            # sizes are set before initialisation, once
+            InitialEvaluation: self._sizes.may_change,
+            CourseFollowing: self._description.input_degree == 0,
+            OutputSlopes: not self._description.slopes,
+            VariableSteps: not self._description.can_vary_steps,
+        }
+        return None if lacking.get(kind, False) else super().capability(kind)
+
+    @property
+    @override
+    def input_degree(self) -> int:
+        return self._description.input_degree
+
+    @override
+    def follow(self, courses: Mapping[str, Course]) -> None:
+        self._courses = courses
+
+    @override
+    def slopes(self) -> Signals:
+        return self._running().told_rates()
 
     @override
     def evaluate(self, inputs: Signals) -> Signals:
@@ -194,6 +224,9 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         if self._sizes.may_have_changed(inputs, self._written):
             self._resize(instance, inputs)
         self._write_inputs(instance, inputs)
+        courses, self._courses = self._courses, {}
+        if rates := self._rates.over(courses, h):
+            instance.tell_rates(rates)
         instance.step(seconds(t), seconds(h))
         self._read = instance.read()
 

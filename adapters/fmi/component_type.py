@@ -15,7 +15,7 @@ from adapters.fmi.fmi2 import Fmi2Instance
 from adapters.fmi.fmi3 import Fmi3Instance
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.messages import MessageLog
-from adapters.fmi.options import Said, option_parameters, with_locals
+from adapters.fmi.options import Said, option_parameters, with_options
 from adapters.fmi.settings import settings, start_settings
 from adapters.fmi.sizes import Sizes
 from adapters.fmi.starts import start_parameters, started
@@ -78,7 +78,7 @@ class FmuComponentType(ComponentType):
         if unknown := sorted(set(values) - set(offered)):
             raise ComponentTypeError(f"{self._fmu.path}: there is no parameter `{unknown[0]}`")
         said = Said.of(self._fmu, values)
-        fmu = with_locals(self._fmu, said.options.locals)
+        fmu = with_options(self._fmu, said.options)
         native = settings(fmu, said.parameters)
         starts = start_settings(fmu, said.parameters, said.starts)
         fmu = started(fmu, starts)

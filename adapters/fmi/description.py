@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 from xml.etree import ElementTree as ET
 
 import fmpy.model_description
@@ -17,6 +17,9 @@ from adapters.fmi.reading import variables
 from adapters.fmi.step_size import internal_step
 from adapters.fmi.variable import FmuVariable
 from orchestrator.errors import ComponentTypeError
+
+HIGHEST_DEGREE: Final = 2
+"""The highest degree of the polynomials that inputs follow; FMI 2.0 lets FMUs say none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,6 +37,9 @@ class FmuDescription:
         is_once_per_process: two instances of it cannot be in one process.
         internal_step: FMI 3.0: the fixed step of its solver [s], exactly as in the file, positive;
             `None` if it does not say one.
+        can_vary_steps: steps may differ in length, to any one.
+        input_degree: the highest order of derivatives of inputs that it is told; 0: it takes none.
+        slopes: the outputs whose derivative with respect to time it tells.
         log_categories: what the FMU can log.
     """
 
@@ -47,6 +53,9 @@ class FmuDescription:
     can_restore: bool
     is_once_per_process: bool
     internal_step: Fraction | None
+    can_vary_steps: bool
+    input_degree: int
+    slopes: tuple[str, ...]
     log_categories: tuple[str, ...]
 
     def of(self, *causalities: str) -> tuple[FmuVariable, ...]:
@@ -77,6 +86,8 @@ def read_description(path: Path) -> FmuDescription:
         )
     element = root.find("CoSimulation")
     flags = {} if element is None else element.attrib
+    found = variables(parsed, root)
+    step = internal_step(flags.get("fixedInternalStepSize"))
     return FmuDescription(
         path=path,
         version=int(version[0]),
@@ -84,10 +95,13 @@ def read_description(path: Path) -> FmuDescription:
         description=parsed.description or parsed.modelName,
         identifier=kind.modelIdentifier,
         token=parsed.guid,
-        variables=variables(parsed, root),
+        variables=found,
         can_restore=_flag(flags, "canGetAndSetFMUState") or _flag(flags, "canGetAndSetFMUstate"),
         is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),
-        internal_step=internal_step(flags.get("fixedInternalStepSize")),
+        internal_step=step,
+        can_vary_steps=step is None and _flag(flags, "canHandleVariableCommunicationStepSize"),
+        input_degree=HIGHEST_DEGREE if _flag(flags, "canInterpolateInputs") else 0,
+        slopes=_slopes(found, flags),
         log_categories=tuple(category.name for category in parsed.logCategories),
     )
 
@@ -115,6 +129,11 @@ def _parse(path: Path, xml: bytes) -> ET.Element:
         return ET.fromstring(xml)  # noqa: S314  (whoever loads an FMU runs its code)
     except ET.ParseError as error:
         raise ComponentTypeError(f"{path}: modelDescription.xml is no XML: {error}") from error
+
+
+def _slopes(found: Mapping[str, FmuVariable], flags: Mapping[str, str]) -> tuple[str, ...]:
+    has_some = flags.get("maxOutputDerivativeOrder", "0").strip() not in {"", "0"}
+    return tuple(v.name for v in found.values() if has_some and v.has_rate)
 
 
 def _flag(attributes: Mapping[str, str], name: str) -> bool:

@@ -3,7 +3,7 @@
 import ctypes
 import itertools
 import weakref
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from ctypes import c_double, c_int, c_size_t, c_void_p
 from typing import Any, Final
 
@@ -19,6 +19,7 @@ from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
+from adapters.fmi.rates import tell_rates
 from adapters.fmi.unpacked import LoadedFmu
 
 _VALUES: Final = (c_void_p, c_void_p, c_size_t, c_void_p)
@@ -92,6 +93,10 @@ class Fmi2Instance(LoadedInstance):
     @override
     def _write_string(self, reference: Any, pointer: Any) -> None:
         self._handle.call("fmi2SetString", reference, 1, pointer)
+
+    @override
+    def tell_rates(self, rates: Mapping[str, Sequence[float]]) -> None:
+        tell_rates(self._handle, self._description, rates)
 
     @override
     def enter_initialisation(

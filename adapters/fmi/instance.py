@@ -3,7 +3,7 @@
 import abc
 from collections.abc import Mapping, Sequence
 
-from adapters.fmi.errors import failure
+from adapters.fmi.errors import FmuError, failure
 from adapters.fmi.messages import STATUS_NAMES, MessageLog
 from orchestrator.native import NativeOwner, NativeUnit
 from orchestrator.signal import Connector, Signal
@@ -122,6 +122,18 @@ class FmuInstance(abc.ABC):
     @abc.abstractmethod
     def read(self) -> dict[str, Signal]:
         """All outputs; arrays are new and read-only."""
+
+    def tell_rates(self, rates: Mapping[str, Sequence[float]]) -> None:
+        """Set derivatives of inputs with respect to time; of FMUs whose `input_degree` is above 0.
+
+        Args:
+            rates: by input, the first derivative first [unit/s, unit/s^2, ...].
+        """
+        raise FmuError(f"the FMU takes no derivatives of inputs, such as {', '.join(rates)}")
+
+    def told_rates(self) -> dict[str, Signal]:
+        """The first derivatives of outputs with respect to time [unit/s], where it tells them."""
+        return {}
 
     @abc.abstractmethod
     def save(self) -> int:

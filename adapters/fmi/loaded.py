@@ -15,6 +15,7 @@ from adapters.fmi.description import FmuDescription
 from adapters.fmi.handle import FunctionNames, Handle
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.messages import MessageLog
+from adapters.fmi.rates import told_rates
 from adapters.fmi.starts import startable
 from adapters.fmi.unpacked import LoadedFmu
 from orchestrator.native import NativeKind, NativeOwner, NativeUnit, NativeVariable
@@ -157,6 +158,10 @@ class LoadedInstance(FmuInstance):
             reference = ctypes.c_uint32(self._description.variables[name].reference)
             pointer = (ctypes.c_char_p * 1)(text.encode())
             self._write_string(ctypes.byref(reference), pointer)
+
+    @override
+    def told_rates(self) -> dict[str, Signal]:
+        return told_rates(self._handle, self._description, self._lengths)
 
     @override
     def exit_initialisation(self) -> None:

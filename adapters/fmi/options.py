@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from adapters.fmi import starts as starts_
-from adapters.fmi.description import FmuDescription
+from adapters.fmi.description import HIGHEST_DEGREE, FmuDescription
 from adapters.fmi.variable import FmuVariable
 from orchestrator.errors import ParameterError
 from orchestrator.parameters import Parameter, ParameterProblem
@@ -23,10 +23,14 @@ class Options:
     Attributes:
         tolerance: relative, for the solver of the FMU; `None`: its own.
         locals: names or patterns of variables that are outputs of the component, too.
+        input_degree: of the polynomials that inputs follow over a step, at most; 0: they are held.
+        output_slopes: whether derivatives of outputs are asked for.
     """
 
     tolerance: float | None = None
     locals: tuple[str, ...] = ()
+    input_degree: int = HIGHEST_DEGREE
+    output_slopes: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,8 +79,37 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             doc="variables inside that become outputs: names, or patterns with `*` and `?`",
             is_optional=True,
         )
+    if description.input_degree:
+        found["input_degree"] = Parameter(
+            type=int,
+            default=HIGHEST_DEGREE,
+            minimum=0,
+            maximum=HIGHEST_DEGREE,
+            doc="highest order of the derivatives of inputs that it is told; 0: none",
+            is_optional=True,
+        )
+    if description.slopes:
+        found["output_slopes"] = Parameter(
+            type=bool,
+            default=True,
+            doc="whether it is asked for the derivatives of outputs where these are extrapolated",
+            is_optional=True,
+        )
     named = {PREFIX + name: parameter for name, parameter in found.items()}
     return {n: p for n, p in named.items() if n not in description.variables}
+
+
+def with_options(description: FmuDescription, options: Options) -> FmuDescription:
+    """The FMU as it is to be run.
+
+    Raises:
+        ParameterError: an option does not fit the FMU.
+    """
+    return replace(
+        with_locals(description, options.locals),
+        input_degree=min(description.input_degree, options.input_degree),
+        slopes=description.slopes if options.output_slopes else (),
+    )
 
 
 def with_locals(description: FmuDescription, wanted: tuple[str, ...]) -> FmuDescription:

@@ -41,9 +41,9 @@ class Participant(abc.ABC):
     """
 
     __slots__ = ("_check_outputs", "_component", "_continuous", "_evaluation", "_feeds",
-                 "_history", "_mixed", "_past", "_pending", "_pieces", "_reached", "_starts",
-                 "_used", "is_begun", "name", "published", "reads", "sources", "step_size",
-                 "wall_time_ns")  # fmt: skip
+                 "_followed", "_history", "_mixed", "_past", "_pending", "_pieces", "_reached",
+                 "_sloped", "_starts", "_through", "_used", "is_begun", "name", "published",
+                 "reads", "sources", "step_size", "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
 
@@ -63,6 +63,7 @@ class Participant(abc.ABC):
         self.wall_time_ns = 0
         self._component = component
         self._evaluation = component.capability(InitialEvaluation)  # type: ignore[type-abstract]
+        self._sloped = component.capability(OutputSlopes)  # type: ignore[type-abstract]
         self._check_outputs = OutputCheck(connectors).problems
         self._starts = {
             input_: connector.start_value()
@@ -74,6 +75,8 @@ class Participant(abc.ABC):
         self._past: tuple[PastValues, ...] = ()
         self._pending: Signals = {}
         self._continuous = [name for name, c in connectors.items() if is_approximated(c, c)]
+        self._through = {name: connectors[name].feedthrough for name in self._continuous}
+        self._followed: frozenset[str] = frozenset()
         self._used: Signals = {}
         self._reached: Time = 0
         self._history: History | None = None
@@ -128,7 +131,7 @@ class Participant(abc.ABC):
             self._accept(outputs, start)
         except Exception as error:
             raise self._failure(start, error) from error
-        self._used, self._reached = inputs, start
+        self._used, self._reached, self._followed = inputs, start, frozenset()
         self.publish()
 
     @property
@@ -177,8 +180,7 @@ class Participant(abc.ABC):
             inputs = self._inputs()
         except Exception as error:
             raise self._failure(t, error) from error
-        driven = (*(name for name, _, _ in self._feeds), *(mixed.input for mixed in self._mixed))
-        if all(inputs[name] is self._used.get(name) for name in driven):
+        if all(inputs[name] is self._used.get(name) for name in self._driven()):
             return
         evaluation = self._component.capability(PointEvaluation)  # type: ignore[type-abstract]
         before = perf_counter_ns()
@@ -255,8 +257,21 @@ class Participant(abc.ABC):
         )
 
     def _slopes(self) -> Signals:
-        source = self._component.capability(OutputSlopes)  # type: ignore[type-abstract]
-        return {} if source is None else source.slopes()
+        """The slopes of outputs, but where they would need those of inputs that are not known."""
+        if self._sloped is None:
+            return {}
+        before = perf_counter_ns()
+        try:
+            found = self._sloped.slopes()
+        except Exception as error:
+            raise self._failure(self._reached, error) from error
+        self.wall_time_ns += perf_counter_ns() - before
+        held = self._driven() - self._followed
+        return {n: slope for n, slope in found.items() if held.isdisjoint(self._through.get(n, ()))}
+
+    def _driven(self) -> frozenset[str]:
+        """The inputs that somebody drives."""
+        return frozenset((*(name for name, _, _ in self._feeds), *(m.input for m in self._mixed)))
 
     def save(self, t: Time) -> Any:
         """The state of the component at `t`, between two steps.
@@ -327,7 +342,7 @@ class Participant(abc.ABC):
 
     def _follow(self, piece: Piece) -> None:
         if self._pieces is not None:
-            self._pieces.follow(piece)
+            self._followed = self._pieces.follow(piece)
 
     def _outputs(self) -> Signals:
         """The outputs at the end of the step just made."""
