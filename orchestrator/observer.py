@@ -3,7 +3,7 @@
 import abc
 import sys
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, Final, NoReturn, TextIO
 
 from tqdm import tqdm
@@ -46,6 +46,7 @@ class SimulationResult:
         values: the outputs published there, by component and connector.
         wall_time: where the time went.
         error: what ended the run early, or `None`.
+        coupling: what the coupling algorithm counted, by name, such as steps that were taken back.
     """
 
     start: Time
@@ -53,6 +54,7 @@ class SimulationResult:
     values: Mapping[str, Signals]
     wall_time: WallTime
     error: BaseException | None = None
+    coupling: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def status(self) -> str:

@@ -13,7 +13,7 @@ log.txt         what components and the orchestrator logged
 import itertools
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +48,7 @@ class RunOutcome:
         metrics: of the scenario's report; empty without one.
         summary: the report's lines for the terminal; empty without one.
         recorded: what each recorded signal takes on disk [byte], largest first.
+        coupling: what the coupling algorithm counted; empty if it counts nothing.
     """
 
     directory: Path
@@ -58,6 +59,7 @@ class RunOutcome:
     metrics: Mapping[str, Any]
     summary: str
     recorded: Mapping[str, int]
+    coupling: Mapping[str, int] = field(default_factory=dict)
 
 
 class RunFailedError(CosimError):
@@ -222,6 +224,7 @@ def _run(
         metrics=findings.metrics,
         summary=findings.summary,
         recorded=recorder.sizes,
+        coupling=result.coupling,
     )
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from time import perf_counter_ns
 
-from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.algorithm.base import CosimulationAlgorithm, Stepping
 from orchestrator.algorithm.exchange import Exchange, Schedule
 from orchestrator.algorithm.start import initialise
 from orchestrator.branching import Branching
@@ -57,7 +57,7 @@ def simulate(
     turns, solved = algorithm.turns(system), algorithm.solved(system)
     schedule = Schedule(exchange, turns, start, stop, solved)
     stepping = algorithm.of_run(system, exchange)
-    run = _Run(exchange, start)
+    run = _Run(exchange, start, stepping)
     audience = _Audience(observers)
     plan: RunPlan | None = None
     with run.guarded("simulating"), branching.confined():
@@ -156,10 +156,11 @@ class _Audience:
 class _Run:
     """How far a run came, what went wrong, and where the time went."""
 
-    def __init__(self, exchange: Exchange, start: Time) -> None:
+    def __init__(self, exchange: Exchange, start: Time, stepping: Stepping) -> None:
         self.time = start
         self.error: BaseException | None = None
         self._exchange = exchange
+        self._stepping = stepping
         self._start = start
         self._began_at_ns = perf_counter_ns()
 
@@ -190,4 +191,5 @@ class _Run:
                 orchestrator=total - observers - sum(components.values()),
             ),
             error=self.error,
+            coupling=dict(self._stepping.tally()),
         )

@@ -36,6 +36,10 @@ class Stepping(abc.ABC):
     def arrive(self, t: Time, due: Due) -> None:
         """Complete the steps that end at `t` and publish their outputs."""
 
+    def tally(self) -> Mapping[str, int]:
+        """What is to be told of the run so far, counted, by a word for each; nothing by default."""
+        return {}
+
 
 class CosimulationAlgorithm(Parametrised, Stepping):
     """Decides who steps when, and which values it sees.
