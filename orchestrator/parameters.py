@@ -39,7 +39,7 @@ from orchestrator.component import Component, DecidingComponent, OncePerProcessC
 from orchestrator.errors import ParameterProblem
 from orchestrator.input_files import FileCheck, FileReadingComponent, named_files
 from orchestrator.kinds import FrozenMapping
-from orchestrator.timebase import Duration
+from orchestrator.timebase import StepSize
 
 REQUIRED: Final = dataclasses.MISSING
 """The default of a parameter that a scenario must set."""
@@ -124,7 +124,7 @@ class ComponentType(abc.ABC):
         del values
         return None
 
-    def step_problem(self, step: Duration) -> str | None:
+    def step_problem(self, step: StepSize) -> str | None:
         """Why no instance can be stepped with this communication step size.
 
         Args:

@@ -26,7 +26,7 @@ from orchestrator.component import Capability, Component, WrappedRestorableCompo
 from orchestrator.course import Course
 from orchestrator.native import NativeOwner, NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
-from orchestrator.timebase import Duration, Time, seconds
+from orchestrator.timebase import CommunicationGrid, Duration, Time, seconds
 
 Instantiate: TypeAlias = Callable[[], FmuInstance]
 """Makes a new instance of the FMU, with its own folder and library."""
@@ -83,7 +83,7 @@ class FmuComponent(
         self._read: Signals = {}
         self._seed: int | None = None
         self._start: Time = 0
-        self._stop: Time | None = None
+        self._grid: CommunicationGrid | None = None
         self._is_initialising = False
         self._courses: Mapping[str, Course] = {}
         self._rates = InputRates()
@@ -94,8 +94,8 @@ class FmuComponent(
         return self._connectors
 
     @override
-    def expect_stop(self, stop: Time) -> None:
-        self._stop = stop
+    def expect(self, grid: CommunicationGrid) -> None:
+        self._grid = grid
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -175,7 +175,7 @@ class FmuComponent(
         self._set_parameters(instance)
         instance.enter_initialisation(
             seconds(self._start),
-            stop=None if self._stop is None else seconds(self._stop),
+            stop=None if self._grid is None else seconds(self._grid.stop),
             tolerance=self._tolerance,
         )
         self._written = {}
@@ -224,10 +224,14 @@ class FmuComponent(
         if self._sizes.may_have_changed(inputs, self._written):
             self._resize(instance, inputs)
         self._write_inputs(instance, inputs)
+        if self._grid is None:
+            time, length = seconds(t), seconds(h)
+        else:
+            time, length = self._grid.seconds(t), self._grid.length(t, h)
         courses, self._courses = self._courses, {}
-        if rates := self._rates.over(courses, h):
+        if rates := self._rates.over(courses, length):
             instance.tell_rates(rates)
-        instance.step(seconds(t), seconds(h))
+        instance.step(time, length)
         self._read = instance.read()
 
     def _resize(self, instance: FmuInstance, inputs: Signals) -> None:

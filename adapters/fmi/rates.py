@@ -13,7 +13,6 @@ from adapters.fmi.handle import Handle
 from adapters.fmi.instance import OK
 from orchestrator.course import Course
 from orchestrator.signal import Array, Signal
-from orchestrator.timebase import Duration, seconds
 
 _FMI2: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p)
 _FMI3: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_size_t)
@@ -25,14 +24,14 @@ class InputRates:
     def __init__(self) -> None:
         self._degrees: dict[str, int] = {}
 
-    def over(self, courses: Mapping[str, Course], h: Duration) -> dict[str, tuple[float, ...]]:
+    def over(self, courses: Mapping[str, Course], h: float) -> dict[str, tuple[float, ...]]:
         """The derivatives to set before a step, the first one first [unit/s, unit/s^2, ...].
 
         Those of an earlier step that no course speaks of any more are zero again.
 
         Args:
             courses: by input, over the step.
-            h: its length [ns].
+            h: its length [s].
         """
         if not courses and not self._degrees:
             return {}
@@ -41,9 +40,9 @@ class InputRates:
         return {name: _rates(courses.get(name), n, h) for name, n in self._degrees.items() if n}
 
 
-def _rates(course: Course | None, count: int, h: Duration) -> tuple[float, ...]:
+def _rates(course: Course | None, count: int, h: float) -> tuple[float, ...]:
     known = () if course is None else course.coefficients[1:]
-    found = [math.factorial(k) * float(c) / seconds(h) ** k for k, c in enumerate(known, start=1)]
+    found = [math.factorial(k) * float(c) / h**k for k, c in enumerate(known, start=1)]
     return (*found, *[0.0] * (count - len(found)))
 
 

@@ -23,7 +23,7 @@ from orchestrator.feedthrough import dependent_groups
 from orchestrator.parameters import parameter
 from orchestrator.signal import Array, Variability
 from orchestrator.system import System
-from orchestrator.timebase import Duration, Time, seconds
+from orchestrator.timebase import Duration, StepSize, Time, format_duration
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,12 +97,12 @@ class Adaptive(CosimulationAlgorithm):
             longest = system.step_sizes[min(names)]
             members = tuple(exchange.participants[name] for name in turns if name in names)
             watched = tuple(_watched(system, exchange, names, self.degree))
-            control = StepControl(longest, self._smallest(longest), self.degree + 1)
+            control = StepControl(math.ceil(longest), self._smallest(longest), self.degree + 1)
             groups.append(_Group(members, watched, tolerance, control))
         return _Adapting(groups)
 
-    def _smallest(self, longest: Duration) -> Duration:
-        return max(1, longest // self.maximum_steps)
+    def _smallest(self, longest: StepSize) -> Duration:
+        return max(1, int(longest) // self.maximum_steps)
 
     @override
     def arrive(self, t: Time, due: Due) -> None:
@@ -165,7 +165,7 @@ class _Group:
 
     def step_to(self, end: Time) -> None:
         """Make the communication step that ends at `end`, in as many steps as it takes."""
-        now = end - self.participants[0].step_size
+        now = self.participants[0].before(end)
         while now < end:
             h = self.control.next(end - now)
             saved = _Saved(self.participants, now) if self.control.may_reject(h) else None
@@ -228,7 +228,7 @@ class _Adapting(Stepping):
                 self._led[each.name].step_to(t)
             elif each.name not in self._members:
                 if not each.is_begun:
-                    each.begin(t - each.step_size)
+                    each.begin(each.before(t))
                 each.finish()
                 each.publish()
 
@@ -280,7 +280,7 @@ def _problems(system: System, names: frozenset[str]) -> Iterator[str]:
             )
     sizes = {name: system.step_sizes[name] for name in ordered}
     if len(set(sizes.values())) > 1:
-        listed = ", ".join(f"`{name}` {seconds(h):.9g} s" for name, h in sizes.items())
+        listed = ", ".join(f"`{name}` {format_duration(h)}" for name, h in sizes.items())
         yield (
             "components that depend on each other need one communication step for adaptive steps; "
             f"these have several: {listed}"

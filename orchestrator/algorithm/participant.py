@@ -11,13 +11,14 @@ from orchestrator.algorithm.history import History, InputCourses, is_approximate
 from orchestrator.algorithm.mixing import MixedInput, MixSources, PastValues
 from orchestrator.algorithm.outputs import OutputCheck
 from orchestrator.algorithm.pieces import Piece, Pieces
-from orchestrator.capabilities import InitialEvaluation, OutputSlopes, PointEvaluation
+from orchestrator.algorithm.slopes import KnownSlopes
+from orchestrator.capabilities import InitialEvaluation, PointEvaluation
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, CosimError
 from orchestrator.native import NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
 from orchestrator.system import Feed
-from orchestrator.timebase import Duration, Time
+from orchestrator.timebase import CommunicationGrid, Duration, StepSize, Time
 from orchestrator.transformation import Mix
 
 
@@ -41,9 +42,9 @@ class Participant(abc.ABC):
     """
 
     __slots__ = ("_check_outputs", "_component", "_continuous", "_evaluation", "_feeds",
-                 "_followed", "_history", "_mixed", "_past", "_pending", "_pieces", "_reached",
-                 "_sloped", "_starts", "_through", "_used", "is_begun", "name", "published",
-                 "reads", "sources", "step_size", "wall_time_ns")  # fmt: skip
+                 "_followed", "_grid", "_history", "_mixed", "_past", "_pending", "_pieces",
+                 "_reached", "_sloped", "_starts", "_used", "is_begun", "name",
+                 "published", "reads", "sources", "step_size", "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
 
@@ -52,7 +53,7 @@ class Participant(abc.ABC):
         name: str,
         component: Component,
         connectors: Mapping[str, Connector],
-        step_size: Duration,
+        step_size: StepSize,
     ) -> None:
         self.name: Final = name
         self.step_size: Final = step_size
@@ -63,7 +64,7 @@ class Participant(abc.ABC):
         self.wall_time_ns = 0
         self._component = component
         self._evaluation = component.capability(InitialEvaluation)  # type: ignore[type-abstract]
-        self._sloped = component.capability(OutputSlopes)  # type: ignore[type-abstract]
+        self._sloped = KnownSlopes(component, connectors)
         self._check_outputs = OutputCheck(connectors).problems
         self._starts = {
             input_: connector.start_value()
@@ -75,10 +76,10 @@ class Participant(abc.ABC):
         self._past: tuple[PastValues, ...] = ()
         self._pending: Signals = {}
         self._continuous = [name for name, c in connectors.items() if is_approximated(c, c)]
-        self._through = {name: connectors[name].feedthrough for name in self._continuous}
         self._followed: frozenset[str] = frozenset()
         self._used: Signals = {}
         self._reached: Time = 0
+        self._grid = CommunicationGrid(0, step_size, 0)
         self._history: History | None = None
         self._pieces: Pieces | None = None
 
@@ -113,7 +114,8 @@ class Participant(abc.ABC):
         """Enter the initial state at `start`, of a run that ends at `stop` at the latest."""
         before = perf_counter_ns()
         try:
-            self._component.expect_stop(stop)
+            self._grid = CommunicationGrid.over(start, stop, self.step_size)
+            self._component.expect(self._grid)
             self._component.setup(start, rng)
             self._reached = start
         except Exception as error:
@@ -193,6 +195,10 @@ class Participant(abc.ABC):
         self._used = inputs
         self.publish()
 
+    def before(self, t: Time) -> Time:
+        """Where the communication step starts that ends at `t`."""
+        return self._grid.before(t)
+
     @abc.abstractmethod
     def begin(self, t: Time, h: Duration | None = None) -> None:
         """Start the step from `t` with the inputs that are published now.
@@ -247,7 +253,7 @@ class Participant(abc.ABC):
         self.show(
             {
                 output: real(
-                    history.course(output, t, self.step_size, degree).at(0.0),
+                    history.course(output, t, t - self.before(t), degree).at(0.0),
                     self.published[output],
                 )
                 for output in self._continuous
@@ -257,17 +263,13 @@ class Participant(abc.ABC):
         )
 
     def _slopes(self) -> Signals:
-        """The slopes of outputs, but where they would need those of inputs that are not known."""
-        if self._sloped is None:
-            return {}
         before = perf_counter_ns()
         try:
-            found = self._sloped.slopes()
+            found = self._sloped.now(self._driven() - self._followed)
         except Exception as error:
             raise self._failure(self._reached, error) from error
         self.wall_time_ns += perf_counter_ns() - before
-        held = self._driven() - self._followed
-        return {n: slope for n, slope in found.items() if held.isdisjoint(self._through.get(n, ()))}
+        return found
 
     def _driven(self) -> frozenset[str]:
         """The inputs that somebody drives."""
@@ -333,7 +335,7 @@ class Participant(abc.ABC):
 
     def _begun(self, t: Time, h: Duration | None) -> tuple[Piece, ...]:
         """What there is to do for a step from `t`."""
-        length = self.step_size if h is None else h
+        length = self._grid.after(t) - t if h is None else h
         inputs = self._inputs()
         self._used, self._reached = inputs, t + length
         if self._pieces is None:

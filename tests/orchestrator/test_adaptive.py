@@ -78,9 +78,7 @@ def test_the_error_is_proportional_to_the_tolerance(extrapolation: Any, name: st
     print(name, extrapolation, errors[0] / errors[1], errors, [c for _, c in found])
 
 
-class Ground(
-    RestorableComponent[float], PointEvaluation, CourseFollowing, VariableSteps
-):
+class Ground(RestorableComponent[float], PointEvaluation, CourseFollowing, VariableSteps):
     """A spring below zero: f = -k min(x, 0)."""
 
     connectors: Mapping[str, Connector] = {  # type: ignore[assignment]
@@ -172,15 +170,17 @@ def height(t: float) -> float:
 
 def test_a_bouncing_ball_needs_small_steps_only_where_it_bounces() -> None:
     stop = 30 * H
+
     def run(algorithm: CosimulationAlgorithm, h: Duration) -> tuple[float, SimulationResult]:
         trace = Trace()
         result = simulate(bouncing(h), algorithm, start=0, stop=stop, seed=0, observers=[trace])
         pairs = zip(trace.times, trace.rows, strict=True)
         return max(abs(row["ball.x"] - height(t)) for t, row in pairs), result
-    for e in (1e-2, 1e-3,1e-4):
-      for ex in ("linear","quadratic"):
-        err, r = run(Adaptive(relative_tolerance=e,extrapolation=ex), H)
-        print(e, ex, err, dict(r.coupling))
-    for n in (100, 400,1000,4000):
+
+    for e in (1e-2, 1e-3, 1e-4):
+        for ex in ("linear", "quadratic"):
+            err, r = run(Adaptive(relative_tolerance=e, extrapolation=ex), H)
+            print(e, ex, err, dict(r.coupling))
+    for n in (100, 400, 1000, 4000):
         err, r = run(GaussSeidel(extrapolation="linear"), H // n)
         print(n * 30, err)
