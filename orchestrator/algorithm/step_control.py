@@ -6,7 +6,7 @@ from orchestrator.timebase import Duration
 
 _SAFETY: Final = 0.9
 _SHORTEST, _LONGEST = 0.2, 5.0
-"""By what share of the last step the next one is shorter, or longer, at most."""
+"""The next step is at most this much shorter, or longer, than the last one."""
 _INTEGRAL, _PROPORTIONAL = 0.7, 0.4
 _EXACT: Final = 1e-10
 
