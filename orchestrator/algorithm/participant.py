@@ -8,7 +8,8 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from orchestrator.algorithm.history import History, InputCourses, is_approximated, real
-from orchestrator.algorithm.mixing import MixedInput, MixSources, PastValues
+from orchestrator.algorithm.inputs import Inputs
+from orchestrator.algorithm.mixing import PastValues
 from orchestrator.algorithm.outputs import OutputCheck
 from orchestrator.algorithm.pieces import Piece, Pieces
 from orchestrator.algorithm.slopes import KnownSlopes
@@ -16,10 +17,8 @@ from orchestrator.capabilities import InitialEvaluation, PointEvaluation
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, CosimError
 from orchestrator.native import NativeUnit
-from orchestrator.signal import Causality, Connector, Signal, Signals
-from orchestrator.system import Feed
+from orchestrator.signal import Connector, Signal, Signals
 from orchestrator.timebase import CommunicationGrid, Duration, StepSize, Time
-from orchestrator.transformation import Mix
 
 
 class Participant(abc.ABC):
@@ -35,16 +34,15 @@ class Participant(abc.ABC):
         step_size: communication step size [ns].
         is_concurrent: whether the step runs elsewhere between `begin` and `finish`.
         is_begun: whether a step has been begun that has not been waited for yet.
-        sources: the names of the components it reads.
-        reads: component and name of each output that it reads.
+        inputs: what it reads, and from whom.
         published: the outputs that others may see now; updated in place by `publish`.
         wall_time_ns: time spent in calls of the component so far [ns].
     """
 
-    __slots__ = ("_check_outputs", "_component", "_continuous", "_evaluation", "_feeds",
-                 "_followed", "_grid", "_history", "_mixed", "_past", "_pending", "_pieces",
-                 "_reached", "_sloped", "_starts", "_used", "is_begun", "name",
-                 "published", "reads", "sources", "step_size", "wall_time_ns")  # fmt: skip
+    __slots__ = ("_check_outputs", "_component", "_continuous", "_evaluation",
+                 "_followed", "_grid", "_history", "_past", "_pending", "_pieces",
+                 "_reached", "_sloped", "_used", "inputs", "is_begun", "name",
+                 "published", "step_size", "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
 
@@ -58,21 +56,13 @@ class Participant(abc.ABC):
         self.name: Final = name
         self.step_size: Final = step_size
         self.published: Final[dict[str, Signal]] = {}
-        self.sources: frozenset[str] = frozenset()
-        self.reads: frozenset[tuple[str, str]] = frozenset()
         self.is_begun = False
         self.wall_time_ns = 0
         self._component = component
         self._evaluation = component.capability(InitialEvaluation)  # type: ignore[type-abstract]
         self._sloped = KnownSlopes(component, connectors)
         self._check_outputs = OutputCheck(connectors).problems
-        self._starts = {
-            input_: connector.start_value()
-            for input_, connector in connectors.items()
-            if connector.causality is Causality.INPUT
-        }
-        self._feeds: tuple[tuple[str, Signals, str], ...] = ()
-        self._mixed: tuple[MixedInput, ...] = ()
+        self.inputs: Final = Inputs(connectors)
         self._past: tuple[PastValues, ...] = ()
         self._pending: Signals = {}
         self._continuous = [name for name, c in connectors.items() if is_approximated(c, c)]
@@ -82,19 +72,6 @@ class Participant(abc.ABC):
         self._grid = CommunicationGrid(0, step_size, 0)
         self._history: History | None = None
         self._pieces: Pieces | None = None
-
-    def connect(self, feeds: tuple[Feed, ...], published: Mapping[str, Signals]) -> None:
-        """Read the inputs in `feeds` from what the components `published`, from now on."""
-        self.sources = frozenset(feed.component for feed in feeds)
-        self.reads = frozenset((feed.component, feed.output) for feed in feeds)
-        self._feeds = tuple((feed.input, published[feed.component], feed.output) for feed in feeds)
-
-    def mix(self, mixes: tuple[Mix, ...], sources: MixSources) -> None:
-        """Make the inputs in `mixes` of what `sources` has, from now on; after `connect`."""
-        self.sources = self.sources.union(*(mix.components for mix in mixes))
-        terms = (term for mix in mixes for part in mix.parts for term in part.terms)
-        self.reads = self.reads.union((term.component, term.output) for term in terms)
-        self._mixed = tuple(MixedInput(mix, self._starts[mix.input], sources) for mix in mixes)
 
     def note_in(self, past: tuple[PastValues, ...]) -> None:
         """Note what is published in `past`, from now on."""
@@ -126,7 +103,7 @@ class Participant(abc.ABC):
         """Compute and publish the outputs at `start` from the inputs known so far."""
         before = perf_counter_ns()
         try:
-            inputs = self._known_inputs()
+            inputs = self.inputs.known()
             self._component.initialise(inputs)
             outputs = self._component.outputs()
             self.wall_time_ns += perf_counter_ns() - before
@@ -149,23 +126,13 @@ class Participant(abc.ABC):
         evaluation = self._evaluation
         before = perf_counter_ns()
         try:
-            inputs = self._known_inputs()
+            inputs = self.inputs.known()
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
             self._accept(outputs, start)
         except Exception as error:
             raise self._failure(start, error) from error
         self.published.update(self._pending)
-
-    def _known_inputs(self) -> dict[str, Signal]:
-        """The inputs; those whose source has not published yet carry their start values."""
-        inputs = self._starts.copy()
-        for name, values, output in self._feeds:
-            if output in values:
-                inputs[name] = values[output]
-        for mixed in self._mixed:
-            inputs[mixed.input] = mixed.value()
-        return inputs
 
     @property
     def can_refresh(self) -> bool:
@@ -179,10 +146,10 @@ class Participant(abc.ABC):
         step had, there is nothing to do.
         """
         try:
-            inputs = self._inputs()
+            inputs = self.inputs.now()
         except Exception as error:
             raise self._failure(t, error) from error
-        if all(inputs[name] is self._used.get(name) for name in self._driven()):
+        if all(inputs[name] is self._used.get(name) for name in self.inputs.driven):
             return
         evaluation = self._component.capability(PointEvaluation)  # type: ignore[type-abstract]
         before = perf_counter_ns()
@@ -198,6 +165,16 @@ class Participant(abc.ABC):
     def before(self, t: Time) -> Time:
         """Where the communication step starts that ends at `t`."""
         return self._grid.before(t)
+
+    @property
+    def sources(self) -> frozenset[str]:
+        """The names of the components it reads."""
+        return self.inputs.sources
+
+    @property
+    def reads(self) -> frozenset[tuple[str, str]]:
+        """Component and name of each output that it reads."""
+        return self.inputs.reads
 
     @abc.abstractmethod
     def begin(self, t: Time, h: Duration | None = None) -> None:
@@ -265,15 +242,11 @@ class Participant(abc.ABC):
     def _slopes(self) -> Signals:
         before = perf_counter_ns()
         try:
-            found = self._sloped.now(self._driven() - self._followed)
+            found = self._sloped.now(self.inputs.driven - self._followed)
         except Exception as error:
             raise self._failure(self._reached, error) from error
         self.wall_time_ns += perf_counter_ns() - before
         return found
-
-    def _driven(self) -> frozenset[str]:
-        """The inputs that somebody drives."""
-        return frozenset((*(name for name, _, _ in self._feeds), *(m.input for m in self._mixed)))
 
     def save(self, t: Time) -> Any:
         """The state of the component at `t`, between two steps.
@@ -325,18 +298,10 @@ class Participant(abc.ABC):
         except Exception as error:
             raise self._failure(None, error, "while closing: ") from error
 
-    def _inputs(self) -> Signals:
-        inputs = self._starts.copy()
-        for name, values, output in self._feeds:
-            inputs[name] = values[output]
-        for mixed in self._mixed:
-            inputs[mixed.input] = mixed.value()
-        return inputs
-
     def _begun(self, t: Time, h: Duration | None) -> tuple[Piece, ...]:
         """What there is to do for a step from `t`."""
         length = self._grid.after(t) - t if h is None else h
-        inputs = self._inputs()
+        inputs = self.inputs.now()
         self._used, self._reached = inputs, t + length
         if self._pieces is None:
             return (Piece(inputs, t, length),)
