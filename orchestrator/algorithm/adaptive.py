@@ -140,7 +140,9 @@ class _Watched:
         scale = max(self._largest, float(np.max(np.abs(value), initial=0.0)))
         allowed = float(tolerance.allowed(np.asarray(scale)))
         difference = float(np.max(np.abs(value - expected), initial=0.0))
-        return 0.0 if difference == 0.0 else difference / allowed if allowed else math.inf
+        if difference == 0.0:
+            return 0.0
+        return difference / allowed if allowed > 0.0 else math.inf
 
     def keep(self) -> None:
         """Remember how large it is: the step counts."""

@@ -20,9 +20,16 @@ from typing import Any, NoReturn
 import numpy as np
 from typing_extensions import Buffer, override
 
-from orchestrator.capabilities import PointEvaluation, VariableSteps
+from orchestrator.capabilities import (
+    CourseFollowing,
+    OutputSlopes,
+    PointEvaluation,
+    VariableSteps,
+)
 from orchestrator.component import Capability, ConcurrentComponent, WrappedRestorableComponent
+from orchestrator.course import Course
 from orchestrator.errors import ComponentError, ComponentTypeError
+from orchestrator.remote.courses import courses_to_document, slopes_from_document
 from orchestrator.remote.protocol import (
     CAPABILITIES,
     ComponentSpec,
@@ -164,7 +171,9 @@ class RemoteState:
         self.values = values
 
 
-class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
+class RemoteComponent(
+    ConcurrentComponent, PointEvaluation, CourseFollowing, OutputSlopes, VariableSteps
+):
     """A component hosted at the other end of a link; `launch` creates it."""
 
     def __init__(self, dialogue: _Dialogue, created: _Reply, deadlines: Deadlines) -> None:
@@ -178,6 +187,8 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
         self._values: Signals = {}
         offered = created.message.document.get("capabilities", ())
         self._capabilities = {CAPABILITIES[name] for name in offered}
+        self._input_degree: int = created.message.document.get("input_degree", 0)
+        self._courses: Mapping[str, Course] = {}
         self._is_set_up = False
         self._forgotten: list[int] = []
         self._grid: CommunicationGrid | None = None
@@ -213,6 +224,21 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
         reply = self._dialogue.answer(self._deadlines.create)
         return self._outputs.decode(reply.raw, reply.offset)
 
+    @property
+    @override
+    def input_degree(self) -> int:
+        return self._input_degree
+
+    @override
+    def follow(self, courses: Mapping[str, Course]) -> None:
+        self._courses = courses
+
+    @override
+    def slopes(self) -> Signals:
+        self._dialogue.ask(Kind.SLOPES)
+        reply = self._dialogue.answer(self._deadlines.step)
+        return slopes_from_document(reply.message.document["slopes"])
+
     @override
     def initialise(self, inputs: Signals) -> None:
         self._dialogue.ask(Kind.INITIALISE, block=self._inputs.parts(inputs))
@@ -220,7 +246,10 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
 
     @override
     def begin_step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self._dialogue.ask(Kind.STEP, t=t, h=h, block=self._inputs.parts(inputs))
+        courses, self._courses = self._courses, {}
+        document = {"courses": courses_to_document(courses)} if courses else {}
+        block = self._inputs.parts(inputs)
+        self._dialogue.ask(Kind.STEP, t=t, h=h, document=document, block=block)
 
     @override
     def finish_step(self) -> None:

@@ -24,7 +24,13 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from typing_extensions import Buffer
 
-from orchestrator.capabilities import InitialEvaluation, PointEvaluation, VariableSteps
+from orchestrator.capabilities import (
+    CourseFollowing,
+    InitialEvaluation,
+    OutputSlopes,
+    PointEvaluation,
+    VariableSteps,
+)
 from orchestrator.errors import ComponentTypeError
 from orchestrator.kinds import FrozenMapping
 from orchestrator.local_module import local_type
@@ -40,7 +46,8 @@ _VERSION: Final = 3
 
 
 CAPABILITIES: Final[Mapping[str, type]] = {
-    each.__name__: each for each in (InitialEvaluation, PointEvaluation, VariableSteps)
+    each.__name__: each
+    for each in (InitialEvaluation, PointEvaluation, CourseFollowing, OutputSlopes, VariableSteps)
 }
 """What a component in another process can do as well as here, by name."""
 
@@ -56,6 +63,7 @@ class Kind(enum.IntEnum):
     SAVE = 6
     RESTORE = 7
     EVALUATE = 8
+    SLOPES = 9
     DONE = 16
     FAILED = 17
 

@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from orchestrator.signal import Causality, Connector, Signals, Variability
 from orchestrator.simulation import simulate
 from orchestrator.system import System
 from orchestrator.timebase import Duration, Time, nanoseconds
+from orchestrator.transformation import PLAIN, Transformation
 from tests.orchestrator.linear_parts import (
     Linear,
     Network,
@@ -294,6 +296,28 @@ def test_all_others_step_as_they_always_do() -> None:
     assert parts["right"].steps == parts["left"].steps
 
 
+def test_inputs_that_are_made_of_others_are_held_and_judged_so() -> None:
+    """An offset of next to nothing: the same force, but held, so that steps are many more."""
+    network, outputs, _ = NETWORKS["two masses"]
+    algorithm = Adaptive(relative_tolerance=1e-2)
+    counts, errors = [], []
+    for way in (PLAIN, Transformation(offset=1e-300)):
+        system, _ = network.system(H, ABLE)
+        links = [
+            replace(link, way=way) if link.source.component == "right" else link
+            for link in system.connections
+        ]
+        whole = System(system.components, system.step_sizes, links)
+        trace = Trace()
+        result = simulate(whole, algorithm, start=0, stop=5 * H, seed=0, observers=[trace])
+        exact = network.exact(trace.times)
+        found = [np.array([row[y] for row in trace.rows]) - exact[y] for y in outputs]
+        errors.append(float(np.max(np.abs(found))))
+        counts.append(result.coupling["steps"])
+    assert counts[1] > 3 * counts[0]
+    assert max(errors) < 1e-2
+
+
 def test_graph_tells_that_values_are_at_most_a_communication_step_old() -> None:
     system, _ = NETWORKS["two masses"][0].system(H, ABLE)
     ages = Adaptive(maximum_steps=50).ages(system)
@@ -304,14 +328,14 @@ def test_graph_tells_that_values_are_at_most_a_communication_step_old() -> None:
 @pytest.mark.parametrize("extrapolation", ["hold", "linear", "quadratic"])
 def test_it_is_the_same_over_the_loopback_transport(extrapolation: Any) -> None:
     home = "tests.orchestrator.packages.remote_units:Follower"
-    specs = [ComponentSpec(name=name, type=home, values={}) for name in ("a", "b")]
+    specs = [ComponentSpec(name=name, type=home, values={}) for name in ("a", "b", "c")]
     algorithm = Adaptive(relative_tolerance=1e-2, extrapolation=extrapolation, maximum_steps=20)
 
     def run(parts: Mapping[str, Component]) -> list[dict[str, float]]:
-        wires = connections(["a.y > b.u", "b.y > a.u"])
+        wires = connections(["a.y > b.u", "b.y > a.u", "b.y > c.u"])
         return traced(System(parts, dict.fromkeys(parts, H), wires), algorithm, 5 * H).rows
 
-    here = run({"a": Follower(), "b": Follower()})
+    here = run({"a": Follower(), "b": Follower(), "c": Follower()})
     with launch(specs, LoopbackTransport()) as components:
         assert run(components) == here
 

@@ -10,6 +10,7 @@ import pytest
 
 from adapters.fmi import FmuComponentType
 from adapters.fmi.errors import FmuError
+from orchestrator.algorithm.adaptive import Adaptive
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
@@ -18,15 +19,21 @@ from orchestrator.capabilities import CourseFollowing, OutputSlopes, VariableSte
 from orchestrator.component import Component
 from orchestrator.course import Course
 from orchestrator.randomness import stream
+from orchestrator.remote.component import launch
+from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.transport import LoopbackTransport
+from orchestrator.signal import Causality, Connector
+from orchestrator.simulation import simulate
 from orchestrator.system import System
-from orchestrator.timebase import Duration, nanoseconds
+from orchestrator.testing import FunctionComponent
+from orchestrator.timebase import Duration, Time, nanoseconds
 from tests.orchestrator.linear_parts import Network, Trace, connections, order, traced
 from tests.orchestrator.mechanics import moved, two_masses
 
 H = nanoseconds("0.1")
 STEPS = tuple(nanoseconds(text) for text in ("0.05", "0.025", "0.0125"))
-LEFT = {"start.x": 1.0}
-RIGHT = {"stiffness": 5.0, "spring": 2.0, "damper": 0.1, "start.x": -1.0}
+LEFT: Mapping[str, Any] = {"start.x": 1.0}
+RIGHT: Mapping[str, Any] = {"stiffness": 5.0, "spring": 2.0, "damper": 0.1, "start.x": -1.0}
 WIRES = ("left.x > right.xin", "left.v > right.vin", "right.force > left.f")
 WIRES_OF_LINEAR = ("left.x > right.x", "left.v > right.v", "right.f > left.f")
 HELD: Mapping[str, Any] = {"fmi.input_degree": 0, "fmi.output_slopes": False}
@@ -178,3 +185,51 @@ def test_fmi_3_tells_slopes_of_arrays(slopes3: Path) -> None:
     np.testing.assert_allclose(np.asarray(found["y"]), [1.0, 0.2])
     assert found["z"] == 3.0
     unit.close()
+
+
+@pytest.mark.parametrize(
+    "algorithm",
+    [
+        Jacobi(extrapolation="linear"),
+        InterfaceQuasiNewton(interpolation="quadratic"),
+        Adaptive(relative_tolerance=1e-2, extrapolation="quadratic"),
+    ],
+    ids=["jacobi", "quasi-newton", "adaptive"],
+)
+def test_it_is_the_same_in_another_process(mass2: Path, algorithm: CosimulationAlgorithm) -> None:
+    here = traced(masses(mass2, H, {}), algorithm, 5 * H).rows
+    specs = [
+        ComponentSpec(name="left", type=mass2, values=LEFT),
+        ComponentSpec(name="right", type=mass2, values=RIGHT),
+    ]
+    with launch(specs, LoopbackTransport()) as parts:
+        system = System(parts, dict.fromkeys(parts, H), connections(WIRES))
+        assert traced(system, algorithm, 5 * H).rows == here
+    assert here[-1]["left.told"] > 0
+
+
+def test_rejected_steps_of_fmus_are_taken_back(mass2: Path) -> None:
+    """A push of 50 N on the right mass from 0.1 s on: steps that were longer are made again."""
+
+    def final(
+        algorithm: CosimulationAlgorithm, h: Duration, since: Time
+    ) -> tuple[float, Mapping[str, int]]:
+        pushed = FunctionComponent(
+            {"f": Connector(causality=Causality.OUTPUT, unit="N")},
+            lambda state, _, t: (state, {"f": np.array(50.0 if t >= since else 0.0)}),
+        )
+        system = masses(mass2, h, {})
+        whole = System(
+            {"push": pushed, **system.components},
+            {"push": H, "left": h, "right": h},
+            [*system.connections, *connections(["push.f > right.f"])],
+        )
+        result = simulate(whole, algorithm, start=0, stop=3 * H, seed=0)
+        return float(np.asarray(result.values["right"]["x"])), result.coupling
+
+    algorithm = Adaptive(relative_tolerance=1e-4, extrapolation="quadratic")
+    found, counts = final(algorithm, H, 2 * H)  # held over the step that ends there
+    last = ("left", "right", "push")
+    exact, _ = final(GaussSeidel(last, extrapolation="quadratic"), H // 200, H)
+    assert counts["rejected"] > 3
+    assert found == pytest.approx(exact, abs=1e-6)
