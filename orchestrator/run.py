@@ -1,6 +1,6 @@
 """One run of a scenario, in a directory of its own.
 
-manifest.json   the resolved scenario, versions, digests of the files that components read, host,
+manifest.json   the resolved scenario, the order of turns, versions, digests of the files that components read, host,
                 how the run ended and where the time went
 signals/        the recording; see `orchestrator.recording.layout`
 metrics.json    what the scenario's report and measures found in it
@@ -183,7 +183,7 @@ def _run(
         directory,
         include=scenario.include,
         exclude=scenario.exclude,
-        manifest=_manifest(scenario, transport),
+        manifest=_manifest(scenario, assembly.turns, transport),
     )
     logger.info("running %s with seed %d", scenario.path, scenario.seed)
     for remark in scenario.remarks:
@@ -228,13 +228,16 @@ def _run(
     )
 
 
-def _manifest(scenario: Scenario, transport: str) -> Mapping[str, Any]:
+def _manifest(
+    scenario: Scenario, turns: Sequence[str], transport: str
+) -> Mapping[str, Any]:
     return {
         **provenance(),
         "scenario_file": str(scenario.path.absolute()),
         "overrides": list(scenario.overrides),
         "seed": scenario.seed,
         "transport": transport,
+        "turns": list(turns),
         "files": digests(scenario),
         "scenario": scenario.resolved(),
     }

@@ -20,12 +20,12 @@ def courses_from_document(document: Mapping[str, Any]) -> dict[str, Course]:
 
 
 def slopes_to_document(slopes: Signals) -> dict[str, Any]:
-    """The slope of each output."""
+    """The slope of each output, with its shape."""
     return {name: _plain(np.asarray(slope)) for name, slope in slopes.items()}
 
 
 def slopes_from_document(document: Mapping[str, Any]) -> dict[str, Array]:
-    """What `slopes_to_document` described."""
+    """What `slopes_to_document` described, each of its own shape."""
     return {name: _array(each) for name, each in document.items()}
 
 
