@@ -1,7 +1,7 @@
 """One run of a scenario, in a directory of its own.
 
-manifest.json   the resolved scenario, the order of turns, versions, digests of the files that components read, host,
-                how the run ended and where the time went
+manifest.json   the resolved scenario, the order of turns, versions, digests of the files that
+                components read, host, how the run ended and where the time went
 signals/        the recording; see `orchestrator.recording.layout`
 metrics.json    what the scenario's report and measures found in it
 measures/       tables of measures
@@ -21,7 +21,7 @@ from orchestrator.errors import CosimError
 from orchestrator.findings import make_report
 from orchestrator.log import run_log
 from orchestrator.observer import Observer, WallTime
-from orchestrator.placement import IN_PROCESS, placing
+from orchestrator.placement import placement, placing
 from orchestrator.provenance import provenance
 from orchestrator.questions import Questions
 from orchestrator.recording.layout import RecordingError
@@ -122,7 +122,7 @@ def run_scenario(
     scenario: Scenario,
     directory: Path | None = None,
     *,
-    transport: str = IN_PROCESS,
+    transport: str | None = None,
     observers: Sequence[Observer] = (),
     echo_warnings: bool = False,
     figure: bool = True,
@@ -133,7 +133,8 @@ def run_scenario(
     Args:
         scenario: as `load_scenario` returns it.
         directory: empty or to be created; by default `runs/<scenario>-<seed>`, numbered.
-        transport: how components marked `process` are reached; see `orchestrator.placement`.
+        transport: how components marked `process` are reached, see `orchestrator.placement`;
+            `None`: those that are marked so always are in processes of their own.
         observers: watch the run, after the recorder.
         echo_warnings: whether what is logged as a warning appears on standard error, too.
         figure: whether report and measures draw.
@@ -149,8 +150,9 @@ def run_scenario(
         RunInterrupted: something raised `KeyboardInterrupt`; the run was ended in good order.
     """
     remarks = check_inputs(scenario, thorough=False)
-    scenario = replace(scenario, remarks=(*scenario.remarks, *remarks))
-    with placing(transport, scenario) as place:
+    placed = placement(transport, scenario)
+    scenario = replace(scenario, remarks=(*scenario.remarks, *remarks, *placed.remarks))
+    with placing(placed) as place:
         assembly = assemble(scenario, place)
         scenario = replace(scenario, remarks=(*scenario.remarks, *assembly.remarks))
         try:
@@ -164,7 +166,13 @@ def run_scenario(
         with run_log(directory, echo=echo_warnings):
             asked = scenario.asked(every_run=default_measures)
             return _run(
-                scenario, assembly, directory, transport, observers, asked=asked, figure=figure
+                scenario,
+                assembly,
+                directory,
+                placed.transport,
+                observers,
+                asked=asked,
+                figure=figure,
             )
 
 
@@ -228,9 +236,7 @@ def _run(
     )
 
 
-def _manifest(
-    scenario: Scenario, turns: Sequence[str], transport: str
-) -> Mapping[str, Any]:
+def _manifest(scenario: Scenario, turns: Sequence[str], transport: str) -> Mapping[str, Any]:
     return {
         **provenance(),
         "scenario_file": str(scenario.path.absolute()),

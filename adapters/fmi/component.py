@@ -1,7 +1,7 @@
 """An FMU as a component."""
 
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -19,6 +19,7 @@ from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.capabilities import (
     CourseFollowing,
     InitialEvaluation,
+    OutputSelection,
     OutputSlopes,
     VariableSteps,
 )
@@ -44,7 +45,13 @@ class FmuState:
 
 
 class FmuComponent(
-    Component, NativeOwner, InitialEvaluation, CourseFollowing, OutputSlopes, VariableSteps
+    Component,
+    NativeOwner,
+    InitialEvaluation,
+    CourseFollowing,
+    OutputSelection,
+    OutputSlopes,
+    VariableSteps,
 ):
     """An FMU in this process.
 
@@ -246,6 +253,15 @@ class FmuComponent(
     @override
     def outputs(self) -> Signals:
         return self._read
+
+    @override
+    def select(self, names: Collection[str] | None) -> None:
+        instance = self._running()
+        instance.select(names)
+        if names is None:
+            self._read = instance.read()
+        else:
+            self._read = {name: self._read[name] for name in self._read if name in names}
 
     @override
     def native(self) -> NativeUnit | None:

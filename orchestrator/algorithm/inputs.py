@@ -18,9 +18,10 @@ class Inputs:
         sources: the names of the components it reads.
         reads: component and name of each output that it reads.
         driven: the inputs that come from one or several of these.
+        mixed: those that are made of outputs, where they do not arrive as they are.
     """
 
-    __slots__ = ("_feeds", "_mixed", "_starts", "driven", "reads", "sources")
+    __slots__ = ("_feeds", "_starts", "driven", "mixed", "reads", "sources")
 
     def __init__(self, connectors: Mapping[str, Connector]) -> None:
         self.sources: frozenset[str] = frozenset()
@@ -32,7 +33,7 @@ class Inputs:
             if connector.causality is Causality.INPUT
         }
         self._feeds: tuple[tuple[str, Signals, str], ...] = ()
-        self._mixed: tuple[MixedInput, ...] = ()
+        self.mixed: tuple[MixedInput, ...] = ()
 
     def connect(self, feeds: tuple[Feed, ...], published: Mapping[str, Signals]) -> None:
         """Read the inputs in `feeds` from what the components `published`, from now on."""
@@ -44,10 +45,9 @@ class Inputs:
     def mix(self, mixes: tuple[Mix, ...], sources: MixSources) -> None:
         """Make the inputs in `mixes` of what `sources` has, from now on; after `connect`."""
         self.sources = self.sources.union(*(mix.components for mix in mixes))
-        terms = (term for mix in mixes for part in mix.parts for term in part.terms)
-        self.reads = self.reads.union((term.component, term.output) for term in terms)
+        self.reads = self.reads.union((t.component, t.output) for mix in mixes for t in mix.terms)
         self.driven = self.driven.union(mix.input for mix in mixes)
-        self._mixed = tuple(MixedInput(mix, self._starts[mix.input], sources) for mix in mixes)
+        self.mixed = tuple(MixedInput(mix, self._starts[mix.input], sources) for mix in mixes)
 
     def known(self) -> dict[str, Signal]:
         """The inputs now; those whose source has not published yet carry their start values."""
@@ -55,7 +55,7 @@ class Inputs:
         for name, values, output in self._feeds:
             if output in values:
                 inputs[name] = values[output]
-        for mixed in self._mixed:
+        for mixed in self.mixed:
             inputs[mixed.input] = mixed.value()
         return inputs
 
@@ -64,6 +64,6 @@ class Inputs:
         inputs = self._starts.copy()
         for name, values, output in self._feeds:
             inputs[name] = values[output]
-        for mixed in self._mixed:
+        for mixed in self.mixed:
             inputs[mixed.input] = mixed.value()
         return inputs

@@ -1,7 +1,7 @@
 """One component taking part in a co-simulation: its inputs, its step, its published outputs."""
 
 import abc
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from time import perf_counter_ns
 from typing import Any, ClassVar, Final
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from orchestrator.algorithm.history import History, InputCourses, is_approximated, real
 from orchestrator.algorithm.inputs import Inputs
+from orchestrator.algorithm.looked_at import LookedAt
 from orchestrator.algorithm.mixing import PastValues
-from orchestrator.algorithm.outputs import OutputCheck
 from orchestrator.algorithm.pieces import Piece, Pieces
 from orchestrator.algorithm.slopes import KnownSlopes
 from orchestrator.capabilities import InitialEvaluation, PointEvaluation
@@ -39,10 +39,10 @@ class Participant(abc.ABC):
         wall_time_ns: time spent in calls of the component so far [ns].
     """
 
-    __slots__ = ("_check_outputs", "_component", "_continuous", "_evaluation",
-                 "_followed", "_grid", "_history", "_past", "_pending", "_pieces",
-                 "_reached", "_sloped", "_used", "inputs", "is_begun", "name",
-                 "published", "step_size", "wall_time_ns")  # fmt: skip
+    __slots__ = ("_component", "_continuous", "_evaluation", "_followed", "_grid", "_history",
+                 "_looked_at", "_past", "_pending", "_pieces", "_reached", "_sloped", "_used",
+                 "inputs", "is_begun", "name", "published", "step_size",
+                 "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
 
@@ -56,12 +56,11 @@ class Participant(abc.ABC):
         self.name: Final = name
         self.step_size: Final = step_size
         self.published: Final[dict[str, Signal]] = {}
-        self.is_begun = False
-        self.wall_time_ns = 0
+        self.is_begun, self.wall_time_ns = False, 0
         self._component = component
         self._evaluation = component.capability(InitialEvaluation)  # type: ignore[type-abstract]
         self._sloped = KnownSlopes(component, connectors)
-        self._check_outputs = OutputCheck(connectors).problems
+        self._looked_at = LookedAt(component, connectors)
         self.inputs: Final = Inputs(connectors)
         self._past: tuple[PastValues, ...] = ()
         self._pending: Signals = {}
@@ -112,6 +111,18 @@ class Participant(abc.ABC):
             raise self._failure(start, error) from error
         self._used, self._reached, self._followed = inputs, start, frozenset()
         self.publish()
+
+    def select(self, names: Collection[str]) -> None:
+        """Publish only these of the outputs from now on, between two steps, if that can be."""
+        kept = self._looked_at.narrow(names)
+        self._pending = {name: self._pending[name] for name in self._pending if name in kept}
+        for name in self.published.keys() - kept:
+            del self.published[name]
+
+    def complete(self, t: Time) -> None:
+        """Show also what was not selected, unless a step was begun that ends behind `t` [ns]."""
+        if self._reached <= t:
+            self.published.update(self._looked_at.rest())
 
     @property
     def can_be_tried(self) -> bool:
@@ -223,9 +234,8 @@ class Participant(abc.ABC):
             t: where the step ends that begins next [ns].
             degree: of the polynomials through these publications.
         """
-        if self._history is None:
+        if (history := self._history) is None:
             return
-        history = self._history
         history.forget_from(t)
         self.show(
             {
@@ -324,16 +334,17 @@ class Participant(abc.ABC):
         """The outputs of the step finished last."""
         return self._pending
 
-    def go_on(self, published: Signals, pending: Signals, spent_ns: int) -> None:
+    def go_on(self, published: Signals, pending: Signals, reached: Time, spent_ns: int) -> None:
         """Go on behind steps that were not made here.
 
         Args:
             published: the outputs that others see now.
             pending: those of the step finished last.
+            reached: where that step ends [ns].
             spent_ns: in calls of the component [ns].
         """
         self.published.update(published)
-        self._pending = pending
+        self._pending, self._reached = pending, reached
         self.wall_time_ns += spent_ns
 
     def check(self, outputs: Signals, t: Time) -> None:
@@ -350,7 +361,7 @@ class Participant(abc.ABC):
 
     def _accept(self, outputs: Signals, t: Time) -> None:
         """Keep `outputs` for `publish`, or raise what is wrong with them."""
-        problems = self._check_outputs(outputs, self.published)
+        problems = self._looked_at.problems(outputs, self.published)
         if problems:
             raise ComponentError(self.name, t, "; ".join(problems))
         self._pending = outputs
