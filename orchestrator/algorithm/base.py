@@ -10,7 +10,7 @@ from orchestrator.algorithm.exchange import Due, Exchange
 from orchestrator.installed import installed_class, offers
 from orchestrator.parameters import Parametrised
 from orchestrator.system import System
-from orchestrator.timebase import Time
+from orchestrator.timebase import StepSize, Time
 
 GROUP: Final = "orchestrator.algorithms"
 """Entry points by the name that scenarios write: subclasses of `CosimulationAlgorithm`."""
@@ -87,6 +87,15 @@ class CosimulationAlgorithm(Parametrised, Stepping):
         Returns:
             The age for each pair of a source and a target that are connected.
         """
+
+    def lags(self, system: System) -> Mapping[str, StepSize]:
+        """How old the inputs are of which published outputs with direct feedthrough are, if at all.
+
+        Returns:
+            By component [ns], without those whose outputs are those of the inputs at that time.
+        """
+        del system
+        return {}
 
     def of_run(self, system: System, exchange: Exchange) -> Stepping:
         """What is called at the communication points of a run; this algorithm by default.

@@ -16,6 +16,7 @@ from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.algorithm.quasi_newton import InterfaceQuasiNewton
 from orchestrator.capabilities import CourseFollowing, OutputSlopes, VariableSteps
+from orchestrator.cli import main
 from orchestrator.component import Component
 from orchestrator.course import Course
 from orchestrator.randomness import stream
@@ -233,3 +234,40 @@ def test_rejected_steps_of_fmus_are_taken_back(mass2: Path) -> None:
     exact, _ = final(GaussSeidel(last, extrapolation="quadratic"), H // 200, H)
     assert counts["rejected"] > 3
     assert found == pytest.approx(exact, abs=1e-6)
+
+
+SCENARIO = """\
+schema: 1
+title: Two masses
+time: {stop: 1 s}
+coupling: {algorithm: jacobi, extrapolation: HOLD}
+components:
+  left: {fmu: mass2.fmu, step: 100 ms}
+  right: {fmu: mass2.fmu, step: 100 ms, parameters: {OPTION}}
+connections:
+  - {from: left.x, to: right.xin}
+  - {from: left.v, to: right.vin}
+  - {from: right.force, to: left.f}
+"""
+
+
+@pytest.mark.parametrize(
+    ("said", "then"),
+    [
+        (("hold", ""), ", as they were 100 ms before"),
+        (("linear", "fmi.input_degree: 0"), ", as they were 50 ms before"),
+        (("linear", ""), ""),
+    ],
+)
+def test_graph_tells_of_which_time_the_force_is(
+    mass2: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    said: tuple[str, str],
+    then: str,
+) -> None:
+    (tmp_path / "mass2.fmu").write_bytes(mass2.read_bytes())
+    path = tmp_path / "two.yaml"
+    path.write_text(SCENARIO.replace("HOLD", said[0]).replace("OPTION", said[1]))
+    assert main(["graph", str(path)]) == 0
+    assert f"  right: force depends on vin, xin{then}\n" in capsys.readouterr().out
