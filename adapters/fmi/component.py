@@ -1,8 +1,8 @@
 """An FMU as a component."""
 
+import math
 import weakref
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -10,49 +10,33 @@ from typing_extensions import override
 
 from adapters.fmi.block import shape_of
 from adapters.fmi.connectors import SEED, connectors, is_seed
+from adapters.fmi.derivatives import derivatives
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import FmuInstance
-from adapters.fmi.rates import InputRates
+from adapters.fmi.portable import PortableFmu
+from adapters.fmi.rates import FmuCourses, offered
 from adapters.fmi.sizes import Sizes
+from adapters.fmi.state import FmuState
+from adapters.fmi.stepping import Stepper
 from adapters.fmi.variable import DTYPES, FmuVariable
+from orchestrator.algorithm.outputs import same
 from orchestrator.capabilities import (
-    CourseFollowing,
+    EndRequest,
+    EndRequesting,
     InitialEvaluation,
     OutputSelection,
-    OutputSlopes,
-    VariableSteps,
 )
 from orchestrator.component import Capability, Component, WrappedRestorableComponent
-from orchestrator.course import Course
 from orchestrator.native import NativeOwner, NativeUnit
-from orchestrator.signal import Causality, Connector, Signal, Signals
+from orchestrator.signal import Causality, Connector, Signal, Signals, Variability
 from orchestrator.timebase import CommunicationGrid, Duration, Time, seconds
 
 Instantiate: TypeAlias = Callable[[], FmuInstance]
 """Makes a new instance of the FMU, with its own folder and library."""
 
 
-@dataclass(frozen=True, eq=False)
-class FmuState:
-    """A stored state of one instance, and what the importer knew then."""
-
-    instance: FmuInstance
-    address: int
-    lengths: Mapping[str, int]
-    written: Mapping[str, Signal]
-    read: Signals
-
-
-class FmuComponent(
-    Component,
-    NativeOwner,
-    InitialEvaluation,
-    CourseFollowing,
-    OutputSelection,
-    OutputSlopes,
-    VariableSteps,
-):
+class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, OutputSelection):
     """An FMU in this process.
 
     Inputs that are the objects they were at the last step are not set again. When the length
@@ -63,6 +47,7 @@ class FmuComponent(
         description: of the FMU.
         values: of parameters, and start values of what is neither parameter nor input.
         instantiate: makes the instance.
+        stepper: takes its steps.
         tolerance: relative, for the solver of the FMU; `None`: its own.
     """
 
@@ -72,17 +57,35 @@ class FmuComponent(
         values: Mapping[str, Any],
         instantiate: Instantiate,
         *,
+        stepper: Stepper,
         tolerance: float | None,
     ) -> None:
         self._description = description
         self._values = values
         self._tolerance = tolerance
+        self._stepper = stepper
         self._instantiate = instantiate
         self._sizes = Sizes(description, values)
         self._connectors = connectors(description, self._sizes.start)
         self._inputs = [
             name for name, c in self._connectors.items() if c.causality is Causality.INPUT
         ]
+        own = {e: v for v in description.of("input") for e in v.elements}
+        self._input_clocks = [n for n in self._inputs if own[n].clock is not None]
+        self._inputs = [n for n in self._inputs if own[n].clock is None]
+        self._jumping = {
+            n
+            for n in self._inputs
+            if self._connectors[n].variability is not Variability.CONTINUOUS
+            and not own[n].is_clocked  # those wait for their clock
+        }
+        self._courses = FmuCourses(description)
+        self._offered = derivatives(description, self._running)
+        self._offered += offered(description, self._courses, self._running)
+        if description.can_restore and description.can_serialize and not description.has_clocks:
+            self._offered.append(PortableFmu(description, self, self._running))
+        arrays = [v for v in description.of("input") if v.is_bytes and v.axes]
+        self._siblings = {name: v.elements for v in arrays for name in v.elements}
         self._instance: FmuInstance | None = None
         self._finalizer: weakref.finalize[..., FmuComponent] | None = None
         self._lengths: dict[str, int] = {}
@@ -92,8 +95,7 @@ class FmuComponent(
         self._start: Time = 0
         self._grid: CommunicationGrid | None = None
         self._is_initialising = False
-        self._courses: Mapping[str, Course] = {}
-        self._rates = InputRates()
+        self._end_request: EndRequest | None = None
 
     @property
     @override
@@ -110,8 +112,8 @@ class FmuComponent(
         self._start = start
         self._seed = self._draw_seed(rng)
         self._instance = self._instantiate()
-        self._is_initialising = False
-        self._courses, self._rates = {}, InputRates()
+        self._is_initialising, self._end_request = False, None
+        self._courses.forget()
         # also at interpreter exit, when `close` was never called
         self._finalizer = weakref.finalize(self, self._instance.free)
 
@@ -132,27 +134,12 @@ class FmuComponent(
 
     @override
     def capability(self, kind: type[Capability]) -> Capability | None:
-        lacking = {
-            # sizes are set before initialisation, once
-            InitialEvaluation: self._sizes.may_change,
-            CourseFollowing: self._description.input_degree == 0,
-            OutputSlopes: not self._description.slopes,
-            VariableSteps: not self._description.can_vary_steps,
-        }
-        return None if lacking.get(kind, False) else super().capability(kind)
-
-    @property
-    @override
-    def input_degree(self) -> int:
-        return self._description.input_degree
-
-    @override
-    def follow(self, courses: Mapping[str, Course]) -> None:
-        self._courses = courses
-
-    @override
-    def slopes(self) -> Signals:
-        return self._running().told_rates()
+        if kind is InitialEvaluation and self._sizes.may_change:
+            return None  # sizes are set before initialisation, once
+        for each in self._offered:
+            if isinstance(each, kind):
+                return each
+        return super().capability(kind)
 
     @override
     def evaluate(self, inputs: Signals) -> Signals:
@@ -166,7 +153,8 @@ class FmuComponent(
         instance = self._running()
         self._enter_initialisation(instance, inputs)
         self._write_inputs(instance, inputs)
-        instance.exit_initialisation()
+        if instance.exit_initialisation(seconds(self._start)):
+            self._end_request = self._stepper.request(self._start)
         self._read = instance.read()
 
     def _enter_initialisation(self, instance: FmuInstance, inputs: Signals) -> None:
@@ -191,8 +179,13 @@ class FmuComponent(
         values = {n: v for n, v in self._values.items() if n not in self._lengths}
         if self._seed is not None:
             values[SEED] = self._seed
-        texts = {name: value for name, value in values.items() if isinstance(value, str)}
-        instance.write_text(texts)
+        variables = self._description.variables
+        texts = {
+            name: (value,) if isinstance(value, str) else tuple(value)
+            for name, value in values.items()
+            if variables[name].type == "String"
+        }
+        instance.write_text(self._whole(texts))
         instance.write(
             {
                 name: self._as_array(self._description.variables[name], value)
@@ -200,6 +193,13 @@ class FmuComponent(
                 if name not in texts
             }
         )
+
+    def _whole(self, texts: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+        """All elements of arrays of which one stands for all."""
+        counts = {
+            n: math.prod(shape_of(self._description.variables[n], self._lengths)) for n in texts
+        }
+        return {n: t * counts[n] if len(t) == 1 else t for n, t in texts.items()}
 
     def _as_array(self, variable: FmuVariable, value: Any) -> Signal:
         """A parameter value in the element type and the shape of its variable.
@@ -214,32 +214,59 @@ class FmuComponent(
         shape = shape_of(variable, self._lengths)
         return np.full(shape, elements) if elements.size == 1 else elements.reshape(shape)
 
-    def _write_inputs(self, instance: FmuInstance, inputs: Signals) -> None:
+    def _write_inputs(
+        self, instance: FmuInstance, inputs: Signals, begin: float | None = None
+    ) -> bool:
+        """Set what is new; at the time `begin` [s], some of it may jump.
+
+        Returns:
+            Whether the FMU asks to end the simulation.
+        """
         written = self._written
+        is_jumping = begin is not None and instance.uses_events
         changed = {}
         for name in self._inputs:
-            value = inputs[name]
-            if value is not written.get(name):
+            value, old = inputs[name], written.get(name)
+            if value is not old:
                 written[name] = value
+                if is_jumping and old is not None and name in self._jumping and same(value, old):
+                    continue  # no event
                 changed[name] = self._sizes.fill(name, value, self._lengths)
+                for other in self._siblings.get(name, ()):
+                    changed[other] = inputs[other]
+        if begin is not None and is_jumping:
+            ticking = {n: inputs[n] for n in self._input_clocks if np.any(inputs[n])}
+            if ticking or not self._jumping.isdisjoint(changed):
+                return instance.write_jumps(changed | ticking, begin)
         if changed:
             instance.write(changed)
+        return False
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
         instance = self._running()
         if self._sizes.may_have_changed(inputs, self._written):
             self._resize(instance, inputs)
-        self._write_inputs(instance, inputs)
+        begin, length = self._span(t, h)
+        instance.begin_step()
+        if self._write_inputs(instance, inputs, begin):
+            self._end_request = self._stepper.request(t)
+            return
+        self._courses.tell(instance, begin, length)
+        self._end_request = self._stepper.make(instance, begin, length, t + h)
+        if self._end_request is None or self._end_request.time == t + h:
+            self._read = instance.read()
+
+    def _span(self, t: Time, h: Duration) -> tuple[float, float]:
+        """Where the step from `t` to `t + h` begins, and its length [s]."""
         if self._grid is None:
-            time, length = seconds(t), seconds(h)
-        else:
-            time, length = self._grid.seconds(t), self._grid.length(t, h)
-        courses, self._courses = self._courses, {}
-        if rates := self._rates.over(courses, length):
-            instance.tell_rates(rates)
-        instance.step(time, length)
-        self._read = instance.read()
+            return seconds(t), seconds(h)
+        return self._grid.seconds(t), self._grid.length(t, h)
+
+    @property
+    @override
+    def end_request(self) -> EndRequest | None:
+        return self._end_request
 
     def _resize(self, instance: FmuInstance, inputs: Signals) -> None:
         lengths = self._sizes.measure(inputs)
@@ -265,9 +292,10 @@ class FmuComponent(
 
     @override
     def native(self) -> NativeUnit | None:
-        if self._sizes.may_change:
+        instance = self._running()
+        if self._sizes.may_change or self._stepper.keeps_states or instance.uses_events:
             return None
-        return self._running().native(self._connectors, self)
+        return instance.native(self._connectors, self)
 
     @override
     def count_calls(self, address: int | None) -> None:
@@ -289,8 +317,11 @@ class FmuComponent(
         self._running().setting_failed(type_, names, status)
 
     @override
-    def step_failed(self, status: int, t: Time, h: Duration) -> None:
-        self._running().judge_step(status, seconds(t), seconds(h))
+    def complete_step(self, status: int, t: Time, h: Duration) -> None:
+        instance = self._running()
+        begin, length = self._span(t, h)
+        outcome = instance.outcome(status, begin)
+        self._end_request = self._stepper.go_on(instance, outcome, begin, length, t + h)
 
     @override
     def getting_failed(self, type_: str, status: int) -> None:
@@ -298,6 +329,7 @@ class FmuComponent(
 
     @override
     def close(self) -> None:
+        self._stepper.account()
         if self._finalizer is not None:
             self._finalizer()
         self._finalizer = None

@@ -1,43 +1,111 @@
 """Rates of change: those of inputs that an FMU is told, and those of outputs that it tells."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from ctypes import c_size_t, c_void_p
 from typing import Final
 
 import numpy as np
+from typing_extensions import override
 
 from adapters.fmi.block import shape_of
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.handle import Handle
-from adapters.fmi.instance import OK
+from adapters.fmi.instance import OK, FmuInstance
+from orchestrator.capabilities import CourseFollowing, OutputSlopes, VariableSteps
 from orchestrator.course import Course
-from orchestrator.signal import Array, Signal
+from orchestrator.signal import Array, Signal, Signals
 
 _FMI2: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p)
 _FMI3: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_size_t)
 
 
-class InputRates:
-    """What an FMU is told of how its inputs run over the next step (FMI 2.0.4, section 4.2.1)."""
+class FmuCourses(CourseFollowing):
+    """What an FMU is told of how its inputs run over the next step (FMI 2.0.4, section 4.2.1).
 
-    def __init__(self) -> None:
+    Args:
+        description: of the FMU.
+    """
+
+    def __init__(self, description: FmuDescription) -> None:
+        self._input_degree = description.input_degree
+        self._courses: Mapping[str, Course] = {}
         self._degrees: dict[str, int] = {}
 
-    def over(self, courses: Mapping[str, Course], h: float) -> dict[str, tuple[float, ...]]:
-        """The derivatives to set before a step, the first one first [unit/s, unit/s^2, ...].
+    @property
+    @override
+    def input_degree(self) -> int:
+        return self._input_degree
+
+    @override
+    def follow(self, courses: Mapping[str, Course]) -> None:
+        self._courses = courses
+
+    def forget(self) -> None:
+        """Begin anew, with another instance."""
+        self._courses, self._degrees = {}, {}
+
+    def tell(self, instance: FmuInstance, t: float, h: float) -> None:
+        """Set the derivatives for the step from `t` to `t + h` [s], behind its inputs.
 
         Those of an earlier step that no course speaks of any more are zero again.
-
-        Args:
-            courses: by input, over the step.
-            h: its length [s].
         """
+        courses, self._courses = self._courses, {}
         if not courses and not self._degrees:
-            return {}
+            return
         for name, course in courses.items():
             self._degrees[name] = max(course.degree, self._degrees.get(name, 0))
-        return {name: _rates(courses.get(name), n, h) for name, n in self._degrees.items() if n}
+        rates = {name: _rates(courses.get(name), n, h) for name, n in self._degrees.items() if n}
+        if rates:
+            instance.tell_rates(rates, t)
+
+
+class FmuSlopes(OutputSlopes):
+    """The derivatives of outputs that an FMU tells.
+
+    Args:
+        running: gives the instance.
+    """
+
+    def __init__(self, running: Callable[[], FmuInstance]) -> None:
+        self._running = running
+
+    @override
+    def slopes(self) -> Signals:
+        return self._running().told_rates()
+
+
+def offered(
+    description: FmuDescription, courses: FmuCourses, running: Callable[[], FmuInstance]
+) -> list[object]:
+    """The capabilities of an FMU that have to do with what happens within steps.
+
+    Args:
+        description: of the FMU.
+        courses: of its inputs.
+        running: gives the instance.
+    """
+    return [
+        *([courses] if description.input_degree else []),
+        *([FmuSlopes(running)] if description.slopes else []),
+        *([VariableSteps()] if description.can_vary_steps else []),
+    ]
+
+
+def later(value: float, rates: Sequence[float], s: float) -> tuple[float, tuple[float, ...]]:
+    """What an input and its derivatives are `s` [s] later.
+
+    Args:
+        value: of the input.
+        rates: its derivatives, the first one first.
+        s: positive.
+    """
+    taylor = (value, *rates)
+    found = [
+        sum(each * s**j / math.factorial(j) for j, each in enumerate(taylor[k:]))
+        for k in range(len(taylor))
+    ]
+    return found[0], tuple(found[1:])
 
 
 def _rates(course: Course | None, count: int, h: float) -> tuple[float, ...]:

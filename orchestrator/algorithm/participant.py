@@ -12,6 +12,7 @@ from orchestrator.algorithm.inputs import Inputs
 from orchestrator.algorithm.looked_at import LookedAt
 from orchestrator.algorithm.mixing import PastValues
 from orchestrator.algorithm.pieces import Piece, Pieces
+from orchestrator.algorithm.requests import Asking
 from orchestrator.algorithm.slopes import KnownSlopes
 from orchestrator.capabilities import InitialEvaluation, PointEvaluation
 from orchestrator.component import Component, RestorableComponent
@@ -31,6 +32,7 @@ class Participant(abc.ABC):
 
     Attributes:
         name: of the component in its system.
+        asking: whether it asks for the end of the run.
         step_size: communication step size [ns].
         is_concurrent: whether the step runs elsewhere between `begin` and `finish`.
         is_begun: whether a step has been begun that has not been waited for yet.
@@ -41,7 +43,7 @@ class Participant(abc.ABC):
 
     __slots__ = ("_component", "_continuous", "_evaluation", "_followed", "_grid", "_history",
                  "_looked_at", "_past", "_pending", "_pieces", "_reached", "_sloped", "_used",
-                 "inputs", "is_begun", "name", "published", "step_size",
+                 "asking", "inputs", "is_begun", "name", "published", "step_size",
                  "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
@@ -54,6 +56,7 @@ class Participant(abc.ABC):
         step_size: StepSize,
     ) -> None:
         self.name: Final = name
+        self.asking: Final = Asking(name, component)
         self.step_size: Final = step_size
         self.published: Final[dict[str, Signal]] = {}
         self.is_begun, self.wall_time_ns = False, 0
@@ -95,7 +98,7 @@ class Participant(abc.ABC):
             self._component.setup(start, rng)
             self._reached = start
         except Exception as error:
-            raise self._failure(start, error) from error
+            raise self.failure(start, error) from error
         self.wall_time_ns += perf_counter_ns() - before
 
     def initialise(self, start: Time) -> None:
@@ -106,9 +109,10 @@ class Participant(abc.ABC):
             self._component.initialise(inputs)
             outputs = self._component.outputs()
             self.wall_time_ns += perf_counter_ns() - before
-            self._accept(outputs, start)
+            self.accept(outputs, start)
+            self.asking.is_within(start)
         except Exception as error:
-            raise self._failure(start, error) from error
+            raise self.failure(start, error) from error
         self._used, self._reached, self._followed = inputs, start, frozenset()
         self.publish()
 
@@ -140,9 +144,9 @@ class Participant(abc.ABC):
             inputs = self.inputs.known()
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
-            self._accept(outputs, start)
+            self.accept(outputs, start)
         except Exception as error:
-            raise self._failure(start, error) from error
+            raise self.failure(start, error) from error
         self.published.update(self._pending)
 
     @property
@@ -159,7 +163,7 @@ class Participant(abc.ABC):
         try:
             inputs = self.inputs.now()
         except Exception as error:
-            raise self._failure(t, error) from error
+            raise self.failure(t, error) from error
         if all(inputs[name] is self._used.get(name) for name in self.inputs.driven):
             return
         evaluation = self._component.capability(PointEvaluation)  # type: ignore[type-abstract]
@@ -167,9 +171,9 @@ class Participant(abc.ABC):
         try:
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
-            self._accept(outputs, t)
+            self.accept(outputs, t)
         except Exception as error:
-            raise self._failure(t, error) from error
+            raise self.failure(t, error) from error
         self._used = inputs
         self.publish()
 
@@ -206,11 +210,15 @@ class Participant(abc.ABC):
 
     @abc.abstractmethod
     def finish(self) -> None:
-        """Wait until the step that was begun is done, and check its outputs."""
+        """Wait until the step that was begun is done, and check its outputs.
+
+        Raises `EndedWithinStep`, if it was not made and the run is to end.
+        """
 
     def publish(self) -> None:
         """Show the outputs of the step finished last to others."""
         self.published.update(self._pending)
+        self.asking.publish()
         for past in self._past:
             past.note()
         if self._history is not None:
@@ -254,7 +262,7 @@ class Participant(abc.ABC):
         try:
             found = self._sloped.now(self.inputs.driven - self._followed)
         except Exception as error:
-            raise self._failure(self._reached, error) from error
+            raise self.failure(self._reached, error) from error
         self.wall_time_ns += perf_counter_ns() - before
         return found
 
@@ -268,7 +276,7 @@ class Participant(abc.ABC):
         try:
             state = self._restorable().save()
         except Exception as error:
-            raise self._failure(t, error, "while saving its state: ") from error
+            raise self.failure(t, error, "while saving its state: ") from error
         self.wall_time_ns += perf_counter_ns() - before
         return state
 
@@ -282,7 +290,7 @@ class Participant(abc.ABC):
         try:
             self._restorable().restore(state)
         except Exception as error:
-            raise self._failure(t, error, "while restoring its state: ") from error
+            raise self.failure(t, error, "while restoring its state: ") from error
         self.wall_time_ns += perf_counter_ns() - before
 
     def _restorable(self) -> RestorableComponent[Any]:
@@ -306,7 +314,7 @@ class Participant(abc.ABC):
         try:
             self._component.close()
         except Exception as error:
-            raise self._failure(None, error, "while closing: ") from error
+            raise self.failure(None, error, "while closing: ") from error
 
     def _begun(self, t: Time, h: Duration | None) -> tuple[Piece, ...]:
         """What there is to do for a step from `t`."""
@@ -347,26 +355,14 @@ class Participant(abc.ABC):
         self._pending, self._reached = pending, reached
         self.wall_time_ns += spent_ns
 
-    def check(self, outputs: Signals, t: Time) -> None:
-        """Check outputs of a step from `t` that was not made here.
-
-        Raises:
-            ComponentError: they break the declaration of the connectors.
-        """
-        self._accept(outputs, t)
-
-    def failure(self, t: Time | None, error: Exception) -> ComponentError:
-        """`error` with the name of the component and the time it worked from."""
-        return self._failure(t, error)
-
-    def _accept(self, outputs: Signals, t: Time) -> None:
-        """Keep `outputs` for `publish`, or raise what is wrong with them."""
+    def accept(self, outputs: Signals, t: Time) -> None:
+        """Keep `outputs` of a step from `t` for `publish`, or raise what is wrong with them."""
         problems = self._looked_at.problems(outputs, self.published)
         if problems:
             raise ComponentError(self.name, t, "; ".join(problems))
         self._pending = outputs
 
-    def _failure(self, t: Time | None, error: Exception, doing: str = "") -> ComponentError:
+    def failure(self, t: Time | None, error: Exception, doing: str = "") -> ComponentError:
         """`error` with the name of the component and the time it worked from."""
         if isinstance(error, ComponentError):
             when = t if error.time is None else error.time

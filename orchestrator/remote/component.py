@@ -22,8 +22,11 @@ from typing_extensions import Buffer, override
 
 from orchestrator.capabilities import (
     CourseFollowing,
+    EndRequest,
+    EndRequesting,
     OutputSlopes,
     PointEvaluation,
+    PortableState,
     VariableSteps,
 )
 from orchestrator.component import Capability, ConcurrentComponent, WrappedRestorableComponent
@@ -39,6 +42,7 @@ from orchestrator.remote.protocol import (
     connectors_from_message,
     generator_to_document,
     grid_to_document,
+    request_from_document,
 )
 from orchestrator.remote.sharing import SharedMemory
 from orchestrator.remote.transport import Link, LinkLostError, Transport
@@ -167,22 +171,28 @@ class RemoteState:
 
 
 class RemoteComponent(
-    ConcurrentComponent, PointEvaluation, CourseFollowing, OutputSlopes, VariableSteps
+    ConcurrentComponent,
+    PointEvaluation,
+    CourseFollowing,
+    EndRequesting,
+    OutputSlopes,
+    PortableState,
+    VariableSteps,
 ):
     """A component hosted at the other end of a link; `launch` creates it."""
 
     def __init__(self, dialogue: _Dialogue, created: _Reply, deadlines: Deadlines) -> None:
         self._dialogue = dialogue
         self._deadlines = deadlines
-        self._connectors = MappingProxyType(
-            connectors_from_message(created.message.document, created.raw, created.offset)
-        )
+        found = connectors_from_message(created.message.document, created.raw, created.offset)
+        self._connectors = MappingProxyType(found)
         self._inputs = SignalEncoder({})
         self._outputs = SignalDecoder({})
         self._values: Signals = {}
-        offered = created.message.document.get("capabilities", ())
-        self._capabilities = {CAPABILITIES[name] for name in offered}
-        self._input_degree: int = created.message.document.get("input_degree", 0)
+        self._end_request: EndRequest | None = None
+        said = created.message.document
+        self._capabilities = {CAPABILITIES[name] for name in said.get("capabilities", ())}
+        self._input_degree: int = said.get("input_degree", 0)
         self._courses: Mapping[str, Course] = {}
         self._is_set_up = False
         self._forgotten: list[int] = []
@@ -232,8 +242,7 @@ class RemoteComponent(
     @override
     def slopes(self) -> Signals:
         self._dialogue.ask(Kind.SLOPES)
-        reply = self._dialogue.answer(self._deadlines.step)
-        return slopes_from_document(reply.message.document["slopes"])
+        return slopes_from_document(self._dialogue.answer(self._deadlines.step).message.document)
 
     @override
     def initialise(self, inputs: Signals) -> None:
@@ -241,11 +250,21 @@ class RemoteComponent(
         self._accept(self._dialogue.answer(self._deadlines.create))
 
     @override
+    def dump(self) -> bytes:
+        self._dialogue.ask(Kind.DUMP)
+        reply = self._dialogue.answer(self._deadlines.step)
+        return reply.raw[reply.offset :]
+
+    @override
+    def load(self, content: bytes) -> None:
+        self._dialogue.ask(Kind.LOAD, block=[content])
+        self._accept(self._dialogue.answer(self._deadlines.step))
+
+    @override
     def begin_step(self, inputs: Signals, t: Time, h: Duration) -> None:
         courses, self._courses = self._courses, {}
-        document = {"courses": courses_to_document(courses)} if courses else {}
-        block = self._inputs.parts(inputs)
-        self._dialogue.ask(Kind.STEP, t=t, h=h, document=document, block=block)
+        said = {"courses": courses_to_document(courses)} if courses else {}
+        self._dialogue.ask(Kind.STEP, t=t, h=h, document=said, block=self._inputs.parts(inputs))
 
     @override
     def finish_step(self) -> None:
@@ -254,6 +273,11 @@ class RemoteComponent(
     @override
     def outputs(self) -> Signals:
         return self._values
+
+    @property
+    @override
+    def end_request(self) -> EndRequest | None:
+        return self._end_request
 
     @override
     def close(self) -> None:
@@ -286,6 +310,7 @@ class RemoteComponent(
         return {n: c for n, c in self._connectors.items() if c.causality is causality}
 
     def _accept(self, reply: _Reply) -> None:
+        self._end_request = request_from_document(reply.message.document)
         self._values = self._outputs.decode(reply.raw, reply.offset)
 
 

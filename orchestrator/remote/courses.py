@@ -21,12 +21,12 @@ def courses_from_document(document: Mapping[str, Any]) -> dict[str, Course]:
 
 def slopes_to_document(slopes: Signals) -> dict[str, Any]:
     """The slope of each output, with its shape."""
-    return {name: _plain(np.asarray(slope)) for name, slope in slopes.items()}
+    return {"slopes": {name: _plain(np.asarray(slope)) for name, slope in slopes.items()}}
 
 
 def slopes_from_document(document: Mapping[str, Any]) -> dict[str, Array]:
     """What `slopes_to_document` described, each of its own shape."""
-    return {name: _array(each) for name, each in document.items()}
+    return {name: _array(each) for name, each in document["slopes"].items()}
 
 
 def _plain(values: Array) -> dict[str, Any]:

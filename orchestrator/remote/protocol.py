@@ -26,9 +26,12 @@ from typing_extensions import Buffer
 
 from orchestrator.capabilities import (
     CourseFollowing,
+    EndRequest,
+    EndRequesting,
     InitialEvaluation,
     OutputSlopes,
     PointEvaluation,
+    PortableState,
     VariableSteps,
 )
 from orchestrator.errors import ComponentTypeError
@@ -47,7 +50,15 @@ _VERSION: Final = 3
 
 CAPABILITIES: Final[Mapping[str, type]] = {
     each.__name__: each
-    for each in (InitialEvaluation, PointEvaluation, CourseFollowing, OutputSlopes, VariableSteps)
+    for each in (
+        CourseFollowing,
+        EndRequesting,
+        InitialEvaluation,
+        OutputSlopes,
+        PointEvaluation,
+        PortableState,
+        VariableSteps,
+    )
 }
 """What a component in another process can do as well as here, by name."""
 
@@ -63,7 +74,9 @@ class Kind(enum.IntEnum):
     SAVE = 6
     RESTORE = 7
     EVALUATE = 8
-    SLOPES = 9
+    DUMP = 9
+    LOAD = 10
+    SLOPES = 11
     DONE = 16
     FAILED = 17
 
@@ -204,6 +217,16 @@ def connectors_from_message(
     return {
         name: _connector(d, start=starts.get(name)) for name, d in document["connectors"].items()
     }
+
+
+def request_to_document(request: EndRequest | None) -> dict[str, Any]:
+    """What a reply says of a request for the end of the run; nothing, if there is none."""
+    return {} if request is None else {"end": {"time": request.time, "why": request.why}}
+
+
+def request_from_document(document: Mapping[str, Any]) -> EndRequest | None:
+    """What `request_to_document` described."""
+    return EndRequest(**document["end"]) if "end" in document else None
 
 
 def generator_to_document(rng: np.random.Generator) -> dict[str, Any]:

@@ -126,6 +126,24 @@ def test_a_free_mass_is_moved_as_the_polynomial_says(mass2: Path) -> None:
     mass.close()
 
 
+def test_a_step_that_is_made_in_pieces_follows_the_same_polynomial(mass2: Path) -> None:
+    """Calls longer than 0.03 s are discarded; the input goes on from where it was."""
+    options = {"longest": 0.03, "fmi.smallest_step": 1e-3, "stiffness": 0.0}
+    mass = FmuComponentType(mass2).create("mass", options)
+    follower = mass.capability(CourseFollowing)  # type: ignore[type-abstract]
+    assert follower is not None
+    mass.setup(0, stream(1, "mass"))
+    inputs = {"f": np.array(1.0), "xin": np.array(0.0), "vin": np.array(0.0)}
+    mass.initialise(inputs)
+    for k in range(2):
+        follower.follow({"f": Course((np.array(1.0), np.array(0.2), np.array(0.03)))})
+        mass.step({**inputs, "f": np.array(1.0)}, k * H, H)
+        assert mass.outputs()["v"] == pytest.approx(0.111 * (k + 1), abs=1e-13)
+    mass.step({**inputs, "f": np.array(5.0)}, 2 * H, H)
+    assert mass.outputs()["v"] == pytest.approx(0.222 + 0.5, abs=1e-13)
+    mass.close()
+
+
 def test_an_order_that_the_fmu_refuses_is_an_error_with_a_way_out(mass2: Path) -> None:
     mass = FmuComponentType(mass2).create("mass", {})
     follower = mass.capability(CourseFollowing)  # type: ignore[type-abstract]

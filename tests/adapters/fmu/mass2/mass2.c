@@ -8,7 +8,7 @@
 
 #include "fmi2Functions.h"
 
-enum { MASS, STIFFNESS, DAMPING, SPRING, DAMPER, F, XIN, VIN, X, V, FORCE, TOLD, COUNT };
+enum { MASS, STIFFNESS, DAMPING, SPRING, DAMPER, F, XIN, VIN, X, V, FORCE, TOLD, LONGEST, COUNT };
 enum { INPUTS = 3, ORDERS = 2, PIECES = 40 };
 
 typedef struct {
@@ -16,6 +16,7 @@ typedef struct {
     fmi2Real rates[INPUTS][ORDERS]; /* of the inputs, where the step begins */
     fmi2Real slopes[INPUTS];        /* of the inputs, where it ends */
     fmi2Real rate;                  /* of the velocity, where it ends */
+    fmi2Real time;                  /* that was reached */
     fmi2Boolean is_running, is_set; /* set since the last step: nothing may be asked */
     const fmi2CallbackFunctions *callbacks;
 } Mass;
@@ -40,7 +41,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     if (type != fmi2CoSimulation || strcmp(guid, "{mass2-test}") != 0) return NULL;
     Mass *m = callbacks->allocateMemory(1, sizeof *m);
     if (!m) return NULL;
-    *m = (Mass){.values = {[MASS] = 1, [STIFFNESS] = 1}, .callbacks = callbacks};
+    *m = (Mass){.values = {[MASS] = 1, [STIFFNESS] = 1, [LONGEST] = 1e9}, .callbacks = callbacks};
     return m;
 }
 void fmi2FreeInstance(fmi2Component c) {
@@ -108,7 +109,9 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 }
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_set_state) {
     Mass *m = c;
-    (void)t, (void)no_set_state;
+    (void)no_set_state;
+    m->time = t;
+    if (h > m->values[LONGEST] * 1.000001) return fmi2Discard;
     fmi2Real *x = &m->values[X], d = h / PIECES;
     for (int piece = 0; piece < PIECES; piece++) { /* Runge-Kutta, order 4 */
         static const fmi2Real at[] = {0, 0.5, 0.5, 1}, share[] = {1, 2, 2, 1};
@@ -123,6 +126,12 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_se
     }
     finish(m, h);
     m->is_set = fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *v) {
+    (void)kind;
+    *v = ((Mass *)c)->time;
     return fmi2OK;
 }
 
