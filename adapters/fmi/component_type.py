@@ -36,7 +36,7 @@ from orchestrator.timebase import StepSize
 
 
 class FmuComponentType(ComponentType):
-    """An FMI 2.0 or 3.0 co-simulation FMU.
+    """An FMI 2.0 or 3.0 FMU, for Co-Simulation or Scheduled Execution.
 
     Parameters are those of the FMU, and the structural parameters that are not the length of
     an input. A structural parameter `n_vehicle` is the axis `vehicle` of its arrays; if it is
@@ -122,5 +122,7 @@ def _instantiate(
 ) -> FmuInstance:
     if fmu.version == 2:
         return Fmi2Instance(fmu, name, log, may_restore=may_restore)
-    uses_events = fmu.has_event_mode and (options.event_mode or fmu.has_clocks)
+    uses_events = fmu.is_scheduled or (
+        fmu.has_event_mode and (options.event_mode or fmu.has_clocks)
+    )
     return Fmi3Instance(fmu, name, log, may_restore=may_restore, uses_events=uses_events)

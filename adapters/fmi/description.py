@@ -43,6 +43,7 @@ class FmuDescription:
         has_variable_steps: its steps may differ in length.
         may_return_early: FMI 3.0: a step can be left before its end.
         has_event_mode: FMI 3.0: the importer may handle its events.
+        is_scheduled: FMI 3.0: it has Scheduled Execution only.
         intermediate: FMI 3.0: names of the variables that are shown within a step.
         is_once_per_process: two instances of it cannot be in one process.
         internal_step: FMI 3.0: the fixed step of its solver [s], exactly as in the file, positive;
@@ -68,6 +69,7 @@ class FmuDescription:
     has_variable_steps: bool
     may_return_early: bool
     has_event_mode: bool
+    is_scheduled: bool
     intermediate: tuple[str, ...]
     is_once_per_process: bool
     internal_step: Fraction | None
@@ -105,17 +107,18 @@ def read_description(path: Path) -> FmuDescription:
         parsed: Any = fmpy.model_description.read_model_description(_archive_of(xml))
     except Exception as error:
         raise ComponentTypeError(f"{path}: modelDescription.xml is invalid: {error}") from error
-    kind = parsed.coSimulation
+    kind = parsed.coSimulation or parsed.scheduledExecution
     if kind is None:
-        offers = "Model Exchange" if parsed.modelExchange is not None else "Scheduled Execution"
         raise ComponentTypeError(
-            f"{path}: offers {offers} only; export it for Co-Simulation to run it here"
+            f"{path}: offers Model Exchange only; export it for Co-Simulation to run it here"
         )
-    element = root.find("CoSimulation")
+    is_scheduled = parsed.coSimulation is None
+    element = root.find("ScheduledExecution" if is_scheduled else "CoSimulation")
     flags = {} if element is None else element.attrib
     every = variables(parsed, root)
     is_lost = {
-        n: (v.clock is not None or v.is_clocked) and not _flag(flags, "hasEventMode")
+        n: (v.clock is not None or v.is_clocked)
+        and not (_flag(flags, "hasEventMode") or is_scheduled)
         for n, v in every.items()
     }
     found = {n: v for n, v in every.items() if not is_lost[n]}
@@ -139,6 +142,7 @@ def read_description(path: Path) -> FmuDescription:
         has_adjoint=_flag(flags, "providesAdjointDerivatives"),
         has_variable_steps=_flag(flags, "canHandleVariableCommunicationStepSize"),
         has_event_mode=_flag(flags, "hasEventMode"),
+        is_scheduled=is_scheduled,
         may_return_early=_flag(flags, *_EARLY),
         intermediate=_intermediate(root) if _flag(flags, "providesIntermediateUpdate") else (),
         is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),

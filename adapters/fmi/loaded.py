@@ -7,6 +7,7 @@ import math
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from ctypes import c_void_p
+from dataclasses import replace
 from typing import Any, ClassVar, NoReturn
 
 import numpy as np
@@ -51,7 +52,10 @@ class LoadedInstance(FmuInstance):
             v.name: int(v.start[0]) for v in description.of("structuralParameter") if v.start
         }
         instantiate = functools.partial(self._instantiate, name)
-        self._handle = Handle(LoadedFmu(description, name), log, self.names, instantiate)
+        names = self.names
+        if description.is_scheduled:
+            names = replace(names, instantiate="fmi3InstantiateScheduledExecution")
+        self._handle = Handle(LoadedFmu(description, name), log, names, instantiate)
         self._fmu, self._guard = self._handle.fmu, self._handle.guard
         self._instance = self._handle.address
         self._blocks = [

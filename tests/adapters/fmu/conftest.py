@@ -91,3 +91,9 @@ def events3(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def clocks3(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The FMI 3.0 FMU in the folder `clocks3`: clocks of all kinds."""
     return built("clocks3", 3, tmp_path_factory.mktemp("clocks3"))
+
+
+@pytest.fixture(scope="session")
+def partitions3(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMI 3.0 FMU in the folder `partitions3`: Scheduled Execution."""
+    return built("partitions3", 3, tmp_path_factory.mktemp("partitions3"))

@@ -38,6 +38,14 @@ def test_import_says_what_to_do_next(
     assert "choose another folder with `-o`" in outcome.text
 
 
+def test_an_empty_folder_is_filled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = package(tmp_path, description(pair()))
+    (tmp_path / "empty").mkdir()
+    monkeypatch.chdir(tmp_path / "empty")
+    assert ssp("import", path, "-o", ".").exit_code is Exit.NOT_PASSED
+    assert sorted(each.name for each in Path().iterdir()) == ["resources", "test.yaml"]
+
+
 def test_problems_are_printed_for_programs(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
