@@ -16,6 +16,7 @@ from orchestrator.algorithm.history import approximated
 from orchestrator.algorithm.iteration import Tolerance
 from orchestrator.algorithm.iterative import cycles, in_order, path, reason_against_repeating
 from orchestrator.algorithm.participant import Participant
+from orchestrator.algorithm.requests import EndedWithinStep
 from orchestrator.algorithm.step_control import StepControl
 from orchestrator.capabilities import VariableSteps
 from orchestrator.errors import SystemStructureError
@@ -182,8 +183,15 @@ class _Group:
                 now += h
                 for each in self.watched:
                     each.keep()
+                self._heed(is_within=now < end)
             else:
                 saved.restore()
+
+    def _heed(self, *, is_within: bool) -> None:
+        """Go on, unless somebody asks for the end of the run within the communication step."""
+        for each in self.participants:
+            if is_within and each.asking.request is not None:
+                raise EndedWithinStep(each.name, each.asking.request)
 
 
 class _Saved:

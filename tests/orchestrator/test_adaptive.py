@@ -16,7 +16,13 @@ from orchestrator.algorithm.age import Age
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.step_control import StepControl
-from orchestrator.capabilities import CourseFollowing, PointEvaluation, VariableSteps
+from orchestrator.capabilities import (
+    CourseFollowing,
+    EndRequest,
+    EndRequesting,
+    PointEvaluation,
+    VariableSteps,
+)
 from orchestrator.cli import main
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.course import Course
@@ -273,6 +279,54 @@ class Switching(RestorableComponent[float], VariableSteps):
     @override
     def restore(self, state: float) -> None:
         self._u = state
+
+
+class Quitting(RestorableComponent[Time], EndRequesting, VariableSteps):
+    """y is 0; asks for the end of the run behind 0.25 s."""
+
+    connectors: Mapping[str, Connector] = Switching.connectors
+
+    def __init__(self) -> None:
+        self._now: Time = 0
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._now = start
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        assert self.end_request is None  # nobody steps any more behind a request
+        self._now = t + h
+
+    @property
+    @override
+    def end_request(self) -> EndRequest | None:
+        return EndRequest(time=self._now, why="enough") if 4 * self._now > 10 * H else None
+
+    @override
+    def outputs(self) -> Signals:
+        return {"y": np.array(0.0)}
+
+    @override
+    def save(self) -> Time:
+        return self._now
+
+    @override
+    def restore(self, state: Time) -> None:
+        self._now = state
+
+
+def test_who_asks_for_the_end_within_a_communication_step_is_not_stepped_further() -> None:
+    swinging = replace(clock(), a=[[0, 1], [-400, 0]])
+    system = System(
+        {"a": Quitting(), "b": Linear(swinging, ABLE)},
+        {"a": H, "b": H},
+        connections(["b.y > a.u", "a.y > b.u"]),
+    )
+    result = simulate(system, Adaptive(relative_tolerance=1e-3), start=0, stop=20 * H, seed=0)
+    assert result.time == 2 * H
+    assert result.early_end is not None
+    assert result.early_end.by == ("a",)
 
 
 def test_all_others_step_as_they_always_do() -> None:
