@@ -126,6 +126,14 @@ def test_a_package_within_a_package_is_held_to_the_same(tmp_path: Path) -> None:
         ("<ssd:System", ":1:1: is no XML: unclosed token"),
         ("<a/>", ":1:1: expected `ssd:SystemStructureDescription` of SSP 1.0 or 2.0, got `a`"),
         (
+            "<ssd:SystemStructureDescription/>",
+            "got `ssd:SystemStructureDescription`, whose prefix does not stand for http://ssp-st",
+        ),
+        (
+            description(system("t", component("a"))).replace("SSP1/SystemS", "SSP9/SystemS"),
+            "got `ssd:SystemStructureDescription`, whose prefix does not stand for http://ssp-st",
+        ),
+        (
             description(system("t", component("a")), version="3.0"),
             "SSP `3.0` is not supported, 1.0 and 2.0 are",
         ),
