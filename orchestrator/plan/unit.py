@@ -76,8 +76,10 @@ class UnitPlan(Readable):
         self._outputs = (first, Outputs(own, shapes) if is_parallel else first)
         self._is_parallel = is_parallel
         inputs = {feed.input: unit.variables[feed.input].shape for feed in feeds}
-        inputs |= {each.input: unit.variables[each.input].shape for each in participant.mixed}
-        self._mixes = UnitMixes(participant.mixed, connectors, inputs)
+        inputs |= {
+            each.input: unit.variables[each.input].shape for each in participant.inputs.mixed
+        }
+        self._mixes = UnitMixes(participant.inputs.mixed, connectors, inputs)
         self._pasts: dict[str, Past] = {}
         self._recorded = [name for name in names if name in recorded]
         self._shown: dict[str, Signal] = {}
