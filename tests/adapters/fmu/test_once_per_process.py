@@ -70,7 +70,7 @@ def test_in_another_process_it_runs(scenario: Path) -> None:
     pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed")
     scenario.write_text(SCENARIO.replace("copy.fmu,", "copy.fmu, process: true,"))
     out = scenario.with_name("run")
-    command = ["run", str(scenario), "--out", str(out), "--quiet"]
+    command = ["run", str(scenario), "--out", str(out), "--quiet", "--no-figure"]
     assert main(command) == 2
     assert main([*command, "--transport", "zenoh"]) == 0
     connectors = FmuComponentType(scenario.with_name("one.fmu")).create("one", {}).connectors

@@ -91,7 +91,10 @@ def test_nothing_said_is_said_to_nobody(starts3: Path) -> None:
 def test_a_scenario_says_it_all(scenario: Path, tmp_path: Path, transport: str) -> None:
     """The stop time is that of the run; variables inside are recorded like any output."""
     out = tmp_path / transport
-    assert main(["run", str(scenario), "--out", str(out), "--transport", transport]) == 0
+    assert (
+        main(["run", str(scenario), "--out", str(out), "--transport", transport, "--no-figure"])
+        == 0
+    )
     run = Recording(out)
     assert run["starts.stop"].at(0) == 2.0
     assert run["starts.tolerance"].at(0) == 1e-4
@@ -106,7 +109,7 @@ def test_the_manifest_repeats_the_run_and_says_no_more_than_the_scenario(
     scenario: Path, tmp_path: Path
 ) -> None:
     first, again, second = tmp_path / "first", tmp_path / "again.yaml", tmp_path / "second"
-    assert main(["run", str(scenario), "--out", str(first)]) == 0
+    assert main(["run", str(scenario), "--out", str(first), "--no-figure"]) == 0
     resolved = json.loads((first / "manifest.json").read_text())["scenario"]
     assert resolved["components"]["starts"]["parameters"] == {
         "start.x": "3.0 m",
@@ -115,7 +118,7 @@ def test_the_manifest_repeats_the_run_and_says_no_more_than_the_scenario(
         "fmi.locals": ["twice", "der(*)"],
     }
     again.write_text(json.dumps(resolved))
-    assert main(["run", str(again), "--out", str(second)]) == 0
+    assert main(["run", str(again), "--out", str(second), "--no-figure"]) == 0
     assert Recording(second).fingerprint() == Recording(first).fingerprint()
 
 

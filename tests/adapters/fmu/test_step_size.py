@@ -97,4 +97,4 @@ def test_an_fmu_that_wants_a_constant_step_runs(
     with_attribute(request.getfixturevalue(version), tmp_path, said)
     path = tmp_path / "unit.yaml"
     path.write_text(SCENARIO)
-    assert main(["run", str(path), "--out", str(tmp_path / "run"), "--quiet"]) == 0
+    assert main(["run", str(path), "--out", str(tmp_path / "run"), "--quiet", "--no-figure"]) == 0
