@@ -13,6 +13,7 @@ from orchestrator.remote.protocol import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport, Transport
 from orchestrator.scenario.diagnosis import once
 from orchestrator.scenario.model import ComponentUse, Scenario
+from orchestrator.scenario.outputs import belonging_here
 from orchestrator.scenario.processes import crowding
 from orchestrator.scenario.wiring import Place, in_process
 
@@ -48,8 +49,8 @@ def placing(transport: str, scenario: Scenario) -> Iterator[Place]:
 
     Raises:
         ComponentTypeError: there is no such transport.
-        ScenarioError: a component type refuses its parameters, or components that the transport
-            puts into this process cannot be in one.
+        ScenarioError: a component type refuses its parameters, components that the transport
+            puts into this process cannot be in one, or one that it puts into another must not be.
         ComponentError: a host did not start.
     """
     hosts = None if transport == IN_PROCESS else transport_type(transport)
@@ -60,6 +61,9 @@ def placing(transport: str, scenario: Scenario) -> Iterator[Place]:
     if hosts is None:
         yield in_process
         return
+    away = list(belonging_here(scenario.document, scenario.components))
+    if away:
+        raise ScenarioError(once(scenario.document, away))
     specs = [_spec(use) for use in scenario.components.values() if use.process]
     with ExitStack() as stack:
         launching = launch(specs, hosts())

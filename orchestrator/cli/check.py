@@ -10,6 +10,7 @@ from orchestrator.scenario.diagnosis import once
 from orchestrator.scenario.inputs import check_inputs
 from orchestrator.scenario.installed import scenario_path
 from orchestrator.scenario.model import Scenario
+from orchestrator.scenario.outputs import belonging_here
 from orchestrator.scenario.processes import crowding
 from orchestrator.scenario.wiring import Assembly, assemble
 
@@ -27,8 +28,9 @@ def execute(arguments: Namespace) -> Outcome:
         )
     assembly.close()
     components, connections = len(scenario.components), len(assembly.system.connections)
-    crowded = once(scenario.document, crowding(scenario.document, scenario.components))
-    found = (*scenario.remarks, *file_remarks, *assembly.remarks, *crowded)
+    where = scenario.document, scenario.components
+    placed = once(scenario.document, [*crowding(*where), *belonging_here(*where)])
+    found = (*scenario.remarks, *file_remarks, *assembly.remarks, *placed)
     remarks = [problem_data(remark) for remark in found]
     lines = [
         *(f"{remark} (a remark)" for remark in found),

@@ -26,6 +26,7 @@ from orchestrator.recording.recorder import select
 from orchestrator.scenario.diagnosis import once, spell
 from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.model import ComponentUse, ConnectionUse, ConstantUse, Scenario
+from orchestrator.scenario.outputs import sharing
 from orchestrator.system import Connection, Constant, Endpoint, System, elements, expand
 
 Place: TypeAlias = Callable[[ComponentUse], Component]
@@ -109,7 +110,10 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
             recorded = select(system, scenario.include, scenario.exclude)
         except SystemStructureError as error:
             raise scenario_error(scenario, ("recording",), error) from error
-        problems = list(_unanswered(scenario, system, recorded))
+        problems = [
+            *sharing(scenario.document, scenario.components),
+            *_unanswered(scenario, system, recorded),
+        ]
         if problems:
             raise _error(scenario, problems)
         remarks = (
