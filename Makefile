@@ -37,7 +37,7 @@ test: .venv-test/installed  ## everything that CI checks
 	.venv-test/bin/mypy
 	.venv-test/bin/lint-imports
 	NO_MKDOCS_2_WARNING=1 .venv-test/bin/mkdocs --quiet build --strict
-	.venv-test/bin/python -m pytest -n logical --dist loadfile
+	.venv-test/bin/python -m pytest -n logical --dist loadfile --no-loadscope-reorder
 
 docs: .venv-docs/installed  ## the manual as a site, in build/site; it can be opened from disk
 	NO_MKDOCS_2_WARNING=1 .venv-docs/bin/mkdocs --quiet build --strict

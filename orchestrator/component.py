@@ -16,7 +16,7 @@ from typing_extensions import override
 
 from orchestrator.native import NativeUnit
 from orchestrator.signal import Connector, Signals
-from orchestrator.timebase import Duration, Time
+from orchestrator.timebase import CommunicationGrid, Duration, Time
 
 State = TypeVar("State")
 Capability = TypeVar("Capability")
@@ -25,7 +25,7 @@ Capability = TypeVar("Capability")
 class Component(abc.ABC):
     """One subsystem of a co-simulation.
 
-    Guaranteed order of calls: `expect_stop`, `setup`, `initialise`, (`step`)*, `close`; `outputs`
+    Guaranteed order of calls: `expect`, `setup`, `initialise`, (`step`)*, `close`; `outputs`
     at any point between `initialise` and `close`. `close` is called also after an error.
 
     Signals are handed over, not copied: an array given to a component is read-only, and an
@@ -59,10 +59,13 @@ class Component(abc.ABC):
             rng: the component's own random stream; its only source of randomness.
         """
 
-    def expect_stop(self, stop: Time) -> None:
-        """Hear when the run ends at the latest [ns]; called before each `setup`, if it is known.
+    def expect(self, grid: CommunicationGrid) -> None:
+        """Hear when communication points come; called before each `setup`, if that is known.
 
         A component that has no use for that does nothing.
+
+        Args:
+            grid: from the start of the run to where it ends at the latest.
         """
 
     def initialise(self, inputs: Signals) -> None:
@@ -81,7 +84,8 @@ class Component(abc.ABC):
             inputs: every input connector by name; unconnected ones carry start values.
             t: the current communication point.
             h: the communication step size; the same at every step unless the component says that
-                it may differ (`orchestrator.capabilities.VariableSteps`).
+                it may differ (`orchestrator.capabilities.VariableSteps`). Of a step size such as
+                1/60 s the nearest whole number that ends at the next communication point.
         """
 
     @abc.abstractmethod
@@ -172,8 +176,8 @@ class WrappedComponent(Component):
         self._wrapped.setup(start, rng)
 
     @override
-    def expect_stop(self, stop: Time) -> None:
-        self._wrapped.expect_stop(stop)
+    def expect(self, grid: CommunicationGrid) -> None:
+        self._wrapped.expect(grid)
 
     @override
     def initialise(self, inputs: Signals) -> None:

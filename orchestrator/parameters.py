@@ -40,7 +40,7 @@ from orchestrator.errors import ParameterProblem
 from orchestrator.input_files import FileCheck, FileReadingComponent, named_files
 from orchestrator.kinds import FrozenMapping
 from orchestrator.output_files import FileWritingComponent
-from orchestrator.timebase import Duration
+from orchestrator.timebase import StepSize
 
 REQUIRED: Final = dataclasses.MISSING
 """The default of a parameter that a scenario must set."""
@@ -125,7 +125,7 @@ class ComponentType(abc.ABC):
         del values
         return None
 
-    def step_problem(self, step: Duration) -> str | None:
+    def step_problem(self, step: StepSize) -> str | None:
         """Why no instance can be stepped with this communication step size.
 
         Args:

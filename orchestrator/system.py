@@ -27,7 +27,7 @@ from orchestrator.elements import WHOLE, Elements
 from orchestrator.errors import SystemStructureError
 from orchestrator.signal import Causality, Connector
 from orchestrator.suggestion import suggestion
-from orchestrator.timebase import Duration
+from orchestrator.timebase import StepSize
 from orchestrator.transformation import PLAIN, Mix, Transformation, problems as problems_between
 
 _NAME: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]*")
@@ -54,7 +54,7 @@ class System:
     """
 
     components: Mapping[str, Component]
-    step_sizes: Mapping[str, Duration]
+    step_sizes: Mapping[str, StepSize]
     connections: Sequence[Connection]
     constants: Sequence[Constant] = ()
     connectors: Mapping[str, Connectors] = field(init=False, repr=False)
@@ -188,7 +188,7 @@ def _unknown(end: Endpoint, connectors: Connectors) -> str:
 
 
 def _component_problems(
-    components: Mapping[str, Component], step_sizes: Mapping[str, Duration]
+    components: Mapping[str, Component], step_sizes: Mapping[str, StepSize]
 ) -> Iterator[str]:
     if not components:
         yield "the system has no components"
@@ -235,7 +235,7 @@ def _feedthrough_problems(connectors: Mapping[str, Connectors]) -> Iterator[str]
 
 def _connection_problems(
     connectors: Mapping[str, Connectors],
-    step_sizes: Mapping[str, Duration],
+    step_sizes: Mapping[str, StepSize],
     connections: Sequence[Connection],
     claims: dict[Endpoint, list[Claim]],
 ) -> Iterator[str]:
@@ -321,7 +321,7 @@ def _axis_problems(
 
 def _event_problems(
     connectors: Mapping[str, Connectors],
-    step_sizes: Mapping[str, Duration],
+    step_sizes: Mapping[str, StepSize],
     connections: Sequence[Connection],
 ) -> Iterator[str]:
     """Events that would be replaced before their reader looks at them."""

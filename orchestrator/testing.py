@@ -179,7 +179,7 @@ class _Check:
 
     def run(self, step: Callable[[Component, Signals, Time, Duration], None]) -> Trace:
         """Outputs at each communication point; `step` takes one step."""
-        component, h = self.component, self.grid.step_size
+        component = self.component
         find_problems = OutputCheck(component.connectors).problems
         crossed: list[_Handed] = []
         trace: Trace = []
@@ -199,9 +199,10 @@ class _Check:
             component.initialise(take_in(self.grid.start))
             hand_out(self.grid.start)
             for t in self.grid:
-                step(component, take_in(t), t, h)
+                end = self.grid.after(t)
+                step(component, take_in(t), t, end - t)
                 _take_first(component)
-                hand_out(t + h)
+                hand_out(end)
             self._raise_changes(crossed)
         finally:
             component.close()
@@ -211,7 +212,7 @@ class _Check:
     def compare(self, first: Trace, second: Trace, how: str) -> None:
         """Raise where two runs differ."""
         for k, (before, after) in enumerate(zip(first, second, strict=True)):
-            t = self.grid.start + k * self.grid.step_size
+            t = self.grid.at(k)
             different = [name for name in before if not same(before[name], after[name])]
             self._raise(t, [f"output `{name}` {how}" for name in different])
 

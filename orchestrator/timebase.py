@@ -1,11 +1,13 @@
 """Simulation time as integer nanoseconds.
 
 Sums of integers are exact, so two components that meet at a communication point meet
-at the same number. Seconds (`float`) exist only at the edges: scenarios and FMI calls.
+at the same number; so are sums of fractions, which step sizes such as 1/60 s are. Seconds
+(`float`) exist only at the edges: scenarios and FMI calls.
 """
 
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Final, TypeAlias
 
@@ -14,6 +16,13 @@ Time: TypeAlias = int
 
 Duration: TypeAlias = int
 """A span of simulation time, in nanoseconds."""
+
+StepSize: TypeAlias = int | Fraction
+"""The distance of communication points, in nanoseconds; a `Fraction` only where it is not whole.
+
+Communication points `start + k * step_size` are exact; a `Time` is the nanosecond nearest to one.
+So steps of 1/60 s last 16,666,667 ns or 16,666,666 ns, and the sixtieth ends at 1 s.
+"""
 
 NANOSECONDS_PER_SECOND: Final = 1_000_000_000
 
@@ -35,30 +44,61 @@ def seconds(time: Time) -> float:
     return time / NANOSECONDS_PER_SECOND
 
 
-def format_duration(time: Duration) -> str:
-    """`time` in the largest unit that keeps it a whole number, e.g. `50 ms`."""
-    for symbol, length in (("s", 10**9), ("ms", 10**6), ("us", 10**3)):
+def as_step_size(exact: Fraction) -> StepSize:
+    """A span of nanoseconds, as an `int` where it is whole."""
+    return int(exact) if exact.denominator == 1 else exact
+
+
+def common(first: StepSize, second: StepSize) -> StepSize:
+    """The greatest span of which both are multiples: 20 ms of 40 ms and 60 ms."""
+    if isinstance(first, int) and isinstance(second, int):
+        return math.gcd(first, second)
+    denominator = math.lcm(Fraction(first).denominator, Fraction(second).denominator)
+    return as_step_size(
+        Fraction(math.gcd(int(first * denominator), int(second * denominator)), denominator)
+    )
+
+
+def format_duration(time: StepSize) -> str:
+    """`time` in the largest unit that keeps it a whole number, e.g. `50 ms`; or e.g. `1/60 s`."""
+    units = (("s", 10**9), ("ms", 10**6), ("us", 10**3))
+    if isinstance(time, Fraction):
+        return f"{time / NANOSECONDS_PER_SECOND} s"
+    for symbol, length in units:
         if time % length == 0:
             return f"{time // length} {symbol}"
     return f"{time} ns"
 
 
+def _nearest(exact: StepSize) -> Time:
+    """The nearest nanosecond; of two, the later one."""
+    return exact if isinstance(exact, int) else math.floor(exact + Fraction(1, 2))
+
+
 @dataclass(frozen=True, slots=True)
 class CommunicationGrid:
-    """Equidistant communication points `start + k * step_size`, `k = 0, ..., count`."""
+    """Equidistant communication points `start + k * step_size`, `k = 0, ..., count`.
+
+    Attributes:
+        start: the first point [ns].
+        step_size: the distance of two points [ns].
+        count: the number of steps.
+    """
 
     start: Time
-    step_size: Duration
+    step_size: StepSize
     count: int
 
     def __post_init__(self) -> None:
         if self.step_size <= 0:
             raise ValueError(f"the step size must be positive, got {self.step_size} ns")
+        if isinstance(self.step_size, Fraction) and self.step_size < 1:
+            raise ValueError(f"the step size must be 1 ns at least, got {self.step_size} ns")
         if self.count < 0:
             raise ValueError(f"the number of steps must not be negative, got {self.count}")
 
     @classmethod
-    def over(cls, start: Time, stop: Time, step_size: Duration) -> "CommunicationGrid":
+    def over(cls, start: Time, stop: Time, step_size: StepSize) -> "CommunicationGrid":
         """Cover [`start`, `stop`] exactly; refuse a step size that does not fit.
 
         Raises:
@@ -75,11 +115,59 @@ class CommunicationGrid:
                 f"the interval of {stop - start} ns is not a whole number of steps of "
                 f"{step_size} ns: {rest} ns are left over"
             )
-        return cls(start, step_size, count)
+        return cls(start, step_size, int(count))
 
     def __iter__(self) -> Iterator[Time]:
         """Yield the start of each communication step."""
-        return (self.start + k * self.step_size for k in range(self.count))
+        return (self.at(k) for k in range(self.count))
+
+    def at(self, k: int) -> Time:
+        """The point with the number `k`; 0 is the start."""
+        return self.start + _nearest(k * self.step_size)
+
+    @property
+    def stop(self) -> Time:
+        """The last point."""
+        return self.at(self.count)
+
+    def number(self, t: Time) -> int | None:
+        """The number of the point at `t`; `None` if there is none."""
+        elapsed = t - self.start
+        if isinstance(self.step_size, int):
+            whole, rest = divmod(elapsed, self.step_size)
+            return None if rest else whole
+        number = _nearest(elapsed / self.step_size)
+        return number if self.at(number) == t else None
+
+    def last(self, t: Time) -> int:
+        """The number of the last point at or before `t`."""
+        number = int((t - self.start) // self.step_size)
+        return number + (self.at(number + 1) <= t)
+
+    def before(self, t: Time) -> Time:
+        """The point in front of the point at `t`."""
+        if isinstance(self.step_size, int):
+            return t - self.step_size
+        return self.at(self.last(t) - 1)
+
+    def after(self, t: Time) -> Time:
+        """The first point behind `t`."""
+        return self.at(self.last(t) + 1)
+
+    def seconds(self, t: Time) -> float:
+        """The float of seconds nearest to a point; to `t` itself, where there is no point."""
+        if isinstance(self.step_size, int) or (number := self.number(t)) is None:
+            return seconds(t)
+        return float((self.start + number * self.step_size) / NANOSECONDS_PER_SECOND)
+
+    def length(self, t: Time, h: Duration) -> float:
+        """The float of seconds nearest to the step from `t` to `t + h`."""
+        if isinstance(self.step_size, int):
+            return seconds(h)
+        first, last = self.number(t), self.number(t + h)
+        if first is None or last is None:
+            return seconds(h)
+        return float((last - first) * self.step_size / NANOSECONDS_PER_SECOND)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,13 +180,14 @@ class MultiRateGrid:
 
     start: Time
     stop: Time
-    step_sizes: tuple[Duration, ...]
+    step_sizes: tuple[StepSize, ...]
+    _grids: tuple[CommunicationGrid, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for step_size in self.step_sizes:
-            CommunicationGrid.over(self.start, self.stop, step_size)
+        grids = tuple(CommunicationGrid.over(self.start, self.stop, h) for h in self.step_sizes)
+        object.__setattr__(self, "_grids", grids)
 
-    def __iter__(self) -> Iterator[tuple[Time, tuple[Duration, ...]]]:
+    def __iter__(self) -> Iterator[tuple[Time, tuple[StepSize, ...]]]:
         """Yield each communication point with the step sizes that meet it, stop included."""
         t = self.start
         yield t, self.at(t)
@@ -106,12 +195,15 @@ class MultiRateGrid:
             t = self.after(t)
             yield t, self.at(t)
 
-    def at(self, t: Time) -> tuple[Duration, ...]:
+    def at(self, t: Time) -> tuple[StepSize, ...]:
         """The step sizes that meet the communication point `t`."""
         elapsed = t - self.start
-        return tuple(h for h in self.step_sizes if elapsed % h == 0)
+        return tuple(
+            h
+            for h, grid in zip(self.step_sizes, self._grids, strict=True)
+            if (elapsed % h == 0 if isinstance(h, int) else grid.number(t) is not None)
+        )
 
     def after(self, t: Time) -> Time:
         """The communication point after `t`, which is not the last one."""
-        elapsed = t - self.start
-        return self.start + min(elapsed - elapsed % h + h for h in self.step_sizes)
+        return min(grid.after(t) for grid in self._grids)

@@ -10,7 +10,7 @@ import numpy as np
 from orchestrator.elements import WHOLE, Elements
 from orchestrator.operation import Operation, add, multiply, spelled
 from orchestrator.signal import Causality, Connector, along
-from orchestrator.timebase import Duration, format_duration
+from orchestrator.timebase import Duration, StepSize, format_duration
 from orchestrator.unit_conversion import UnitsDifferError, conversion
 
 _EXACT_BITS: Final = {"f2": 11, "f4": 24, "f8": 53}
@@ -36,7 +36,7 @@ class Transformation:
     gain: float = 1.0
     offset: float = 0.0
     delay: Duration = 0
-    sample: Duration = 0
+    sample: StepSize = 0
     adds: bool = False
 
     @property
@@ -68,7 +68,7 @@ class Term:
     picked: Elements
     operations: tuple[Operation, ...]
     delay: Duration
-    sample: Duration
+    sample: StepSize
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +122,7 @@ def is_plain(output: Connector, input_: Connector, way: Transformation) -> bool:
 
 
 def problems(
-    output: Connector, input_: Connector, way: Transformation, sizes: tuple[Duration, Duration]
+    output: Connector, input_: Connector, way: Transformation, sizes: tuple[StepSize, StepSize]
 ) -> list[str]:
     """Why the output may not drive the input in this way; empty if it may.
 
@@ -211,7 +211,7 @@ def _type_problems(output: Connector, input_: Connector, way: Transformation) ->
 
 
 def _timing_problems(
-    output: Connector, way: Transformation, sizes: tuple[Duration, Duration]
+    output: Connector, way: Transformation, sizes: tuple[StepSize, StepSize]
 ) -> Iterator[str]:
     if not all(map(math.isfinite, (way.gain, way.offset))):
         yield "gain and offset must be finite"

@@ -8,6 +8,10 @@ from importlib.metadata import distribution, packages_distributions
 from pathlib import Path
 
 import pytest
+from fmpy.validation import validate_fmu
+
+from fmus.native.targets import TARGETS
+from fmus.native.unit import UNITS
 
 ROOT = Path(__file__).parents[1]
 
@@ -49,6 +53,25 @@ def test_a_wheel_contains_the_fmus_and_the_scenarios(wheel: Path) -> None:
         assert any(name.endswith(".yaml") for name in shipped)
         assert shipped <= names
     assert not any(name.startswith(("tests/", "docs/")) for name in names)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_wheel_has_every_unit_for_every_platform(wheel: Path, unit: str, tmp_path: Path) -> None:
+    path = tmp_path / f"{unit}.fmu"
+    path.write_bytes(zipfile.ZipFile(wheel).read(f"fmus/{unit}/{unit}.fmu"))
+    assert validate_fmu(str(path)) == []
+    with zipfile.ZipFile(path) as archive:
+        heads = {
+            target.platform: archive.read(f"binaries/{target.platform}/{unit}{target.suffix}")[:4]
+            for target in TARGETS
+        }
+    assert heads == {
+        "x86_64-linux": b"\x7fELF",
+        "aarch64-linux": b"\x7fELF",
+        "x86_64-windows": b"MZ\x78\x00",
+        "aarch64-darwin": b"\xcf\xfa\xed\xfe",
+    }
 
 
 @pytest.mark.slow

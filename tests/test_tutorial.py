@@ -104,6 +104,7 @@ class Session:
     }
 
 
+@pytest.mark.slow
 def test_whoever_follows_it_gets_what_it_shows(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

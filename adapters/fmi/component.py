@@ -19,7 +19,7 @@ from orchestrator.capabilities import InitialEvaluation
 from orchestrator.component import Capability, Component, WrappedRestorableComponent
 from orchestrator.native import NativeOwner, NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
-from orchestrator.timebase import Duration, Time, seconds
+from orchestrator.timebase import CommunicationGrid, Duration, Time, seconds
 
 Instantiate: TypeAlias = Callable[[], FmuInstance]
 """Makes a new instance of the FMU, with its own folder and library."""
@@ -74,7 +74,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         self._read: Signals = {}
         self._seed: int | None = None
         self._start: Time = 0
-        self._stop: Time | None = None
+        self._grid: CommunicationGrid | None = None
         self._is_initialising = False
 
     @property
@@ -83,8 +83,8 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         return self._connectors
 
     @override
-    def expect_stop(self, stop: Time) -> None:
-        self._stop = stop
+    def expect(self, grid: CommunicationGrid) -> None:
+        self._grid = grid
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -145,7 +145,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         self._set_parameters(instance)
         instance.enter_initialisation(
             seconds(self._start),
-            stop=None if self._stop is None else seconds(self._stop),
+            stop=None if self._grid is None else seconds(self._grid.stop),
             tolerance=self._tolerance,
         )
         self._written = {}
@@ -194,7 +194,10 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
         if self._sizes.may_have_changed(inputs, self._written):
             self._resize(instance, inputs)
         self._write_inputs(instance, inputs)
-        instance.step(seconds(t), seconds(h))
+        if self._grid is None:
+            instance.step(seconds(t), seconds(h))
+        else:
+            instance.step(self._grid.seconds(t), self._grid.length(t, h))
         self._read = instance.read()
 
     def _resize(self, instance: FmuInstance, inputs: Signals) -> None:

@@ -24,7 +24,7 @@ from adapters.fmi.unpacked import check_binary
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import ComponentType, Parameter
-from orchestrator.timebase import Duration
+from orchestrator.timebase import StepSize
 
 
 class FmuComponentType(ComponentType):
@@ -65,7 +65,7 @@ class FmuComponentType(ComponentType):
         return f"the FMU `{fmu.name}` {fmu.token}" if fmu.is_once_per_process else None
 
     @override
-    def step_problem(self, step: Duration) -> str | None:
+    def step_problem(self, step: StepSize) -> str | None:
         return step_problem(self._fmu.internal_step, step)
 
     @override

@@ -2,7 +2,7 @@
 
 from fractions import Fraction
 
-from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration
+from orchestrator.timebase import NANOSECONDS_PER_SECOND, StepSize
 
 
 def internal_step(text: str | None) -> Fraction | None:
@@ -21,7 +21,7 @@ def internal_step(text: str | None) -> Fraction | None:
     return found if found > 0 else None
 
 
-def step_problem(internal: Fraction | None, step: Duration) -> str | None:
+def step_problem(internal: Fraction | None, step: StepSize) -> str | None:
     """Why a communication step size does not fit the internal one; `None` if it does.
 
     It has to be a whole multiple, to the nanosecond: files round numbers such as a third.

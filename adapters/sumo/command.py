@@ -20,6 +20,7 @@ from orchestrator.scenario.installed import scenario_path
 from orchestrator.scenario.model import ComponentUse, Scenario
 from orchestrator.scenario.units import duration, format_duration
 from orchestrator.signal import Causality, Connector, Signals
+from orchestrator.timebase import CommunicationGrid
 from orchestrator.units import UnitError
 
 _DRAWN: Final = ("vehicle.position", "road.vertex", "building.vertex")
@@ -122,8 +123,9 @@ def _at(
     component.initialise(inputs)
     signals = component.outputs()
     names = _entered(signals)
-    for k in range(-(-elapsed // use.step)):
-        component.step(inputs, scenario.start + k * use.step, use.step)
+    grid = CommunicationGrid(scenario.start, use.step, int(-(-elapsed // use.step)))
+    for t in grid:
+        component.step(inputs, t, grid.after(t) - t)
         signals = component.outputs()
         names |= _entered(signals)
     numbers, roles = (np.asarray(signals[f"vehicle.{key}"]).tolist() for key in ("id", "role"))

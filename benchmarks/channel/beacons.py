@@ -48,13 +48,13 @@ class Beacons:
         records["size"] = PACKET_SIZE
         records["access_category"] = VOICE
         records["kind"] = BSM
-        ends = np.searchsorted(times, [t + grid.step_size for t in grid])
+        ends = np.searchsorted(times, [grid.after(t) for t in grid])
         begins = [0, *ends[:-1]]
         return [frame("PKTS", records[a:b]) for a, b in zip(begins, ends, strict=True)]
 
     def _times(self, grid: CommunicationGrid) -> tuple[np.ndarray, np.ndarray]:
         """Times [ns], ascending, and the vehicle that sends at each."""
-        stop = grid.start + grid.count * grid.step_size
+        stop = grid.stop
         rng = np.random.default_rng(SEED)
         count = (stop - grid.start) // INTERVAL + 1
         first = grid.start + INTERVAL * (1 + rng.random((self.vehicles, 1)))

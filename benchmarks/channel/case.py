@@ -61,7 +61,7 @@ class ChannelRun(Case):
                 component.initialise({**inputs[0], "packets": b""})
                 ready = process_time_ns()
                 for time, given in zip(grid, inputs, strict=True):
-                    component.step(given, time, grid.step_size)
+                    component.step(given, time, grid.after(time) - time)
                     outcomes += _outcomes(component.outputs()["receptions"])
             except CosimError as error:
                 raise ComponentError(name, time, str(error)) from error

@@ -1,11 +1,10 @@
 """How old the value is that a step has used when it ends."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from orchestrator.system import System
-from orchestrator.timebase import Duration
+from orchestrator.timebase import Duration, StepSize, common
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,42 +19,42 @@ class Age:
         oldest: at worst [ns].
     """
 
-    youngest: Duration
-    oldest: Duration
+    youngest: StepSize
+    oldest: StepSize
 
     @classmethod
-    def newest(cls, source: Duration, target: Duration) -> "Age":
+    def newest(cls, source: StepSize, target: StepSize) -> "Age":
         """The age of what was published at or before the point where the target's step ends.
 
         Args:
             source: communication step size of the component that writes [ns].
             target: of the component that reads [ns].
         """
-        return cls(youngest=0, oldest=source - math.gcd(source, target))
+        return cls(youngest=0, oldest=source - common(source, target))
 
     @classmethod
-    def previous(cls, source: Duration, target: Duration) -> "Age":
+    def previous(cls, source: StepSize, target: StepSize) -> "Age":
         """The age of what was published before the point where the target's step ends.
 
         Args:
             source: communication step size of the component that writes [ns].
             target: of the component that reads [ns].
         """
-        return cls(youngest=math.gcd(source, target), oldest=source)
+        return cls(youngest=common(source, target), oldest=source)
 
     @classmethod
-    def held(cls, source: Duration, target: Duration) -> "Age":
+    def held(cls, source: StepSize, target: StepSize) -> "Age":
         """The age of what was published at or before the point where the target's step starts.
 
         Args:
             source: communication step size of the component that writes [ns].
             target: of the component that reads [ns].
         """
-        return cls(youngest=target, oldest=target + source - math.gcd(source, target))
+        return cls(youngest=target, oldest=target + source - common(source, target))
 
     @classmethod
     def delayed(
-        cls, source: Duration, target: Duration, delay: Duration, *, reads_at_start: bool
+        cls, source: StepSize, target: StepSize, delay: Duration, *, reads_at_start: bool
     ) -> "Age":
         """The age of what was published at the latest `delay` before the target reads.
 
@@ -65,11 +64,11 @@ class Age:
             delay: positive [ns].
             reads_at_start: whether the target reads where its step starts, not where it ends.
         """
-        common = math.gcd(source, target)
-        youngest = delay + -delay % common + (target if reads_at_start else 0)
-        return cls(youngest=youngest, oldest=youngest + source - common)
+        shared = common(source, target)
+        youngest = delay + -delay % shared + (target if reads_at_start else 0)
+        return cls(youngest=youngest, oldest=youngest + source - shared)
 
-    def sampled(self, sample: Duration, target: Duration) -> "Age":
+    def sampled(self, sample: StepSize, target: StepSize) -> "Age":
         """The age of a value that the target reads now and then, and holds.
 
         Args:

@@ -15,7 +15,7 @@ from orchestrator.errors import SystemStructureError
 from orchestrator.randomness import stream
 from orchestrator.signal import Signals
 from orchestrator.system import System
-from orchestrator.timebase import CommunicationGrid, MultiRateGrid, Time
+from orchestrator.timebase import CommunicationGrid, MultiRateGrid, StepSize, Time
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class Wave:
         """Let each take its step that ends at `t`, unless it has begun it already, and publish."""
         for each in self.participants:
             if not each.is_begun:
-                each.begin(t - each.step_size)
+                each.begin(each.before(t))
         for each in self.participants:
             each.finish()
             each.publish()
@@ -186,7 +186,7 @@ class Schedule:
         """The communication point after `t`, which is not the last one."""
         return self._grid.after(t)
 
-    def _due(self, step_sizes: tuple[int, ...], but: frozenset[str]) -> Due:
+    def _due(self, step_sizes: tuple[StepSize, ...], but: frozenset[str]) -> Due:
         names = tuple(
             name
             for name in self._order

@@ -115,7 +115,7 @@ class IterativeAlgorithm(CosimulationAlgorithm):
 
     def _solve(self, t: Time, turn: Turn) -> None:
         """Step the participants of `turn` to `t` until they agree."""
-        saved = [(each, each.save(t - each.step_size)) for each in turn.participants]
+        saved = [(each, each.save(each.before(t))) for each in turn.participants]
         if self.degree > 0:
             for each in turn.participants:
                 each.predict(t, self.degree)
@@ -126,7 +126,7 @@ class IterativeAlgorithm(CosimulationAlgorithm):
 
         def again() -> None:
             for each, state in saved:
-                each.restore(state, t - each.step_size)
+                each.restore(state, each.before(t))
 
         found = repeat(
             turn.participants,
@@ -143,7 +143,7 @@ class IterativeAlgorithm(CosimulationAlgorithm):
         culprit = found.participant
         return ComponentError(
             culprit.name,
-            t - culprit.step_size,
+            culprit.before(t),
             f"does not agree with {_others(turn, culprit.name)}: after {self.maximum_iterations} "
             f"iterations `{found.output}` still changes by {_spell(found.change)} the tolerance; "
             f"{self.advice()}",

@@ -10,7 +10,7 @@ from orchestrator.errors import CosimError
 from orchestrator.operation import applied
 from orchestrator.signal import Array, Signal, Signals
 from orchestrator.system import System
-from orchestrator.timebase import Duration, Time
+from orchestrator.timebase import CommunicationGrid, StepSize, Time
 from orchestrator.transformation import Mix, Term
 
 
@@ -32,7 +32,7 @@ class MixSources:
         self.now: Time = 0
         self.beginning: Time = 0
         self._published = published
-        spans: defaultdict[tuple[str, str], Duration] = defaultdict(int)
+        spans: defaultdict[tuple[str, str], StepSize] = defaultdict(int)
         for mixes in system.mixes.values():
             for term in (t for mix in mixes for part in mix.parts for t in part.terms):
                 if term.delay or term.sample:
@@ -73,7 +73,7 @@ class PastValues:
     __slots__ = ("_entries", "_output", "_published", "_sources", "_span")
 
     def __init__(
-        self, sources: MixSources, published: Signals, output: str, span: Duration
+        self, sources: MixSources, published: Signals, output: str, span: StepSize
     ) -> None:
         self._sources = sources
         self._published = published
@@ -185,8 +185,8 @@ class _Reading:
         term, sources = self.term, self._sources
         if not term.sample:
             return self._delayed(sources.now)
-        beginning = sources.beginning
-        due = sources.now - (sources.now - beginning) % term.sample
+        points = CommunicationGrid(sources.beginning, term.sample, 0)
+        due = points.at(points.last(sources.now))
         if self._held is None or due != self._held_from or due == sources.now:
             self._held, self._held_from = self._delayed(due), due
         return self._held

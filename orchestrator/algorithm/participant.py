@@ -17,7 +17,7 @@ from orchestrator.errors import ComponentError, CosimError
 from orchestrator.native import NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
 from orchestrator.system import Feed
-from orchestrator.timebase import Duration, Time
+from orchestrator.timebase import CommunicationGrid, Duration, StepSize, Time
 from orchestrator.transformation import Mix
 
 
@@ -41,9 +41,9 @@ class Participant(abc.ABC):
     """
 
     __slots__ = ("_check_outputs", "_component", "_continuous", "_evaluation", "_feeds",
-                 "_history", "_mixed", "_past", "_pending", "_pieces", "_reached", "_starts",
-                 "_used", "is_begun", "name", "published", "reads", "sources", "step_size",
-                 "wall_time_ns")  # fmt: skip
+                 "_grid", "_history", "_mixed", "_past", "_pending", "_pieces", "_reached",
+                 "_starts", "_used", "is_begun", "name", "published", "reads", "sources",
+                 "step_size", "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
 
@@ -52,7 +52,7 @@ class Participant(abc.ABC):
         name: str,
         component: Component,
         connectors: Mapping[str, Connector],
-        step_size: Duration,
+        step_size: StepSize,
     ) -> None:
         self.name: Final = name
         self.step_size: Final = step_size
@@ -76,6 +76,7 @@ class Participant(abc.ABC):
         self._continuous = [name for name, c in connectors.items() if is_approximated(c, c)]
         self._used: Signals = {}
         self._reached: Time = 0
+        self._grid = CommunicationGrid(0, step_size, 0)
         self._history: History | None = None
         self._pieces: Pieces | None = None
 
@@ -110,7 +111,8 @@ class Participant(abc.ABC):
         """Enter the initial state at `start`, of a run that ends at `stop` at the latest."""
         before = perf_counter_ns()
         try:
-            self._component.expect_stop(stop)
+            self._grid = CommunicationGrid.over(start, stop, self.step_size)
+            self._component.expect(self._grid)
             self._component.setup(start, rng)
             self._reached = start
         except Exception as error:
@@ -191,6 +193,10 @@ class Participant(abc.ABC):
         self._used = inputs
         self.publish()
 
+    def before(self, t: Time) -> Time:
+        """Where the communication step starts that ends at `t`."""
+        return self._grid.before(t)
+
     @abc.abstractmethod
     def begin(self, t: Time, h: Duration | None = None) -> None:
         """Start the step from `t` with the inputs that are published now.
@@ -245,7 +251,7 @@ class Participant(abc.ABC):
         self.show(
             {
                 output: real(
-                    history.course(output, t, self.step_size, degree).at(0.0),
+                    history.course(output, t, t - self.before(t), degree).at(0.0),
                     self.published[output],
                 )
                 for output in self._continuous
@@ -318,7 +324,7 @@ class Participant(abc.ABC):
 
     def _begun(self, t: Time, h: Duration | None) -> tuple[Piece, ...]:
         """What there is to do for a step from `t`."""
-        length = self.step_size if h is None else h
+        length = self._grid.after(t) - t if h is None else h
         inputs = self._inputs()
         self._used, self._reached = inputs, t + length
         if self._pieces is None:

@@ -11,7 +11,7 @@ from orchestrator.component import Component, ConcurrentComponent
 from orchestrator.errors import ComponentError
 from orchestrator.native import NativeUnit
 from orchestrator.signal import Connector
-from orchestrator.timebase import Duration, Time
+from orchestrator.timebase import Duration, StepSize, Time
 
 
 class LocalParticipant(Participant):
@@ -63,7 +63,7 @@ class ConcurrentParticipant(Participant):
         name: str,
         component: ConcurrentComponent,
         connectors: Mapping[str, Connector],
-        step_size: Duration,
+        step_size: StepSize,
     ) -> None:
         super().__init__(name, component, connectors, step_size)
         self._concurrent = component
@@ -112,7 +112,7 @@ class ConcurrentParticipant(Participant):
 
 
 def participant(
-    name: str, component: Component, connectors: Mapping[str, Connector], step_size: Duration
+    name: str, component: Component, connectors: Mapping[str, Connector], step_size: StepSize
 ) -> Participant:
     """The participant that suits the capabilities of `component`."""
     if isinstance(component, ConcurrentComponent):

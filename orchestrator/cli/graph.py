@@ -15,6 +15,7 @@ from orchestrator.scenario.installed import scenario_path
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.wiring import assemble
+from orchestrator.timebase import StepSize
 
 
 def execute(arguments: Namespace) -> Outcome:
@@ -45,7 +46,12 @@ def execute(arguments: Namespace) -> Outcome:
 
 def _component(node: Node) -> dict[str, object]:
     fields = asdict(node)
-    return {**fields, "step": format_duration(node.step), "step_ns": node.step}
+    return {**fields, "step": format_duration(node.step), "step_ns": _number(node.step)}
+
+
+def _number(span: StepSize) -> int | float:
+    """A span as JSON can hold it."""
+    return span if isinstance(span, int) else float(span)
 
 
 def _connection(edge: Edge) -> dict[str, object]:
@@ -53,8 +59,8 @@ def _connection(edge: Edge) -> dict[str, object]:
         "from": edge.source,
         "to": edge.target,
         "signals": [_signal(edge, output, input_) for output, input_ in edge.signals],
-        "youngest_ns": edge.youngest,
-        "oldest_ns": edge.oldest,
+        "youngest_ns": _number(edge.youngest),
+        "oldest_ns": _number(edge.oldest),
     }
 
 

@@ -56,7 +56,8 @@ def plan_of(
         until: the output that ends the run.
     """
     library = layouts.engine()
-    if library is None or pattern is None:
+    is_whole = all(isinstance(each.step_size, int) for each in exchange.participants.values())
+    if library is None or pattern is None or not is_whole:
         return None
     units = {
         name: unit
@@ -133,7 +134,7 @@ class RunPlan:
         self._library = library
         self._values = exchange.values
         self._start = start
-        sizes = {name: each.step_size for name, each in exchange.participants.items()}
+        sizes = {name: int(each.step_size) for name, each in exchange.participants.items()}
         self._others = [h for name, h in sizes.items() if name not in natives]
         self._smallest = min(sizes[name] for name in natives)
         self._table = (layouts.Unit * len(natives))()

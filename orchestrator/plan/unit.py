@@ -82,7 +82,7 @@ class UnitPlan:
     @property
     def step_size(self) -> Duration:
         """The communication step of the component [ns]."""
-        return self.participant.step_size
+        return int(self.participant.step_size)
 
     @property
     def rows(self) -> int:
@@ -105,7 +105,7 @@ class UnitPlan:
     def _describe(self, table: layouts.Unit, unit: NativeUnit) -> None:
         table.instance, table.step, table.version = unit.instance, unit.step, unit.version
         table.keeps_state = unit.keeps_state
-        table.step_size = self.participant.step_size
+        table.step_size = self.step_size
         table.pending = self._pending.block.ctypes.data
         table.published = self.published.block.ctypes.data
         table.size = len(self.published.block)
@@ -240,7 +240,7 @@ class UnitPlan:
 
     def _is_under_way(self, t: Time) -> bool:
         """Whether a step that was begun before `t` ends behind it."""
-        return (t - self._start) % self.participant.step_size != 0
+        return (t - self._start) % self.step_size != 0
 
     def show(self, scale: float) -> None:
         """Let Python see what was published."""
@@ -293,7 +293,7 @@ class UnitPlan:
             if outcome == layouts.SET_FAILED:
                 owner.setting_failed(*self._setting_names[call], status)
             elif outcome == layouts.STEP_FAILED:
-                owner.step_failed(status, t, self.participant.step_size)
+                owner.step_failed(status, t, self.step_size)
             elif outcome == layouts.GET_FAILED:
                 owner.getting_failed(list(self._groups)[call], status)
             elif outcome == layouts.NOT_FINITE:

@@ -30,11 +30,12 @@ from orchestrator.remote.protocol import (
     Message,
     connectors_from_message,
     generator_to_document,
+    grid_to_document,
 )
 from orchestrator.remote.transport import Link, LinkLostError, Transport
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
 from orchestrator.signal import Causality, Connector, Signals
-from orchestrator.timebase import Duration, Time
+from orchestrator.timebase import CommunicationGrid, Duration, Time
 
 _log = logging.getLogger(__name__)
 
@@ -179,7 +180,7 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
         self._capabilities = {CAPABILITIES[name] for name in offered}
         self._is_set_up = False
         self._forgotten: list[int] = []
-        self._stop: Time | None = None
+        self._grid: CommunicationGrid | None = None
 
     @property
     @override
@@ -187,8 +188,8 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
         return self._connectors
 
     @override
-    def expect_stop(self, stop: Time) -> None:
-        self._stop = stop
+    def expect(self, grid: CommunicationGrid) -> None:
+        self._grid = grid
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -198,7 +199,7 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
         self._values = {}
         self._forgotten = []
         self._is_set_up = True
-        document = {"rng": generator_to_document(rng), "stop": self._stop}
+        document = {"rng": generator_to_document(rng), "grid": grid_to_document(self._grid)}
         self._dialogue.ask(Kind.SETUP, t=start, document=document)
         self._dialogue.answer(self._deadlines.create)
 

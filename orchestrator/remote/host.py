@@ -28,6 +28,7 @@ from orchestrator.remote.protocol import (
     Message,
     connectors_to_message,
     generator_from_document,
+    grid_from_document,
 )
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
 from orchestrator.signal import Causality, Connector, Signals
@@ -156,8 +157,9 @@ class ComponentHost:
         self._states.clear()
         document = command.document
         self._needs_close = True
-        if document.get("stop") is not None:
-            self._created().expect_stop(document["stop"])
+        grid = grid_from_document(document.get("grid"))
+        if grid is not None:
+            self._created().expect(grid)
         self._created().setup(command.t, generator_from_document(document["rng"]))
         return self._done(command).encode()
 

@@ -31,6 +31,7 @@ from orchestrator.local_module import local_type
 from orchestrator.parameters import DRAWN
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError, padding
 from orchestrator.signal import Causality, Connector, Variability
+from orchestrator.timebase import CommunicationGrid, as_step_size
 from orchestrator.units import Unit
 
 _HEADER: Final = struct.Struct("<4sHHIIQqq8x")
@@ -204,6 +205,22 @@ def generator_to_document(rng: np.random.Generator) -> dict[str, Any]:
     if not isinstance(bits, np.random.PCG64) or not isinstance(seeds, np.random.SeedSequence):
         raise TypeError(f"a generator of type {type(bits).__name__} cannot travel, only PCG64")
     return {"state": _integers(bits.state), "seeds": _integers(seeds.state)}
+
+
+def grid_to_document(grid: CommunicationGrid | None) -> dict[str, Any] | None:
+    """Communication points as a document; `None` of none."""
+    if grid is None:
+        return None
+    step = Fraction(grid.step_size)
+    return {"start": grid.start, "step": [step.numerator, step.denominator], "count": grid.count}
+
+
+def grid_from_document(document: Mapping[str, Any] | None) -> CommunicationGrid | None:
+    """What `grid_to_document` wrote."""
+    if document is None:
+        return None
+    step = as_step_size(Fraction(*document["step"]))
+    return CommunicationGrid(document["start"], step, document["count"])
 
 
 def generator_from_document(document: Mapping[str, Any]) -> np.random.Generator:

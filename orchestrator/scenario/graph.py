@@ -12,7 +12,7 @@ from orchestrator.feedthrough import describe_outcome, is_within, loops
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.wiring import Assembly
 from orchestrator.system import Connection, System
-from orchestrator.timebase import Duration
+from orchestrator.timebase import Duration, StepSize
 from orchestrator.transformation import described
 
 
@@ -34,7 +34,7 @@ class Node:
     entry: str
     copies: int = 1
     origin: str
-    step: Duration
+    step: StepSize
     process: bool
     layer: int
     feedthrough: Mapping[str, tuple[str, ...]]
@@ -56,8 +56,8 @@ class Edge:
     target: str
     signals: tuple[tuple[str, str], ...]
     changes: Mapping[tuple[str, str], str]
-    youngest: Duration
-    oldest: Duration
+    youngest: StepSize
+    oldest: StepSize
     is_forward: bool
     copies: int = 1
 
@@ -86,7 +86,7 @@ class _Key(NamedTuple):
     source: str
     target: str
     delay: Duration
-    sample: Duration
+    sample: StepSize
 
 
 def graph_of(scenario: Scenario, assembly: Assembly) -> Graph:

@@ -20,7 +20,7 @@ from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.values import written
 from orchestrator.system import Endpoint
 from orchestrator.table_files import Format
-from orchestrator.timebase import Duration, Time
+from orchestrator.timebase import StepSize, Time
 from orchestrator.transformation import PLAIN, Transformation
 
 PlugIn = TypeVar("PlugIn")
@@ -45,7 +45,7 @@ class ComponentUse:
     type_name: str | None
     fmu: Path | None
     type: ComponentType
-    step: Duration
+    step: StepSize
     process: bool
     values: Mapping[str, Any]
     module: Path | None = None

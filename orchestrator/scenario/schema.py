@@ -6,10 +6,18 @@ The docstrings of the fields are the text of the JSON Schema that editors show.
 import re
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainValidator,
+    WithJsonSchema,
+)
 
 from orchestrator.scenario import units
-from orchestrator.timebase import Duration
+from orchestrator.timebase import Duration, StepSize as Span
 
 VERSION: Final = 1
 """The version of the form of scenario files; a change that breaks them has another number."""
@@ -18,15 +26,21 @@ _TIME_PATTERN: Final = (
     r"^\s*[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]{1,3})?\s*[a-zA-Zµμ]+\s*$"
 )
 
+_FRACTION_PATTERN: Final = r"^\s*[0-9]{1,18}\s*/\s*[0-9]{1,18}\s*[a-zµμ]+\s*$"
 
-def _duration(value: object) -> Duration:
+
+def _time(value: object) -> str | float:
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise ValueError(f"expected a time such as `50 ms`, got {value!r}")  # noqa: TRY004
-    return units.duration(value)
+    return value
 
 
-def _positive(value: object) -> Duration:
-    time = _duration(value)
+def _duration(value: object) -> Duration:
+    return units.duration(_time(value))
+
+
+def _positive(value: object) -> Span:
+    time = units.span(_time(value))
     if time <= 0:
         raise ValueError(f"must be longer than 0 s, got {units.format_duration(time)}")
     return time
@@ -48,8 +62,13 @@ def _time_schema(*examples: str) -> WithJsonSchema:
     )
 
 
+def _span_schema(*examples: str) -> WithJsonSchema:
+    patterns = [{"type": "string", "pattern": p} for p in (_TIME_PATTERN, _FRACTION_PATTERN)]
+    return WithJsonSchema({"anyOf": [{"type": "number"}, *patterns], "examples": list(examples)})
+
+
 Moment = Annotated[int, BeforeValidator(_duration), _time_schema("0 s", "20 s")]
-StepSize = Annotated[int, BeforeValidator(_positive), _time_schema("50 ms", "0.1 s")]
+StepSize = Annotated[Span, PlainValidator(_positive), _span_schema("50 ms", "0.1 s", "1/60 s")]
 
 _NAME: Final = r"^[A-Za-z0-9_][A-Za-z0-9_-]*$"
 _FAMILY: Final = r"^[A-Za-z][A-Za-z0-9_-]*$"
@@ -185,7 +204,7 @@ class Way(_Mapping):
     """How old a value is at least when it is read. Before the first such value the input keeps its
     start value."""
 
-    sample: Annotated[int, BeforeValidator(_positive), _time_schema("100 ms")] = 0
+    sample: Annotated[Span, PlainValidator(_positive), _span_schema("100 ms")] = 0
     """Values are read at multiples of this time since the start, and held in between. A multiple of
     the step of the target. Without it values are read in every step."""
 

@@ -18,6 +18,7 @@ def test_as_many_egos_take_part_as_the_case_says(count: int) -> None:
     assert {f"policy-{name}" for name in driven} == set(units)
 
 
+@pytest.mark.slow
 def test_a_run_costs_time() -> None:
     found = EgosRun(count=1).measure()
     assert 0.0 < found["cpu_s"] < 60.0

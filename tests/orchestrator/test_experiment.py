@@ -157,6 +157,7 @@ def test_the_tables_do_not_depend_on_the_number_of_workers(laboratory: Laborator
     assert noisy["distance_low"] < noisy["distance"] < noisy["distance_high"]
 
 
+@pytest.mark.slow
 def test_an_interrupted_experiment_goes_on_without_loss(laboratory: Laboratory) -> None:
     laboratory.change("seeds: 3", "seeds: 30")
     laboratory.change("set: {", "set: {time.stop: 20 s, ")

@@ -2,12 +2,21 @@
 
 import functools
 import operator
+from fractions import Fraction
 from math import lcm
 
 import pytest
 from hypothesis import given, strategies as st
 
-from orchestrator.timebase import CommunicationGrid, MultiRateGrid, nanoseconds, seconds
+from orchestrator.timebase import (
+    CommunicationGrid,
+    MultiRateGrid,
+    as_step_size,
+    common,
+    format_duration,
+    nanoseconds,
+    seconds,
+)
 
 durations = st.integers(1, 10**9)
 
@@ -78,3 +87,61 @@ def test_points_that_no_step_size_meets_cost_nothing() -> None:
     span = pair[0] * pair[1]
     grid = iter(MultiRateGrid(0, span, pair))
     assert [next(grid)[0] for _ in range(4)] == [0, pair[0], pair[1], 2 * pair[0]]
+
+
+fractions = st.fractions(min_value=1, max_value=10**9, max_denominator=1000).map(as_step_size)
+
+
+@given(step=fractions, start=st.integers(-(10**12), 10**12), k=st.integers(0, 10**6))
+def test_points_of_fractions_are_the_nanoseconds_nearest_to_them(
+    step: int | Fraction, start: int, k: int
+) -> None:
+    grid = CommunicationGrid(start, step, 10**6)
+    t = grid.at(k)
+    assert abs(t - (start + k * Fraction(step))) <= Fraction(1, 2)
+    assert grid.number(t) == grid.last(t) == k
+    assert grid.last(t - 1) == k - 1
+    assert grid.before(grid.after(t)) == t == grid.after(grid.before(t))
+    assert grid.number(t + 1) == (k + 1 if grid.at(k + 1) == t + 1 else None)
+    assert grid.seconds(t) == float((start + k * Fraction(step)) / 10**9)
+    assert grid.length(t, grid.after(t) - t) == float(Fraction(step) / 10**9)
+    assert grid.length(grid.before(t), grid.after(t) - grid.before(t)) == float(
+        2 * Fraction(step) / 10**9
+    )
+
+
+def test_sixtieths_thirtieths_and_tenths_of_a_second_meet() -> None:
+    second = 10**9
+    sizes = Fraction(second, 60), Fraction(second, 30), second // 10
+    met = dict(MultiRateGrid(0, second, sizes))
+    assert len(met) == 61  # 60 points and the start: nobody else brings one of its own
+    assert sum(len(each) == 3 for each in met.values()) == 11
+    assert [t for t, who in met.items() if who == sizes[:1]][:2] == [16_666_667, 50_000_000]
+    assert list(met)[-1] == second
+    assert CommunicationGrid.over(0, second, sizes[0]).count == 60
+    assert CommunicationGrid.over(0, second, sizes[0]).stop == second
+
+
+def test_fractions_that_do_not_divide_a_span_or_are_too_short_are_refused() -> None:
+    with pytest.raises(ValueError, match="50000000/3 ns: 40000000/3 ns are left over"):
+        CommunicationGrid.over(0, 30_000_000, Fraction(50_000_000, 3))
+    with pytest.raises(ValueError, match="must be 1 ns at least, got 1/2 ns"):
+        CommunicationGrid(0, Fraction(1, 2), 1)
+
+
+@given(a=fractions, b=fractions)
+def test_both_are_multiples_of_what_they_have_in_common(
+    a: int | Fraction, b: int | Fraction
+) -> None:
+    shared = common(a, b)
+    first, second = Fraction(a) / shared, Fraction(b) / shared
+    assert first.denominator == second.denominator == 1
+    assert lcm(int(first), int(second)) == int(first) * int(second)
+
+
+@pytest.mark.parametrize(
+    ("size", "text"),
+    [(Fraction(10**9, 60), "1/60 s"), (50_000_000, "50 ms"), (Fraction(2 * 10**9, 3), "2/3 s")],
+)
+def test_a_step_size_reads_as_it_is_written(size: int | Fraction, text: str) -> None:
+    assert format_duration(size) == text

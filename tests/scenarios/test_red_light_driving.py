@@ -35,6 +35,7 @@ def checkpoint(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_network_drives_alike_wherever_components_run(
     tmp_path: Path, checkpoint: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -45,6 +46,7 @@ def test_a_network_drives_alike_wherever_components_run(
     assert len(set(prints.values())) == 1, prints
 
 
+@pytest.mark.slow
 def test_a_network_drives_alike_twice(
     tmp_path: Path, checkpoint: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -52,6 +52,7 @@ def test_a_second_ego_out_of_sight_and_range_changes_no_byte_of_the_first(
     assert [name for name in expected if found[name] != expected[name]] == []
 
 
+@pytest.mark.slow
 def test_in_range_it_changes_what_the_radio_carries_and_nothing_else(tmp_path: Path) -> None:
     expected = of_south(run(tmp_path / "alone", *ALONE))
     found = of_south(run(tmp_path / "both", *BOTH))

@@ -119,6 +119,7 @@ def test_an_ego_receives_the_scans_of_those_whom_it_asked_as_they_were_encoded(
     assert max(scans.values()) >= 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ego", "other"), [("south", "follower"), ("follower", "south")])
 def test_an_ego_is_driven_by_what_reached_it(drive: Drive, ego: str, other: str) -> None:
     """To the bit; what reached the other one would have driven it otherwise, and by far."""

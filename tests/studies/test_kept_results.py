@@ -86,6 +86,7 @@ def differences(kept: Kept, experiment: Experiment) -> Iterator[str]:
             yield f"{kept}: {column} is {value}, committed is {said}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "kept",
     [

@@ -1,6 +1,7 @@
 """FMI 2.0 FMUs as components."""
 
 import math
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,6 +16,7 @@ from orchestrator.errors import ComponentTypeError
 from orchestrator.randomness import stream
 from orchestrator.signal import Signal
 from orchestrator.testing import check_component
+from orchestrator.timebase import CommunicationGrid
 
 STEP = 100_000_000
 INPUTS: dict[str, Signal] = {
@@ -132,6 +134,19 @@ def test_messages_reach_the_instance_that_sent_them(
         component.close()
 
 
+def test_steps_of_a_sixtieth_of_a_second_are_exact(lag2: Path) -> None:
+    lag = FmuComponentType(lag2).create("lag", {"time_constant": 0.5})
+    grid = CommunicationGrid.over(0, 1_000_000_000, Fraction(10**9, 60))
+    lag.expect(grid)
+    lag.setup(0, stream(1, "lag"))
+    lag.initialise(INPUTS)
+    for k, t in enumerate(grid):
+        lag.step(INPUTS, t, grid.after(t) - t)
+        exact = 3.0 - 2.0 * math.exp(-(k + 1) / 30)
+        assert lag.outputs()["x"] == pytest.approx(exact, rel=1e-14)  # 6e-10 of rounded times
+    lag.close()
+
+
 def test_a_fmu_without_states_is_not_restorable(lag2: Path, tmp_path: Path) -> None:
     import zipfile  # noqa: PLC0415
 
@@ -153,7 +168,7 @@ def test_stop_time_tolerance_and_start_values_arrive(lag2: Path) -> None:
     values = {"fmi.locals": ("stop", "tolerance"), "fmi.tolerance": 1e-3, "start.count_in": 5}
     lag = FmuComponentType(lag2).create("lag", values)
     assert lag.connectors["count_in"].start_value() == 5
-    lag.expect_stop(7 * STEP)
+    lag.expect(CommunicationGrid(0, STEP, 7))
     lag.setup(0, stream(1, "lag"))
     lag.initialise(INPUTS)
     assert lag.outputs()["stop"] == 0.7

@@ -253,6 +253,7 @@ def test_scenes_before_leave_no_trace_in_the_links(
         check_rows(rows, pairs, last, model.maximum_range, floor)
 
 
+@pytest.mark.slow
 def test_rows_are_the_same_where_there_are_more_cells_than_room(primitives: Primitives) -> None:
     """Over 8,192 places: cells get larger, and beyond that radios have none."""
     rng = np.random.default_rng(5)

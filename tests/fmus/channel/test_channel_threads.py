@@ -217,6 +217,7 @@ def test_the_laws_of_a_team(tmp_path: Path) -> None:
     assert done.stdout.endswith(" 0 broken\n")
 
 
+@pytest.mark.slow
 @NEEDS_CHECKER
 def test_the_threads_of_a_team_do_not_race(tmp_path: Path) -> None:
     team = load_unit("channel").folder / "team.c"

@@ -72,6 +72,7 @@ def test_every_allocation_of_the_shell_may_fail(tmp_path: Path) -> None:
     run_starved(build_program(str(FMUS / "units" / "lag"), driver, tmp_path))
 
 
+@pytest.mark.slow
 @NEEDS_VALGRIND
 def test_valgrind_finds_no_error_and_no_leak(life: Life, program: Path) -> None:
     run_in_valgrind(program)

@@ -21,6 +21,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return build_program("perception", driver, tmp_path_factory.mktemp("damaged"))
 
 
+@pytest.mark.slow
 def test_damaged_messages_are_refused_or_are_matrices(program: Path) -> None:
     tried, decoded, *bad = map(int, re.findall(r"\d+", run(program, "200000")))
     assert tried == 200_000

@@ -25,6 +25,7 @@ def test_the_metrics_say_which_measures_are_asked() -> None:
     assert "report" not in first.resolved
 
 
+@pytest.mark.slow
 def test_it_runs_and_more_radios_make_more_hidden_road_users_known(tmp_path: Path) -> None:
     """Two seconds of a twentieth of the traffic; shares of radios, and of those known, ascend."""
     pytest.importorskip("pyarrow")
