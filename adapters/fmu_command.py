@@ -39,16 +39,19 @@ without a column keep their start values. Elements of an array stand in one fiel
 The result has a row for every communication point.
 
   nlosim fmu run controller.fmu --stop-time 10 --step 0.01 --output result.csv --plot result.svg
-  nlosim fmu run controller.fmu --start-value gain=2 --input inputs.csv --plot terminal
+  nlosim fmu run controller.fmu --start-value gain=2 --input inputs.csv --plot -
 """
 _COMPARE: Final = """\
 A result is a CSV or Parquet file with a column `time`, a run directory of nlosim, or an FMU, which
 is run as `nlosim fmu run` does. Variables of the same name are compared at the times of the first
-result that both have; numbers are interpolated. They agree where their difference is at most
-ABSOLUTE + RELATIVE times the largest value of the variable in the second result. Exit code 1 if
-one does not, or if there is nothing to compare.
+result that both have; numbers are interpolated, and converted where both headings have a unit,
+`v [km/h]`. Columns of text are left out. They agree where their difference is at most ABSOLUTE +
+RELATIVE times the largest value of the variable in the second result. Exit code 1 if one does not,
+or if there is nothing to compare; of each variable the worst point is told, and where it was first
+too far.
 
-  nlosim fmu compare result.csv controller_ref.csv
+  nlosim fmu compare result.csv controller_ref.csv --whole
+  nlosim fmu compare runs/a-1 runs/a-2 --relative 0
   nlosim fmu compare old.fmu new.fmu --relative 0
 """
 
@@ -71,6 +74,9 @@ def add_command(commands: Any) -> None:
         comparer.add_argument(name, type=Path, metavar=name.upper(), help=what)
     comparer.add_argument("--relative", type=float, default=1e-6, help="default: %(default)s")
     comparer.add_argument("--absolute", type=float, default=1e-12, help="default: %(default)s")
+    comparer.add_argument(
+        "--whole", action="store_true", help="both have to begin and end at the same time"
+    )
     add_installed(actions, entry_points(group=ACTIONS), "`fmu {}`")
 
 
@@ -100,7 +106,7 @@ def _add_run_arguments(runner: argparse.ArgumentParser) -> None:
     )
     runner.add_argument("--output", type=Path, metavar="FILE", help="CSV or Parquet")
     runner.add_argument(
-        "--plot", metavar="FILE|terminal", help="an SVG or PNG file, or lines of text"
+        "--plot", metavar="FILE|-", help="an SVG or PNG file, or lines of text in the terminal"
     )
     runner.add_argument("--quiet", action="store_true", help="no progress bar")
 
@@ -124,8 +130,9 @@ def _run(arguments: argparse.Namespace) -> Outcome:
 
 
 def _compare(arguments: argparse.Namespace) -> Outcome:
-    from adapters.fmi.command.comparing import compare  # noqa: PLC0415
+    from adapters.fmi.command.comparing import Tolerance, compare  # noqa: PLC0415
 
-    return compare(
-        arguments.first, arguments.second, relative=arguments.relative, absolute=arguments.absolute
+    tolerance = Tolerance(
+        relative=arguments.relative, absolute=arguments.absolute, whole=arguments.whole
     )
+    return compare(arguments.first, arguments.second, tolerance)

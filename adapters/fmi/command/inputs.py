@@ -92,6 +92,10 @@ def table_of_inputs(
         if size != int(np.prod(column.shape[1:], dtype=np.int64)):
             problems.append(f"{path}: `{name}` has {size} elements, not {column[0].size}")
             continue
+        unknown = np.flatnonzero(np.isnan(column).reshape(len(column), -1).any(axis=1))
+        if len(unknown):
+            problems.append(f"{path}:{int(unknown[0]) + 2}: `{name}`: there is no number")
+            continue
         kind = np.dtype(connector.dtype)
         wrong = np.flatnonzero((column != column.astype(kind)).reshape(len(column), -1).any(axis=1))
         if kind.kind in "iub" and len(wrong):

@@ -13,12 +13,12 @@ import numpy as np
 import yaml
 
 from adapters.fmi.command.inputs import Inputs, table_of_inputs
+from adapters.fmi.command.reading import read_results
 from adapters.fmi.command.table import (
     Results,
     TableError,
     draw,
     lines_of_text,
-    read_results,
     summary,
     write_results,
 )
@@ -44,6 +44,7 @@ from orchestrator.timebase import CommunicationGrid, Duration, Time, nanoseconds
 
 _FMU: Final = "fmu"
 _INPUTS: Final = "inputs"
+_TERMINAL: Final = ("terminal", "-")
 _STEPS: Final = 500
 """How many there are in a run whose FMU does not say a step size."""
 
@@ -89,6 +90,8 @@ def run(arguments: Namespace) -> Outcome:
         found = default_experiment(arguments.path)
         given = (arguments.start_time, arguments.stop_time, arguments.step)
         span = span_of(found, *given)
+        if problem := type_.step_problem(span.step):
+            raise RunError(f"--step {span.step / 1e9:g}: {problem}")
         simulated = simulated_fmu(
             type_,
             span,
@@ -103,7 +106,7 @@ def run(arguments: Namespace) -> Outcome:
     if arguments.output is not None:
         write_results(results, arguments.output)
         files.append(arguments.output)
-    if arguments.plot == "terminal":
+    if arguments.plot in _TERMINAL:
         lines.append(lines_of_text(results))
     elif arguments.plot is not None and results.columns:
         draw(results, Path(arguments.plot))
@@ -139,7 +142,7 @@ def _file_problems(arguments: Namespace) -> list[str]:
         problems.append(f"--output {arguments.output}: write a name that ends in .csv or .parquet")
     elif arguments.output is not None and arguments.output.suffix != ".csv" and not has_parquet():
         problems.append(f"--output {arguments.output}: {NO_PARQUET}")
-    is_file = arguments.plot not in {None, "terminal"}
+    is_file = arguments.plot is not None and arguments.plot not in _TERMINAL
     if is_file and Path(arguments.plot).suffix not in {".svg", ".png"}:
         problems.append(f"--plot {arguments.plot}: write `terminal`, or a name in .svg or .png")
     return problems

@@ -10,7 +10,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from adapters.fmi.command.table import read_results
+from adapters.fmi.command.reading import read_results
 from adapters.fmu_command import add_command
 from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.table_files import has_parquet
@@ -78,7 +78,9 @@ def test_plots_are_drawn_where_they_are_asked_for(lag2: Path, tmp_path: Path) ->
         picture = tmp_path / f"a{suffix}"
         assert run(lag2, *SPAN, "--record", "x", "--plot", picture).exit_code == 0
         assert picture.read_bytes().startswith(head)
-    outcome = run(lag2, *SPAN, "--start-value", "u=3", "--record", "x", "--plot", "terminal")
+    starts = ("--start-value", "u=3", "--record", "x")
+    outcome = run(lag2, *SPAN, *starts, "--plot", "terminal")
+    assert run(lag2, *SPAN, *starts, "--plot", "-").text == outcome.text
     name, line, axis = outcome.text.splitlines()[:3]
     blocks = line.split()[0]
     assert name == "x"
@@ -133,6 +135,8 @@ def test_every_problem_of_a_table_is_told_with_its_line(lag2: Path, tmp_path: Pa
     text = run(lag2, "--input", path).text
     assert f"{path}:1: there is no input `v`; there are: count_in, flag_in, u" in text
     assert f"{path}:3: `count_in` is int32, not 1.5" in text
+    path.write_text("time,u\n0,1\n1,\n")
+    assert f"{path}:3: `u`: there is no number" in run(lag2, "--input", path).text
     path.write_text("u\n0\n")
     assert f"{path}:1: there is no column `time`" in run(lag2, "--input", path).text
     path.write_text("time,u\n0,0\n2,0\n1,0\n")
