@@ -32,11 +32,11 @@ the FMU is run. Exit code 1 if a rule is broken.
 """
 _RUN: Final = """\
 Times that are not given are those of the default experiment of the FMU; without one, it is 1 s in
-500 steps. Steps are whole nanoseconds and divide the time. Inputs come from a table with a column
-`time` and columns with the names of inputs (Reference FMUs: `_in.csv`): those that are continuous
-are interpolated, others keep their last value; two rows with the same time are a step. Inputs
-without a column keep their start values. Elements of an array stand in one field, with spaces.
-The result has a row for every communication point.
+500 steps. Steps divide the time exactly; they may be fractions, such as 1/60. Inputs come from a
+table with a column `time` and columns with the names of inputs (Reference FMUs: `_in.csv`): those
+that are continuous are interpolated, others keep their last value; two rows with the same time are
+a step. Inputs without a column keep their start values. Elements of an array stand in one field,
+with spaces. The result has a row for every communication point.
 
   nlosim fmu run controller.fmu --stop-time 10 --step 0.01 --output result.csv --plot result.svg
   nlosim fmu run controller.fmu --start-value gain=2 --input inputs.csv --plot -
@@ -88,13 +88,13 @@ def _add_run_arguments(runner: argparse.ArgumentParser) -> None:
         default=[],
         dest="starts",
         metavar="NAME=VALUE",
-        help="of a parameter or an input; may be given several times",
+        help="of a parameter, an input, or a state; may be given several times",
     )
     runner.add_argument("--input", type=Path, metavar="FILE", help="CSV or Parquet")
     for name, what in (
         ("start-time", "the first communication point [s]"),
         ("stop-time", "the last one [s]"),
-        ("step", "the communication step size [s]"),
+        ("step", "the communication step size [s], e.g. 0.01 or 1/60"),
     ):
         runner.add_argument(f"--{name}", metavar="SECONDS", help=what)
     runner.add_argument(
@@ -102,7 +102,8 @@ def _add_run_arguments(runner: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME",
-        help="an output, or a pattern with `*`; may be given several times (default: all)",
+        help="an output or a variable inside, or a pattern with `*`; may be given several times\n"
+        "(default: all outputs)",
     )
     runner.add_argument("--output", type=Path, metavar="FILE", help="CSV or Parquet")
     runner.add_argument(

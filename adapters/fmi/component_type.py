@@ -15,7 +15,7 @@ from adapters.fmi.fmi2 import Fmi2Instance
 from adapters.fmi.fmi3 import Fmi3Instance
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.messages import MessageLog
-from adapters.fmi.options import Said, option_parameters, with_locals
+from adapters.fmi.options import Said, option_parameters, recordable, with_locals
 from adapters.fmi.settings import settings, start_settings
 from adapters.fmi.sizes import Sizes
 from adapters.fmi.starts import start_parameters, started
@@ -58,6 +58,21 @@ class FmuComponentType(ComponentType):
             | start_parameters(self._fmu, chosen)
             | option_parameters(self._fmu)
         )
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The names of its inputs."""
+        return tuple(variable.name for variable in self._fmu.of("input"))
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """The names of its outputs."""
+        return tuple(variable.name for variable in self._fmu.of("output"))
+
+    @property
+    def inner(self) -> tuple[str, ...]:
+        """The names of variables inside that `fmi.locals` can make outputs."""
+        return tuple(recordable(self._fmu))
 
     @override
     def once_per_process(self, values: Mapping[str, Any]) -> str | None:

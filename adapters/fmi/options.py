@@ -68,7 +68,7 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             is_optional=True,
         )
     }
-    if _recordable(description):
+    if recordable(description):
         found["locals"] = Parameter(
             type=tuple[str, ...],
             default=(),
@@ -89,7 +89,7 @@ def with_locals(description: FmuDescription, wanted: tuple[str, ...]) -> FmuDesc
     Raises:
         ParameterError: a pattern matches nothing.
     """
-    offered = _recordable(description)
+    offered = recordable(description)
     problems, chosen = [], set()
     for k, pattern in enumerate(wanted):
         found = {n for n in offered if n == pattern or fnmatchcase(n, pattern)}
@@ -105,7 +105,7 @@ def with_locals(description: FmuDescription, wanted: tuple[str, ...]) -> FmuDesc
     return replace(description, variables=MappingProxyType({**description.variables, **changed}))
 
 
-def _recordable(description: FmuDescription) -> dict[str, FmuVariable]:
-    """The variables that can be outputs and are none."""
+def recordable(description: FmuDescription) -> dict[str, FmuVariable]:
+    """The variables that can be outputs and are none, by name."""
     inner = description.of("local", "calculatedParameter", "independent")
     return {v.name: v for v in inner if v.is_signal}

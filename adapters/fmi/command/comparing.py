@@ -3,14 +3,14 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
-from fractions import Fraction
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from adapters.fmi.command.reading import read_results
-from adapters.fmi.command.running import simulated_fmu, span_of
+from adapters.fmi.command.reading import converted, read_results
+from adapters.fmi.command.running import simulated_fmu
+from adapters.fmi.command.span import span_of
 from adapters.fmi.command.table import Results, TableError, scalars
 from adapters.fmi.component_type import FmuComponentType
 from adapters.fmi.experiment import default_experiment
@@ -18,7 +18,7 @@ from orchestrator.cli.failures import outcome_of
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.errors import CosimError
 from orchestrator.signal import Array
-from orchestrator.units import Quantity, UnitError, parse_unit
+from orchestrator.units import UnitError
 
 _INSTANT: Final = 1e-9
 """Times that are no farther apart are the same [s]."""
@@ -211,13 +211,9 @@ def _converted(
     if not target or not source or source == target:
         return values
     try:
-        zero, one = (
-            float(Quantity(Fraction(n), parse_unit(source)).into(parse_unit(target)))
-            for n in (0, 1)
-        )
+        return converted(values, source, target)
     except UnitError as error:
         raise TableError(f"`{name}`: units differ: {target} and {source} ({error})") from error
-    return values * (one - zero) + zero
 
 
 def _line(each: Difference) -> str:

@@ -3,6 +3,7 @@
 import csv
 import re
 from collections.abc import Iterable, Mapping
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,7 +13,7 @@ from adapters.fmi.command.table import TIME, Results, TableError
 from orchestrator.recording import Recording
 from orchestrator.signal import Array
 from orchestrator.table_files import read_table
-from orchestrator.units import UnitError, parse_unit
+from orchestrator.units import Quantity, UnitError, parse_unit
 
 _HEADING: Final = re.compile(r"(?P<name>.*\S)\s+\[(?P<unit>[^\[\]]*)\]")
 _SECOND: Final = parse_unit("s")
@@ -51,6 +52,22 @@ def read_results(path: Path, *, skip_text: bool = False) -> Results:
         what = f"the time {times[k]:g} s comes after {times[k - 1]:g} s"
         raise TableError(f"{path}:{k + 2}: {what}; times have to ascend")
     return Results(times, columns, units)
+
+
+def converted(values: Array, source: str, target: str) -> Array:
+    """Values in another unit.
+
+    Args:
+        values: of any shape.
+        source: their unit.
+        target: the other one.
+
+    Raises:
+        UnitError: a unit does not exist, or they measure different quantities.
+    """
+    into = parse_unit(target)
+    zero, one = (float(Quantity(Fraction(n), parse_unit(source)).into(into)) for n in (0, 1))
+    return values * (one - zero) + zero
 
 
 def _without_units(table: Mapping[str, Array]) -> tuple[dict[str, Array], dict[str, str]]:

@@ -50,6 +50,21 @@ def test_a_constant_input_gives_the_analytic_solution(lag2: Path, tmp_path: Path
     assert "41 rows, 0 to 4 s in 40 steps of 0.1 s" in outcome.text
 
 
+def test_a_step_is_a_fraction_of_a_second(lag2: Path, tmp_path: Path) -> None:
+    """60 steps of 1/60 s end at 1 s."""
+    out = tmp_path / "out.csv"
+    outcome = run(lag2, "--stop-time", "1", "--step", "1/60", "--output", out)
+    assert "61 rows, 0 to 1 s in 60 steps of 1/60 s" in outcome.text
+    assert outcome.data["step_s"] == 1 / 60
+    found = table(out)["time"]
+    assert found == pytest.approx([k / 60 for k in range(61)], abs=0.5e-9)
+    assert found[-1] == 1.0
+    wrong = run(lag2, "--stop-time", "1", "--step", "1/7.5")
+    assert "--step '1/7.5': write seconds, such as `0.01` or `1/60`" in wrong.text
+    wrong = run(lag2, "--stop-time", "1", "--step", "3/7")
+    assert "--step 0.428571: the interval of 1000000000 ns is not a whole number of" in wrong.text
+
+
 def test_it_is_what_fmpy_simulates(lag2: Path, tmp_path: Path) -> None:
     """Continuous inputs interpolated, discrete ones held, two rows of one time a step."""
     inputs = tmp_path / "in.csv"
@@ -110,7 +125,7 @@ def test_the_summary_has_last_least_greatest_and_mean(lag2: Path, tmp_path: Path
         (("--start-value", "v=1"), "--start-value v: there is no such parameter or input"),
         (("--start-value", "u=text"), "--start-value u: 'text' is no number"),
         (("--start-value", "time_constant=-1"), "--start-value time_constant: "),
-        (("--record", "z*"), "--record z*: no output matches"),
+        (("--record", "z*"), "--record z*: no variable matches"),
         (("--step", "0.3"), "--step 0.3: "),
         (("--step", "x"), "--step 'x': write seconds"),
         (("--stop-time", "-1"), "the run stops at -1 s, not after its start at 0 s"),

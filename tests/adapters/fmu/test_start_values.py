@@ -7,10 +7,14 @@ from typing import Any
 import pytest
 
 from adapters.fmi import FmuComponentType
+from adapters.fmu_command import add_command
 from orchestrator.cli import main
+from orchestrator.cli.outcome import Exit
 from orchestrator.component import Component
 from orchestrator.randomness import stream
 from orchestrator.recording.reader import Recording
+from orchestrator.table_files import read_table
+from tests.commands import executed
 
 SCENARIO = """\
 schema: 1
@@ -143,3 +147,40 @@ def test_mistakes_are_located(
     number = SCENARIO[: SCENARIO.index(old)].count("\n") + 1
     assert line.startswith(f"{scenario}:{number}:")
     assert f"components.starts.parameters.{problem}" in line
+
+
+def test_a_run_of_one_fmu_says_the_same_without_prefixes(starts3: Path, tmp_path: Path) -> None:
+    """States and guesses by their names; variables inside are recorded on request only."""
+    out = tmp_path / "out.csv"
+    words = ("fmu", "run", str(starts3), "--stop-time", "2", "--step", "1", "--quiet")
+    starts = ("--start-value", "x=300 cm", "--start-value", "guess=5", "--start-value", "u=4")
+    record = ("--record", "*", "--record", "der(x)", "--record", "tw*ce")
+    outcome = executed(add_command, *words, *starts, *record, "--output", str(out))
+    assert outcome.exit_code is Exit.DONE, outcome.text
+    found = read_table(out)
+    assert list(found) == ["time", "y", "tolerance", "stop", "twice", "der(x)"]
+    assert found["y"].tolist() == [543.0, 544.0, 545.0]
+    assert found["twice"].tolist() == [6.0, 8.0, 10.0]
+    assert "twice" not in executed(add_command, *words, "--record", "*").text
+    wrong = executed(add_command, *words, "--start-value", "gues=5")
+    assert (
+        "--start-value gues: there is no such parameter or input; did you mean `guess`?"
+        in wrong.text
+    )
+    assert "--start-value x: " in executed(add_command, *words, "--start-value", "x=3 s").text
+
+
+def test_a_table_of_inputs_may_have_units(starts3: Path, tmp_path: Path) -> None:
+    """`u` is in metres; y is x + 10 u + 100 guess."""
+    words = ("fmu", "run", str(starts3), "--stop-time", "2", "--step", "1", "--quiet")
+    table, out = tmp_path / "in.csv", tmp_path / "out.csv"
+    found = []
+    for heading, value in (("u", 3), ("u [m]", 3), ("u [cm]", 300)):
+        table.write_text(f"time [s],{heading}\n0,{value}\n")
+        outcome = executed(add_command, *words, "--input", str(table), "--output", str(out))
+        assert outcome.exit_code is Exit.DONE, outcome.text
+        found.append(read_table(out)["y"].tolist())
+    assert found[0] == found[1] == found[2] == [531.0, 532.0, 533.0]
+    table.write_text("time,u [s]\n0,1\n")
+    outcome = executed(add_command, *words, "--input", str(table))
+    assert f"{table}:1: `u`: expected a length (m), got a time (s)" in outcome.text
