@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from typing import Final
 
 from orchestrator.component import Component
@@ -12,17 +13,17 @@ from orchestrator.remote.local import LocalTransport
 from orchestrator.remote.protocol import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport, Transport
 from orchestrator.scenario.diagnosis import once
+from orchestrator.scenario.isolation import IN_PROCESS, LOCAL, LOOPBACK, usual_transport
 from orchestrator.scenario.model import ComponentUse, Scenario
 from orchestrator.scenario.outputs import belonging_here
-from orchestrator.scenario.processes import crowding
+from orchestrator.scenario.processes import crowding, unlimited
 from orchestrator.scenario.wiring import Place, in_process
 
 GROUP: Final = "orchestrator.transports"
-IN_PROCESS: Final = "in-process"
 
 _BUILT_IN: Final[Mapping[str, type[Transport]]] = {
-    "loopback": LoopbackTransport,
-    "local": LocalTransport,
+    LOOPBACK: LoopbackTransport,
+    LOCAL: LocalTransport,
 }
 
 
@@ -38,40 +39,71 @@ def transport_type(name: str) -> type[Transport]:
     return installed_class(GROUP, name, Transport, "transport", built_in)  # type: ignore[type-abstract]
 
 
-@contextmanager
-def placing(transport: str, scenario: Scenario) -> Iterator[Place]:
-    """What creates the components of `scenario`; when the block is left, all hosts end.
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """Which components of a scenario are reached through a transport.
+
+    Attributes:
+        scenario: whose components they are.
+        transport: the name of that transport; `in-process` if it reaches none.
+        remote: those that are, by name.
+        remarks: what is not wrong, but may not be meant.
+    """
+
+    scenario: Scenario
+    transport: str
+    remote: Mapping[str, ComponentUse]
+    remarks: tuple[Problem, ...]
+
+
+def placement(transport: str | None, scenario: Scenario) -> Placement:
+    """Which components of `scenario` are reached how.
 
     Args:
-        transport: `in-process`, `loopback`, `local`, or an installed one. Components that the
-            scenario marks `process` are reached through it.
+        transport: `in-process`, `loopback`, `local`, or an installed one: through it the
+            components are reached that the scenario marks `process`, always or on request. `None`:
+            those that it marks so always are in processes of their own, all others in this one.
         scenario: whose components will be created.
 
     Raises:
         ComponentTypeError: there is no such transport.
-        ScenarioError: a component type refuses its parameters, components that the transport
-            puts into this process cannot be in one, or one that it puts into another must not be.
+        ScenarioError: components that would be in this process cannot be in one, or one that would
+            be in another belongs here.
+    """
+    uses, document = scenario.components, scenario.document
+    remote = {name: use for name, use in uses.items() if use.process.is_behind(transport)}
+    named = transport or (usual_transport() if remote else IN_PROCESS)
+    makes_processes = named != IN_PROCESS and transport_type(named).makes_processes
+    here = {n: use for n, use in uses.items() if not (makes_processes and n in remote)}
+    misplaced = [*crowding(document, here), *belonging_here(document, remote)]
+    if misplaced:
+        raise ScenarioError(once(document, misplaced))
+    return Placement(scenario, named, remote, tuple(unlimited(document, here)))
+
+
+@contextmanager
+def placing(placed: Placement) -> Iterator[Place]:
+    """What creates the components of a scenario; when the block is left, all hosts end.
+
+    Args:
+        placed: which of them are reached how.
+
+    Raises:
+        ScenarioError: a component type refuses its parameters.
         ComponentError: a host did not start.
     """
-    hosts = None if transport == IN_PROCESS else transport_type(transport)
-    if hosts is None or not hosts.makes_processes:
-        crowded = crowding(scenario.document, scenario.components)
-        if crowded:
-            raise ScenarioError(once(scenario.document, crowded))
-    if hosts is None:
+    if not placed.remote:
         yield in_process
         return
-    away = list(belonging_here(scenario.document, scenario.components))
-    if away:
-        raise ScenarioError(once(scenario.document, away))
-    specs = [_spec(use) for use in scenario.components.values() if use.process]
+    specs = [_spec(use) for use in placed.remote.values()]
+    limits = {name: use.limits for name, use in placed.remote.items()}
     with ExitStack() as stack:
-        launching = launch(specs, hosts())
+        launching = launch(specs, transport_type(placed.transport)(), limits=limits)
         try:
             remote: Mapping[str, Component] = stack.enter_context(launching)
         except ComponentTypeError as error:
-            raise ScenarioError(_located(scenario, str(error))) from error
-        yield lambda use: remote[use.name] if use.process else in_process(use)
+            raise ScenarioError(_located(placed.scenario, str(error))) from error
+        yield lambda use: remote[use.name] if use.name in remote else in_process(use)
 
 
 def _located(scenario: Scenario, errors: str) -> list[Problem]:

@@ -22,7 +22,7 @@ from orchestrator.findings import make_report
 from orchestrator.log import run_log
 from orchestrator.observer import Observer, WallTime
 from orchestrator.output_files import FileWritingComponent
-from orchestrator.placement import IN_PROCESS, placing
+from orchestrator.placement import placement, placing
 from orchestrator.provenance import provenance
 from orchestrator.questions import Questions
 from orchestrator.recording.layout import RecordingError
@@ -121,7 +121,7 @@ def run_scenario(
     scenario: Scenario,
     directory: Path | None = None,
     *,
-    transport: str = IN_PROCESS,
+    transport: str | None = None,
     observers: Sequence[Observer] = (),
     echo_warnings: bool = False,
     figure: bool = True,
@@ -132,7 +132,8 @@ def run_scenario(
     Args:
         scenario: as `load_scenario` returns it.
         directory: empty or to be created; by default `runs/<scenario>-<seed>`, numbered.
-        transport: how components marked `process` are reached; see `orchestrator.placement`.
+        transport: how components marked `process` are reached, see `orchestrator.placement`;
+            `None`: those that are marked so always are in processes of their own.
         observers: watch the run, after the recorder.
         echo_warnings: whether what is logged as a warning appears on standard error, too.
         figure: whether report and measures draw.
@@ -148,8 +149,9 @@ def run_scenario(
         RunInterrupted: something raised `KeyboardInterrupt`; the run was ended in good order.
     """
     remarks = check_inputs(scenario, thorough=False)
-    scenario = replace(scenario, remarks=(*scenario.remarks, *remarks))
-    with placing(transport, scenario) as place:
+    placed = placement(transport, scenario)
+    scenario = replace(scenario, remarks=(*scenario.remarks, *remarks, *placed.remarks))
+    with placing(placed) as place:
         assembly = assemble(scenario, place)
         scenario = replace(scenario, remarks=(*scenario.remarks, *assembly.remarks))
         try:
@@ -166,7 +168,13 @@ def run_scenario(
         with run_log(directory, echo=echo_warnings):
             asked = scenario.asked(every_run=default_measures)
             return _run(
-                scenario, assembly, directory, transport, observers, asked=asked, figure=figure
+                scenario,
+                assembly,
+                directory,
+                placed.transport,
+                observers,
+                asked=asked,
+                figure=figure,
             )
 
 

@@ -6,6 +6,7 @@ from time import perf_counter_ns
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.exchange import Exchange, Schedule
+from orchestrator.algorithm.looked_at import looked_at
 from orchestrator.algorithm.start import initialise
 from orchestrator.branching import Branching
 from orchestrator.ending import ending
@@ -64,8 +65,10 @@ def simulate(
         audience.begin(system, start, stop)
         exchange.set_up(start, stop, seed)
         initialise(system, exchange, start, solved)
-        wanted = None if branching.has_decisions else audience.wants(system)
-        if compiled and wanted is not None:
+        wanted = audience.wants(system)
+        if wanted is not None and algorithm.pattern is not None:
+            exchange.select(looked_at(system, wanted, until))
+        if compiled and wanted is not None and not branching.has_decisions:
             plan = plan_of(
                 system,
                 exchange,
@@ -97,7 +100,7 @@ def simulate(
                 break
             stepping.depart(t, schedule.at(t))
             t = schedule.after(t)
-        exchange.settle()
+        exchange.settle(t)
     if plan:
         plan.release()
     for name, participant in exchange.participants.items():

@@ -185,8 +185,8 @@ class InProcess(Connection):
         if sumo.simulation.isLoaded():
             raise SumoError(
                 "SUMO can run once per process, and it is running already; give all but one "
-                "`sumo-traffic` component `program: sumo`; or mark them `process: true` and run "
-                "with `--transport local`; or close the other one first"
+                "`sumo-traffic` component `program: sumo`, or mark them `process: true`; or "
+                "close the other one first"
             )
         try:
             sumo.start(["sumo", *options, *_NO_CLIENTS])

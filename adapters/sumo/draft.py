@@ -114,7 +114,7 @@ components:
   traffic:
     type: sumo-traffic
     step: {own}
-    process: true
+    process: on-request
     parameters:
       scene: {_quoted(str(scene))}
       step_length: {own}
@@ -125,7 +125,7 @@ components:
   channel:
     type: channel
     step: {radio}
-    process: true
+    process: on-request
 connections:
   - {{from: traffic.vehicle, to: facilities.vehicle}}
   - {{from: channel.receptions, to: facilities.receptions}}

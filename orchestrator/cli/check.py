@@ -1,6 +1,8 @@
 """`nlosim check`."""
 
 from argparse import Namespace
+from collections.abc import Iterator
+from typing import Final
 
 from orchestrator.cli.failures import problem_data
 from orchestrator.cli.outcome import Exit, Outcome
@@ -9,6 +11,7 @@ from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.diagnosis import once
 from orchestrator.scenario.inputs import check_inputs
 from orchestrator.scenario.installed import scenario_path
+from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.outputs import belonging_here
 from orchestrator.scenario.processes import crowding
@@ -28,8 +31,9 @@ def execute(arguments: Namespace) -> Outcome:
         )
     assembly.close()
     components, connections = len(scenario.components), len(assembly.system.connections)
-    where = scenario.document, scenario.components
-    placed = once(scenario.document, [*crowding(*where), *belonging_here(*where)])
+    document, uses = scenario.document, scenario.components
+    together = {n: u for n, u in uses.items() if u.process is not Isolation.ALWAYS}
+    placed = once(document, [*crowding(document, together), *belonging_here(document, together)])
     found = (*scenario.remarks, *file_remarks, *assembly.remarks, *placed)
     remarks = [problem_data(remark) for remark in found]
     lines = [
@@ -43,16 +47,21 @@ def execute(arguments: Namespace) -> Outcome:
     )
 
 
-def _marked(scenario: Scenario) -> list[str]:
-    """What `process: true` means, at the first line that says so."""
-    marked = [name for name, use in scenario.components.items() if use.process]
-    if not marked:
-        return []
-    place = scenario.document.key(("components", marked[0], "process"))
-    names = ", ".join(f"`{name}`" for name in marked)
-    effect = "takes effect with `nlosim run --transport local` (or `zenoh`)"
-    otherwise = "without it they run in the orchestrator's process"
-    return [f"{place}: {names}: `process: true` {effect}; {otherwise}"]
+_MEANING: Final = {
+    Isolation.ALWAYS: "means a process of its own; `nlosim run --transport in-process` undoes it",
+    Isolation.ON_REQUEST: "takes effect with `nlosim run --transport local` (or `zenoh`); "
+    "without it they run in the orchestrator's process",
+}
+
+
+def _marked(scenario: Scenario) -> Iterator[str]:
+    """What `process` means, at the first line that says so."""
+    for isolation, meaning in _MEANING.items():
+        marked = [name for name, use in scenario.components.items() if use.process is isolation]
+        if marked:
+            place = scenario.document.key(("components", marked[0], "process"))
+            names = ", ".join(f"`{name}`" for name in marked)
+            yield f"{place}: {names}: `process: {isolation.written}` {meaning}"
 
 
 def _examine(scenario: Scenario) -> tuple[list[Problem], Assembly]:

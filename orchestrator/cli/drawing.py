@@ -10,6 +10,7 @@ from typing import Final
 from xml.sax.saxutils import escape
 
 from orchestrator.scenario.graph import Edge, Graph, Node, folded, grouped
+from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.units import format_duration
 
 _WIDTH: Final = 190  # of a box; all lengths are in pixels
@@ -127,7 +128,7 @@ def _boxes(graph: Graph, top: float) -> dict[str, _Box]:
 
 
 def _node(node: Node, box: _Box) -> str:
-    kind = ' class="process"' if node.process else ""
+    kind = ' class="process"' if node.process is not Isolation.NEVER else ""
     origin = node.origin.replace("\\", "/").rsplit("/", 1)[-1]
     times = f" \u00d7 {node.copies}" if node.copies > 1 else ""
     lines = (("name", node.name + times), ("", origin), ("", f"every {format_duration(node.step)}"))

@@ -5,6 +5,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from pathlib import Path
+from typing import Final
 
 from orchestrator import tables
 from orchestrator.cli.drawing import draw
@@ -12,6 +13,7 @@ from orchestrator.cli.outcome import Outcome
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.graph import Edge, Graph, Node, graph_of, grouped
 from orchestrator.scenario.installed import scenario_path
+from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.wiring import assemble
@@ -45,8 +47,8 @@ def execute(arguments: Namespace) -> Outcome:
 
 
 def _component(node: Node) -> dict[str, object]:
-    fields = asdict(node)
-    return {**fields, "step": format_duration(node.step), "step_ns": _number(node.step)}
+    step = {"step": format_duration(node.step), "step_ns": _number(node.step)}
+    return {**asdict(node), "process": node.process.value, **step}
 
 
 def _number(span: StepSize) -> int | float:
@@ -90,9 +92,16 @@ def _text(scenario: Scenario, graph: Graph) -> str:
     return "\n".join(lines)
 
 
+_WHERE: Final = {
+    Isolation.NEVER: "this process",
+    Isolation.ON_REQUEST: "own process, if a transport is given",
+    Isolation.ALWAYS: "own process",
+}
+
+
 def _node_row(number: int, node: Node) -> tuple[str, ...]:
-    where = "own process, if a transport is given" if node.process else "this process"
-    return str(number), node.name, node.origin, f"every {format_duration(node.step)}", where
+    every = f"every {format_duration(node.step)}"
+    return str(number), node.name, node.origin, every, _WHERE[node.process]
 
 
 def _edge_row(edge: Edge) -> tuple[str, ...]:

@@ -167,11 +167,11 @@ def _add_run(commands: _Commands) -> None:
     )
     run.add_argument(
         "--transport",
-        default="in-process",
         metavar="NAME",
-        help="where components marked `process: true` run: in this process (in-process, the\n"
-        "default, or loopback), or each in a process of its own on this machine (local, zenoh),\n"
-        "whose crash ends the run with a message; the results are the same bytes",
+        help="where components marked `process: true` or `process: on-request` run: each in a\n"
+        "process of its own on this machine (local, zenoh), whose crash ends the run with a\n"
+        "message, or all in this process (in-process, loopback). Without it those marked `true`\n"
+        "run as with local, and the others in this process. The results are the same bytes",
     )
     run.add_argument("--no-figure", action="store_true", help="do not draw the report's figure")
     run.add_argument("--quiet", action="store_true", help="no progress bar, no warnings")

@@ -13,7 +13,7 @@ from orchestrator.experiment.plan import Combination, Experiment, ReportPlan
 from orchestrator.experiment.report import ExperimentReport, experiment_report_type
 from orchestrator.experiment.schema import MAXIMUM_RUNS, ExperimentFile
 from orchestrator.measure import defaults
-from orchestrator.placement import IN_PROCESS, placing
+from orchestrator.placement import placement
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.document import Address
 from orchestrator.scenario.model import Scenario
@@ -169,8 +169,8 @@ class _Load(loading.Load[ExperimentFile]):
 
     def _resolved(self, scenario: Scenario) -> Mapping[str, Any]:
         """The scenario without its seed, if its components fit together."""
-        with placing(IN_PROCESS, scenario) as place:
-            assemble(scenario, place).close()
+        placement(None, scenario)
+        assemble(scenario).close()
         if scenario.report is None and not scenario.measures:
             what = "the scenario names no `report` and no `measures`: its runs have no metrics"
             self.source.add(("scenario",), what)

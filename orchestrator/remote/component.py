@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from time import monotonic
 from types import MappingProxyType
-from typing import Any, NoReturn
+from typing import Any, Final, NoReturn
 
 import numpy as np
 from typing_extensions import Buffer, override
@@ -23,6 +23,7 @@ from typing_extensions import Buffer, override
 from orchestrator.capabilities import PointEvaluation, VariableSteps
 from orchestrator.component import Capability, ConcurrentComponent, WrappedRestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError
+from orchestrator.limits import USUAL, Deadlines, Limits
 from orchestrator.remote.protocol import (
     CAPABILITIES,
     ComponentSpec,
@@ -32,6 +33,7 @@ from orchestrator.remote.protocol import (
     generator_to_document,
     grid_to_document,
 )
+from orchestrator.remote.sharing import SharedMemory
 from orchestrator.remote.transport import Link, LinkLostError, Transport
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
 from orchestrator.signal import Causality, Connector, Signals
@@ -39,22 +41,8 @@ from orchestrator.timebase import CommunicationGrid, Duration, Time
 
 _log = logging.getLogger(__name__)
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Deadlines:
-    """How long a host may take before it counts as hung, in seconds of wall-clock time.
-
-    Attributes:
-        create: to start, and to create, set up or initialise its component [s].
-        step: for one communication step [s].
-        close: to close its component [s].
-        interrupted: to finish a step that nobody waits for any more [s].
-    """
-
-    create: float = 60.0
-    step: float = 30.0
-    close: float = 5.0
-    interrupted: float = 0.1
+_LIMITED: Final = {Kind.CREATE, Kind.SETUP, Kind.EVALUATE, Kind.INITIALISE, Kind.STEP}
+"""Commands that users can give more time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +62,11 @@ class _Dialogue:
         self._link = link
         self._sequence = 0
         self._is_over = False
+
+    @property
+    def memory(self) -> SharedMemory:
+        """What the host sees, too."""
+        return self._link.memory
 
     def ask(
         self,
@@ -114,7 +107,9 @@ class _Dialogue:
                 self._fail(command, f"its process sent something unreadable: {error}")
             except TimeoutError:
                 doing = command.kind.name.lower()
-                self._fail(command, f"did not answer within {timeout:g} s (to `{doing}`)")
+                allowed = "; its `deadline` allows no more" if command.kind in _LIMITED else ""
+                what = f"did not answer within {timeout:g} s (to `{doing}`){allowed}"
+                self._fail(command, what)
             if (message.epoch, message.sequence) == (command.epoch, command.sequence):
                 break
             _log.debug("`%s`: dropped a reply to an earlier command: %s", self.name, message)
@@ -194,8 +189,9 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         self._dialogue.epoch += 1
-        self._inputs = SignalEncoder(self._only(Causality.INPUT))
-        self._outputs = SignalDecoder(self._only(Causality.OUTPUT))
+        memory = self._dialogue.memory
+        self._inputs = SignalEncoder(self._only(Causality.INPUT), memory)
+        self._outputs = SignalDecoder(self._only(Causality.OUTPUT), memory)
         self._values = {}
         self._forgotten = []
         self._is_set_up = True
@@ -286,6 +282,7 @@ def launch(
     transport: Transport,
     *,
     deadlines: Deadlines | None = None,
+    limits: Mapping[str, Limits] = MappingProxyType({}),
 ) -> Iterator[Mapping[str, ConcurrentComponent]]:
     """Create remote components, all at the same time, and end their hosts with the block.
 
@@ -293,6 +290,7 @@ def launch(
         specs: one per component; names are unique.
         transport: closed with the block, too.
         deadlines: when a silent host counts as hung.
+        limits: of single components by name, in place of `deadlines`.
 
     Yields:
         The components by name, in the order of `specs`.
@@ -301,25 +299,28 @@ def launch(
         ComponentTypeError: types or parameters are wrong; all of these in one text.
         ComponentError: a host did not start, or died.
     """
-    limits = Deadlines() if deadlines is None else deadlines
+    common = USUAL if deadlines is None else Limits(deadlines=deadlines)
+    limited = {spec.name: limits.get(spec.name, common) for spec in specs}
     documents = {spec.name: spec.to_document() for spec in specs}
+    longest = max((each.deadlines.create for each in limited.values()), default=0.0)
     with transport:
-        links = transport.open(tuple(documents), limits.create)
+        links = transport.open(tuple(documents), longest)
         dialogues = {name: _Dialogue(name, links[name]) for name in documents}
         for name, dialogue in dialogues.items():
+            links[name].limit_memory(limited[name].memory)
             dialogue.ask(Kind.CREATE, document=documents[name])
-        yield _created(dialogues, limits)
+        yield _created(dialogues, {name: each.deadlines for name, each in limited.items()})
 
 
 def _created(
-    dialogues: Mapping[str, _Dialogue], deadlines: Deadlines
+    dialogues: Mapping[str, _Dialogue], deadlines: Mapping[str, Deadlines]
 ) -> Mapping[str, ConcurrentComponent]:
     components: dict[str, ConcurrentComponent] = {}
     errors: list[str] = []
     for name, dialogue in dialogues.items():
         try:
-            created = dialogue.answer(deadlines.create)
-            remote = RemoteComponent(dialogue, created, deadlines)
+            created = dialogue.answer(deadlines[name].create)
+            remote = RemoteComponent(dialogue, created, deadlines[name])
             is_restorable = created.message.document.get("restorable", False)
             components[name] = RestorableRemoteComponent(remote) if is_restorable else remote
         except ComponentTypeError as error:

@@ -30,6 +30,7 @@ from orchestrator.remote.protocol import (
     generator_from_document,
     grid_from_document,
 )
+from orchestrator.remote.sharing import NOTHING_SHARED, SharedMemory
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
 from orchestrator.signal import Causality, Connector, Signals
 
@@ -38,6 +39,11 @@ _log = logging.getLogger(__name__)
 
 class HostChannel(abc.ABC):
     """A host's end of a link. Its constructor connects; its arguments come from the transport."""
+
+    @property
+    def memory(self) -> SharedMemory:
+        """What this process and the orchestrator both see."""
+        return NOTHING_SHARED
 
     @abc.abstractmethod
     def receive(self) -> bytes:
@@ -84,10 +90,16 @@ class ComponentHost:
 
     Args:
         logs: gives the log records since it was called last, to travel with the reply.
+        memory: shared with the orchestrator.
     """
 
-    def __init__(self, logs: Callable[[], list[tuple[str, int, str]]] = list) -> None:
+    def __init__(
+        self,
+        logs: Callable[[], list[tuple[str, int, str]]] = list,
+        memory: SharedMemory = NOTHING_SHARED,
+    ) -> None:
         self._logs = logs
+        self._memory = memory
         self._component: Component | None = None
         self._needs_close = False
         self._states: dict[int, Any] = {}
@@ -152,8 +164,8 @@ class ComponentHost:
     def _setup(self, command: Message, message: bytes, offset: int) -> bytes:
         del message, offset
         # a new run: neither end remembers values of the one before
-        self._inputs = SignalDecoder(self._connectors[Causality.INPUT])
-        self._outputs = SignalEncoder(self._connectors[Causality.OUTPUT])
+        self._inputs = SignalDecoder(self._connectors[Causality.INPUT], self._memory)
+        self._outputs = SignalEncoder(self._connectors[Causality.OUTPUT], self._memory)
         self._states.clear()
         document = command.document
         self._needs_close = True

@@ -60,8 +60,8 @@ def main() -> int:
     logs = RecordCollector()
     logs.setFormatter(logging.Formatter("%(message)s"))
     logging.basicConfig(level=instructions["log_level"], handlers=[logs])
-    host = ComponentHost(logs.drain)
     channel = _connect(instructions)
+    host = ComponentHost(logs.drain, channel.memory)
     try:
         while command := channel.receive():
             channel.send(host.handle(command))

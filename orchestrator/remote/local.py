@@ -1,6 +1,10 @@
 """Processes of this machine, each at the other end of a socket pair; nobody else can reach it.
 
 Over the socket, in both directions: the length of a message, u64 little-endian, and the message.
+Where memory is shared, there may be before it, with the descriptors of the segments:
+
+    u64: highest bit | count of places, bits 16 to 47 | count of segments, bits 0 to 15
+    place u64 * places | number u64, size u64 * segments
 """
 
 import os
@@ -18,10 +22,18 @@ from typing_extensions import override
 
 from orchestrator.errors import ComponentTypeError
 from orchestrator.remote.host import HostChannel
+from orchestrator.remote.memory import Exchange, HostMemory, LinkMemory
 from orchestrator.remote.process import HostProcess
+from orchestrator.remote.segment import PlaceError, Segment, can_share
+from orchestrator.remote.sharing import NOTHING_SHARED, SharedMemory
 from orchestrator.remote.transport import Link, LinkLostError, ProcessLink, Transport, dismiss
+from orchestrator.remote.wire import WireError
 
 _HEAD: Final = struct.Struct("<Q")
+_BESIDE: Final = 1 << 63
+_DESCRIPTORS: Final = 64
+"""How many come with one message at most."""
+
 _PIECE: Final = 1 << 20
 """What is read at once, at most [byte]: a length that is a lie takes no memory."""
 
@@ -44,7 +56,10 @@ class _Messages:
     What came of a message stays here when the waiting for the rest ends early.
     """
 
-    def __init__(self, connection: socket.socket) -> None:
+    def __init__(self, connection: socket.socket, memory: SharedMemory = NOTHING_SHARED) -> None:
+        self._memory = memory
+        self._descriptors: list[int] = []
+        self._wanted = _HEAD.size
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER)
         self._socket = connection
         self._length: int | None = None
@@ -53,6 +68,7 @@ class _Messages:
 
     def send(self, message: bytes) -> None:
         """Send `message`; `OSError` if the other end is gone."""
+        self._send_beside(*self._memory.leave())
         head = _HEAD.pack(len(message))
         if len(message) < _PIECE:
             self._socket.sendall(head + message)
@@ -69,18 +85,52 @@ class _Messages:
             OSError: the other end is gone.
         """
         while self._length is None:
-            if self._got < _HEAD.size:
+            if self._got < self._wanted:
                 self._read(_SMALL, deadline)
-                continue
-            start = b"".join(self._pieces)
-            (self._length,) = _HEAD.unpack_from(start)
-            self._keep(start[_HEAD.size :])
+            else:
+                self._begin(b"".join(self._pieces))
         length = self._length
         while self._got < length:
             self._read(min(_PIECE, length - self._got), deadline)
         came, self._length = b"".join(self._pieces), None
         self._keep(came[length:])
         return came if len(came) == length else came[:length]
+
+    def _begin(self, start: bytes) -> None:
+        """Read the length, and what there is before it once all of that is there."""
+        (head,) = _HEAD.unpack_from(start)
+        offset = _HEAD.size
+        if head & _BESIDE:
+            places, segments = head >> 16 & 0xFFFFFFFF, head & 0xFFFF
+            after = offset + 8 * places + 16 * segments
+            self._wanted = after + _HEAD.size
+            if len(start) < self._wanted:
+                return
+            self._wanted = _HEAD.size
+            numbers = struct.unpack_from(f"<{places + 2 * segments}Q", start, offset)
+            self._arrive(numbers[:places], numbers[places::2], numbers[places + 1 :: 2])
+            (head,) = _HEAD.unpack_from(start, after)
+            offset = after + _HEAD.size
+        self._length = head
+        self._keep(start[offset:])
+
+    def _arrive(self, places: Sequence[int], numbers: Sequence[int], sizes: Sequence[int]) -> None:
+        if len(numbers) != len(self._descriptors):
+            raise PlaceError(f"{len(numbers)} segments, but {len(self._descriptors)} descriptors")
+        segments = list(zip(numbers, sizes, self._descriptors, strict=True))
+        self._descriptors = []
+        self._memory.arrive(places, segments)
+
+    def _send_beside(self, places: Sequence[int], segments: Sequence[Segment]) -> None:
+        if not places and not segments:
+            return
+        described = [number for segment in segments for number in (segment.number, segment.size)]
+        head = _HEAD.pack(_BESIDE | len(places) << 16 | len(segments))
+        head += struct.pack(f"<{len(places) + len(described)}Q", *places, *described)
+        if segments:
+            descriptors = [segment.descriptor for segment in segments]
+            head = head[socket.send_fds(self._socket, [head[:1]], descriptors) :]
+        self._socket.sendall(head)
 
     def _keep(self, rest: bytes) -> None:
         self._pieces, self._got = [rest], len(rest)
@@ -89,7 +139,11 @@ class _Messages:
         if deadline is not None:
             # 0 would mean: do not wait, and say so by another error
             self._socket.settimeout(max(1e-6, deadline - monotonic()))
-        piece = self._socket.recv(most)
+        if self._memory is NOTHING_SHARED:
+            piece = self._socket.recv(most)
+        else:
+            piece, descriptors, _, _ = socket.recv_fds(self._socket, most, _DESCRIPTORS)
+            self._descriptors += descriptors
         if not piece:
             raise EOFError
         self._pieces.append(piece)
@@ -101,12 +155,19 @@ class LocalChannel(HostChannel):
 
     Args:
         descriptor: of the socket, inherited from the orchestrator.
+        number: of this host, from 1 on; 0: no memory is shared.
     """
 
-    def __init__(self, *, descriptor: int) -> None:
+    def __init__(self, *, descriptor: int, number: int) -> None:
         os.set_inheritable(descriptor, False)  # noqa: FBT003 - what a component starts lacks it
         self._socket = socket.socket(fileno=descriptor)
-        self._messages = _Messages(self._socket)
+        self._memory = HostMemory(number) if number else NOTHING_SHARED
+        self._messages = _Messages(self._socket, self._memory)
+
+    @property
+    @override
+    def memory(self) -> SharedMemory:
+        return self._memory
 
     @override
     def receive(self) -> bytes:
@@ -129,11 +190,14 @@ class LocalLink(ProcessLink):
 
     Args:
         component: its name.
+        number: of the host, from 1 on; 0: no memory is shared.
+        exchange: of the values of all hosts.
     """
 
-    def __init__(self, component: str) -> None:
+    def __init__(self, component: str, number: int, exchange: Exchange) -> None:
         self._socket, theirs = socket.socketpair()
-        self._messages = _Messages(self._socket)
+        self._memory = LinkMemory(exchange, number) if number else NOTHING_SHARED
+        self._messages = _Messages(self._socket, self._memory)
         self._obituary = ""
         self._lock = threading.Lock()  # a descriptor is not closed while another thread uses it
         with theirs:
@@ -141,10 +205,15 @@ class LocalLink(ProcessLink):
             self._process = HostProcess(
                 component,
                 LocalChannel,
-                {"descriptor": descriptor},
+                {"descriptor": descriptor, "number": number},
                 self._disconnect,
                 descriptors=(descriptor,),
             )
+
+    @property
+    @override
+    def memory(self) -> SharedMemory:
+        return self._memory
 
     @override
     def send(self, message: bytes) -> None:
@@ -165,6 +234,8 @@ class LocalLink(ProcessLink):
             return self._messages.receive(monotonic() + timeout)
         except TimeoutError:
             raise
+        except PlaceError as error:
+            raise WireError(str(error)) from None
         except (EOFError, OSError):
             raise self._lost() from None
 
@@ -198,10 +269,14 @@ class LocalLink(ProcessLink):
 class LocalTransport(Transport):
     """One process per component on this machine, at the other end of a socket pair.
 
-    It needs nothing but the operating system, which is POSIX: Windows cannot hand a socket over.
+    On Linux large values are in memory that all processes of the run see; elsewhere, and with
+    `shares=False`, they travel over the sockets. It needs nothing but the operating
+    system, which is POSIX: Windows cannot hand a socket over.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, shares: bool = True) -> None:
+        self._shares = shares and can_share()
+        self._exchange = Exchange()
         self._links: dict[str, LocalLink] = {}
 
     @override
@@ -210,8 +285,8 @@ class LocalTransport(Transport):
             raise ComponentTypeError(
                 "the transport `local` is not available on Windows; `zenoh` is"
             )
-        for name in names:
-            self._links[name] = LocalLink(name)
+        for number, name in enumerate(names, 1):
+            self._links[name] = LocalLink(name, number if self._shares else 0, self._exchange)
         # A host that does not start is found out by the reply to its first command, which waits
         # in the socket until the host reads it.
         return MappingProxyType(self._links)
@@ -219,4 +294,7 @@ class LocalTransport(Transport):
     @override
     def close(self) -> None:
         links, self._links = self._links, {}
-        dismiss(links.values())
+        try:
+            dismiss(links.values())
+        finally:
+            self._exchange.close()

@@ -27,7 +27,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from orchestrator.byte_size import format_size
 from orchestrator.remote.host import HostChannel
+from orchestrator.remote.memory_watch import watch_memory
 
 _log = logging.getLogger(__name__)
 
@@ -70,6 +72,7 @@ class HostProcess:
         self._component = component
         self._on_exit = on_exit
         self._tail: deque[str] = deque(maxlen=_TAIL)
+        self._reason = ""
         self._has_ended = threading.Event()
         # what a library leaves in the temporary folder of a process that crashes goes with it
         self._temporary = tempfile.mkdtemp(prefix="nlosim-host-")
@@ -115,10 +118,25 @@ class HostProcess:
             self._has_ended.wait()
         self._close_input()
 
+    def limit_memory(self, limit: int) -> None:
+        """End the process when it has more than `limit` [byte] of memory for itself (Linux)."""
+
+        def end(amount: int) -> None:
+            self._reason = (
+                f"its process was ended with {format_size(amount)} of memory; "
+                f"its `memory` allows {format_size(limit)}"
+            )
+            _log.debug("`%s`: %s", self._component, self._reason)
+            self.kill()
+
+        watch_memory(self._process.pid, limit, self._has_ended, end)
+
     def obituary(self) -> str:
         """How the process ended, as a predicate, and what it said last."""
         code = self._process.returncode
-        if code is None:
+        if self._reason:
+            how = self._reason
+        elif code is None:
             how = "its process is still running"
         elif code < 0:
             how = f"its process was killed by {_signal_name(-code)}"

@@ -15,6 +15,7 @@ from typing_extensions import override
 from orchestrator.errors import CosimError
 from orchestrator.remote.host import ComponentHost
 from orchestrator.remote.process import HostProcess
+from orchestrator.remote.sharing import NOTHING_SHARED, SharedMemory
 
 GRACE: Final = 0.5
 """How long hosts may take, together, to leave in their own way [s]."""
@@ -26,6 +27,11 @@ class LinkLostError(CosimError):
 
 class Link(abc.ABC):
     """The way to the host of one component: one command there, one reply back."""
+
+    @property
+    def memory(self) -> SharedMemory:
+        """What this process and the host both see."""
+        return NOTHING_SHARED
 
     @abc.abstractmethod
     def send(self, message: bytes) -> None:
@@ -51,6 +57,13 @@ class Link(abc.ABC):
     def abandon(self) -> None:
         """End the host at once, without asking it: it hangs, or was interrupted."""
 
+    @abc.abstractmethod
+    def limit_memory(self, limit: int | None) -> None:
+        """End the host when it has more than `limit` [byte] of memory for itself.
+
+        Where the host has no process of its own, nothing is limited.
+        """
+
 
 class ProcessLink(Link):
     """The link to a host that is a process on this machine, started by this one."""
@@ -60,6 +73,11 @@ class ProcessLink(Link):
     @abc.abstractmethod
     def dismiss(self) -> None:
         """Tell the host that there are no more commands; it leaves once it has answered."""
+
+    @override
+    def limit_memory(self, limit: int | None) -> None:
+        if limit is not None:
+            self._process.limit_memory(limit)
 
     def has_left(self, timeout: float) -> bool:
         """Wait up to `timeout` [s] for the process to end; whether it has."""
@@ -160,3 +178,7 @@ class _LoopbackLink(Link):
     @override
     def abandon(self) -> None:
         self._host.close()
+
+    @override
+    def limit_memory(self, limit: int | None) -> None:
+        pass

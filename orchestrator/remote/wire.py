@@ -4,6 +4,7 @@ A message carries values only; names, element types and contents are known to bo
 the connectors. A value that is *the same object* as the one sent before is not sent again: it
 is marked unchanged, and the receiver hands out the object it decoded before. Components that
 skip work for an unchanged input (`is`) therefore skip it in another process as well.
+Where both ends share memory, a large value is put there and its place travels.
 
 Layout of a block of signals; integers are unsigned and little-endian, every item is padded to
 16 bytes so that decoded arrays are aligned:
@@ -12,7 +13,7 @@ Layout of a block of signals; integers are unsigned and little-endian, every ite
     entry: index u16 | form u8 | rank u8 | 0 u32 | data length u64
            [16 bytes element type, NumPy's text, if form is FOREIGN]
            length of each axis u64 * rank | padding
-           data | padding
+           data | padding; if form is PLACED or PLACED_BINARY: place u64 | 8 bytes zero
 """
 
 import math
@@ -25,11 +26,14 @@ import numpy as np
 from typing_extensions import Buffer
 
 from orchestrator.errors import CosimError
+from orchestrator.remote.segment import PlaceError
+from orchestrator.remote.sharing import NOTHING_SHARED, SharedMemory
 from orchestrator.signal import Array, Connector, Signal, Signals
 
 _COUNT: Final = struct.Struct("<I12x")
 _ENTRY: Final = struct.Struct("<HBBIQ")
 _TYPE: Final = struct.Struct("<16s")
+_PLACE: Final = struct.Struct("<Q8x")
 _MAX_RANK: Final = 32
 _PADDING: Final = tuple(bytes(-length % 16) for length in range(16))
 _TRAVELLING: Final = re.compile(r"[<>|][biufcSUmM][1-9]\d{0,8}(\[\d*[A-Za-z]+\])?")
@@ -45,6 +49,8 @@ _UNCHANGED: Final = 0  # not at all: it is the object that was sent last
 _DECLARED: Final = 1  # as an array of the element type that the connector declares
 _FOREIGN: Final = 2  # as an array of another element type; the receiver will want to complain
 _BINARY: Final = 3  # as bytes
+_PLACED: Final = 4  # as the place of an array of the declared element type in shared memory
+_PLACED_BINARY: Final = 5  # as the place of bytes in shared memory
 
 
 def padding(length: int) -> bytes:
@@ -57,11 +63,15 @@ class SignalEncoder:
 
     Args:
         connectors: what may travel, by name; both ends need the same ones in the same order.
+        memory: what the peer sees as well.
     """
 
-    __slots__ = ("_index", "_last", "_types", "_unchanged")
+    __slots__ = ("_index", "_last", "_memory", "_types", "_unchanged")
 
-    def __init__(self, connectors: Mapping[str, Connector]) -> None:
+    def __init__(
+        self, connectors: Mapping[str, Connector], memory: SharedMemory = NOTHING_SHARED
+    ) -> None:
+        self._memory = memory
         self._index = {name: index for index, name in enumerate(connectors)}
         self._types = _types(connectors)
         self._last: list[Signal | None] = [None] * len(connectors)
@@ -83,20 +93,37 @@ class SignalEncoder:
                 block.append(self._unchanged[index])
                 continue
             self._last[index] = value
-            if isinstance(value, bytes):
-                length = len(value)
-                block += (_ENTRY.pack(index, _BINARY, 0, 0, length), value, padding(length))
-            else:
-                block += _array_parts(index, name, value, self._types[index])
+            block += self._value_parts(index, name, value)
         return block
+
+    def _value_parts(self, index: int, name: str, value: Any) -> tuple[Buffer, ...]:
+        if isinstance(value, bytes):
+            length = len(value)
+            if length < self._memory.least:
+                return _ENTRY.pack(index, _BINARY, 0, 0, length), value, padding(length)
+            head = _ENTRY.pack(index, _PLACED_BINARY, 0, 0, length)
+            return head, _PLACE.pack(self._memory.place(value))
+        if (
+            isinstance(value, np.ndarray)
+            and value.nbytes >= self._memory.least
+            and value.dtype == self._types[index]
+        ):
+            head = _DECLARED_HEADS[value.ndim].pack(
+                index, _PLACED, value.ndim, 0, value.nbytes, *value.shape
+            )
+            return head, _PLACE.pack(self._memory.place(value))
+        return _array_parts(index, name, value, self._types[index])
 
 
 class SignalDecoder:
     """Decodes what a `SignalEncoder` with the same connectors encoded, message by message."""
 
-    __slots__ = ("_last", "_names", "_types")
+    __slots__ = ("_last", "_memory", "_names", "_types")
 
-    def __init__(self, connectors: Mapping[str, Connector]) -> None:
+    def __init__(
+        self, connectors: Mapping[str, Connector], memory: SharedMemory = NOTHING_SHARED
+    ) -> None:
+        self._memory = memory
         self._names = tuple(connectors)
         self._types = _types(connectors)
         self._last: list[Signal | None] = [None] * len(connectors)
@@ -104,7 +131,8 @@ class SignalDecoder:
     def decode(self, message: bytes, offset: int = 0) -> dict[str, Signal]:
         """The signals in the block from `offset` to the end of `message`.
 
-        Arrays are read-only views of `message`, which therefore lives as long as they do.
+        Arrays are read-only views of `message`, which therefore lives as long as they do, or of
+        shared memory, which is theirs as long.
 
         Raises:
             WireError: the bytes are not a block of these connectors' signals. The decoder cannot
@@ -127,6 +155,12 @@ class SignalDecoder:
                     after = _after(message, offset, length)
                     value = message[offset : offset + length]
                     offset = after
+                elif form == _PLACED_BINARY:
+                    (place,) = _PLACE.unpack_from(message, offset)
+                    value = self._memory.read(place, length)
+                    offset += 16
+                elif form == _PLACED:
+                    value, offset = self._placed_array(message, offset, index, rank, length)
                 else:
                     dtype = self._element_type(message, offset, index, form)
                     if form == _FOREIGN:
@@ -135,9 +169,19 @@ class SignalDecoder:
                 self._last[index] = decoded[name] = value
         except struct.error:
             raise WireError(f"a message of {len(message)} bytes ends too early") from None
+        except PlaceError as error:
+            raise WireError(str(error)) from None
         if offset != len(message):
             raise WireError(f"the signals end at byte {offset} of {len(message)}")
         return decoded
+
+    def _placed_array(
+        self, message: bytes, offset: int, index: int, rank: int, length: int
+    ) -> tuple[Array, int]:
+        dtype = self._element_type(message, offset, index, _DECLARED)
+        shape, offset = _read_shape(message, offset, dtype, rank, length)
+        (place,) = _PLACE.unpack_from(message, offset)
+        return self._memory.array(place, shape, dtype), offset + 16
 
     def _name(self, index: int, decoded: Signals) -> str:
         if index >= len(self._names):
@@ -210,23 +254,29 @@ def _read_dtype(message: bytes, offset: int) -> "np.dtype[Any]":
     raise WireError(f"{text!r} is not an element type")
 
 
-def _read_array(
+def _read_shape(
     message: bytes, offset: int, dtype: "np.dtype[Any]", rank: int, length: int
-) -> tuple[Array, int]:
+) -> tuple[tuple[int, ...], int]:
     if rank > _MAX_RANK:
         raise WireError(f"an array of rank {rank}")
     shape = _SHAPES[rank].unpack_from(message, offset)
     offset += (8 * rank + 15) & -16
-    count = math.prod(shape)
-    if count * dtype.itemsize != length:
+    if math.prod(shape) * dtype.itemsize != length:
         raise WireError(f"{length} bytes cannot be an array of {dtype}{list(shape)}")
+    return shape, offset
+
+
+def _read_array(
+    message: bytes, offset: int, dtype: "np.dtype[Any]", rank: int, length: int
+) -> tuple[Array, int]:
+    shape, offset = _read_shape(message, offset, dtype, rank, length)
     after = _after(message, offset, length)
     try:
         if length == 0:
             empty = np.empty(shape, dtype)
             empty.flags.writeable = False
             return empty, after
-        flat = np.frombuffer(message, dtype, count, offset)
+        flat = np.frombuffer(message, dtype, length // dtype.itemsize, offset)
         return (flat if rank == 1 else flat.reshape(shape)), after
     except ValueError as error:
         raise WireError(f"an array of {dtype}{list(shape)}: {error}") from None

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from orchestrator import registry
 from orchestrator.algorithm.base import CosimulationAlgorithm, algorithm_type
 from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
+from orchestrator.limits import Deadlines, Limits, can_limit_memory
 from orchestrator.local_module import file_of, is_reference, local_type
 from orchestrator.measure import Measure, measure_type
 from orchestrator.parameters import ComponentType, Parameter, Parametrised, declared
@@ -19,19 +20,20 @@ from orchestrator.scenario import diagnosis, extension, routes, schema
 from orchestrator.scenario.conversion import Conversion
 from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.expansion import Expansion, overridden
+from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import (
     ComponentUse,
     ConnectionUse,
     PlugInUse,
     Scenario,
 )
-from orchestrator.scenario.processes import crowding
+from orchestrator.scenario.processes import APART_ONLY, crowding
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.wiring import problems_of_sound_parts
 from orchestrator.suggestion import suggestion
 from orchestrator.system import Endpoint
 from orchestrator.table_files import NO_PARQUET, Format, has_parquet
-from orchestrator.timebase import CommunicationGrid
+from orchestrator.timebase import CommunicationGrid, seconds
 
 
 def load_scenario(path: Path, overrides: Sequence[str] = ()) -> Scenario:
@@ -74,7 +76,8 @@ class _Build:
         file = self._file()
         components = self._components()
         self.problems += crowding(
-            self.document, {name: use for name, use in self.sound.items() if not use.process}
+            self.document,
+            {n: use for n, use in self.sound.items() if use.process is Isolation.NEVER},
         )
         self._check_sources()
         if file is None:
@@ -176,8 +179,19 @@ class _Build:
             module=_module(entry.type, self.document.folder((*address, "type"))),
             step=entry.step,
             process=entry.process,
+            limits=self._limits(address, entry),
             values=self._values((*address, "parameters"), found.parameters, entry.parameters),
         )
+
+    def _limits(self, address: Address, entry: schema.ComponentEntry) -> Limits:
+        """What its process may take; a component without one has no limits."""
+        said = entry.model_fields_set & {"deadline", "memory"}
+        for key in sorted(said) if entry.process is Isolation.NEVER else ():
+            self._add((*address, key), APART_ONLY, at_key=True)
+        if entry.memory is not None and not can_limit_memory():
+            self._add((*address, "memory"), "can be limited on Linux only", at_key=True)
+        times = Deadlines(create=seconds(entry.deadline.setup), step=seconds(entry.deadline.step))
+        return Limits(deadlines=times, memory=entry.memory)
 
     def _coupling(
         self, entry: schema.Coupling, components: Sequence[str]

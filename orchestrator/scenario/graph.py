@@ -9,6 +9,7 @@ from orchestrator.algorithm.age import Age
 from orchestrator.algorithm.base import Pattern
 from orchestrator.constant import shown
 from orchestrator.feedthrough import describe_outcome, is_within, loops
+from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.wiring import Assembly
 from orchestrator.system import Connection, System
@@ -25,7 +26,7 @@ class Node:
         copies: how many instances it stands for.
         origin: its installed type, or the path of its FMU.
         step: communication step size [ns].
-        process: whether it runs in a process of its own where a transport is given.
+        process: whether it runs in a process of its own.
         layer: the number of components before it on the longest chain without delay.
         feedthrough: for each output that has any, the inputs it depends on at the same time.
     """
@@ -35,7 +36,7 @@ class Node:
     copies: int = 1
     origin: str
     step: StepSize
-    process: bool
+    process: Isolation
     layer: int
     feedthrough: Mapping[str, tuple[str, ...]]
 

@@ -10,12 +10,15 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.byte_size import written_size
 from orchestrator.errors import Problem
+from orchestrator.limits import USUAL, Limits
 from orchestrator.measure import Measure, defaults
 from orchestrator.parameters import DRAWN, REQUIRED, ComponentType, declared
 from orchestrator.questions import Questions
 from orchestrator.report import Report
 from orchestrator.scenario.document import Address, Document
+from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.values import written
 from orchestrator.system import Endpoint
@@ -37,7 +40,8 @@ class ComponentUse:
         fmu: the FMU's absolute path, or `None`.
         type: what creates it.
         step: communication step size [ns].
-        process: whether it runs in a process of its own where a transport is given.
+        process: whether it runs in a process of its own.
+        limits: of that process.
         values: the parameters that the scenario sets, in their declared type and unit.
     """
 
@@ -46,9 +50,10 @@ class ComponentUse:
     fmu: Path | None
     type: ComponentType
     step: StepSize
-    process: bool
+    process: Isolation
     values: Mapping[str, Any]
     module: Path | None = None
+    limits: Limits = USUAL
 
     def reference(self) -> str | None:
         """The type's name, which for a class in a file has the whole path of it."""
@@ -242,8 +247,20 @@ def _resolved(use: ComponentUse) -> dict[str, Any]:
     return {
         **({"type": use.reference()} if use.fmu is None else {"fmu": str(use.fmu)}),
         "step": format_duration(use.step),
-        "process": use.process,
+        "process": use.process.value,
+        **_limits(use.limits),
         "parameters": {n: written(declared[n], v) for n, v in use.all_values().items()},
+    }
+
+
+def _limits(limits: Limits) -> dict[str, Any]:
+    """What differs from the defaults."""
+    own, usual = limits.deadlines, USUAL.deadlines
+    times = {"setup": (own.create, usual.create), "step": (own.step, usual.step)}
+    changed = {key: f"{value:g} s" for key, (value, default) in times.items() if value != default}
+    return {
+        **({"deadline": changed} if changed else {}),
+        **({} if limits.memory is None else {"memory": written_size(limits.memory)}),
     }
 
 

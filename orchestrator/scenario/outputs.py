@@ -7,6 +7,7 @@ from pathlib import Path
 from orchestrator.errors import Problem
 from orchestrator.scenario.diagnosis import spell
 from orchestrator.scenario.document import Document
+from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import ComponentUse
 
 
@@ -32,11 +33,12 @@ def belonging_here(document: Document, uses: Mapping[str, ComponentUse]) -> Iter
 
     Args:
         document: the scenario.
-        uses: by name.
+        uses: by name; those that are not marked are left out.
     """
     for name, use in uses.items():
-        if use.process and any(not path.is_absolute() for path in _files(use)):
-            what = "writes into the directory of the run, which is here; remove `process: true`"
+        is_marked = use.process is not Isolation.NEVER
+        if is_marked and any(not path.is_absolute() for path in _files(use)):
+            what = "writes into the directory of the run, which is here; remove `process`"
             where = document.value(("components", name, "process"))
             yield Problem(where, f"{spell(('components', name))}: {what}")
 

@@ -1,14 +1,20 @@
-"""Which components cannot be in the same process."""
+"""Which components cannot be in the same process, and what is not limited there."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from typing import Final
 
 from orchestrator.errors import Problem
+from orchestrator.limits import USUAL
 from orchestrator.scenario.diagnosis import spell
 from orchestrator.scenario.document import Document
+from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import ComponentUse
 
-_TRANSPORT = "run with a transport that makes processes (`--transport local`)"
+APART_ONLY: Final = "is for components in a process of their own; write `process: true` as well"
+
+_MARK: Final = "write `process: true` here"
+_REQUEST: Final = "run with a transport that makes processes (`--transport local`)"
 
 
 def crowding(document: Document, uses: Mapping[str, ComponentUse]) -> list[Problem]:
@@ -28,15 +34,36 @@ def crowding(document: Document, uses: Mapping[str, ComponentUse]) -> list[Probl
         holder = holders.setdefault(what, use)
         if holder is not use:
             address = ("components", name)
-            mark = "" if use.process or holder.process else "write `process: true` here and "
             problems.append(
                 Problem(
                     document.key(address),
                     f"{spell(address)}: {what} can be in a process once, and it is in "
-                    f"`{holder.name}`; {mark}{_TRANSPORT}",
+                    f"`{holder.name}`; {_remedy(use, holder)}",
                 )
             )
     return problems
+
+
+def _remedy(*uses: ComponentUse) -> str:
+    marks = {use.process for use in uses}
+    if Isolation.ALWAYS in marks:
+        return _REQUEST
+    return f"{_MARK}, or {_REQUEST}" if Isolation.ON_REQUEST in marks else _MARK
+
+
+def unlimited(document: Document, uses: Mapping[str, ComponentUse]) -> Iterator[Problem]:
+    """Remarks on components in the orchestrator's process whose time or memory was to be limited.
+
+    Args:
+        document: the scenario.
+        uses: the components in this process, by name.
+    """
+    for name, use in uses.items():
+        for key in ("deadline", "memory"):
+            address = ("components", name, key)
+            if use.limits != USUAL and address in document.places:
+                what = "nothing is limited: it runs in the orchestrator's process"
+                yield Problem(document.key(address), f"{spell(address)}: {what}")
 
 
 def _once_per_process(use: ComponentUse) -> str | None:

@@ -214,6 +214,7 @@ def _sections(schema: Mapping[str, Any]) -> Iterator[str]:
         "TimeSpan": "`time`",
         "Coupling": "`coupling`",
         "ComponentEntry": "`components.NAME`",
+        "DeadlineEntry": "`components.NAME.deadline`",
         "ConnectionEntry": "items of `connections`",
         "Recording": "`recording`",
     }
@@ -237,6 +238,10 @@ def _section(title: str, model: Mapping[str, Any], definitions: Mapping[str, Any
     return "\n".join([f"## {title}", "", _sentence(model["description"]), "", *table, ""])
 
 
+def _as_written(choice: object) -> str:
+    return str(choice).lower() if isinstance(choice, bool) else str(choice)
+
+
 def _kind(value: Mapping[str, Any], definitions: Mapping[str, Any]) -> str:
     if "anyOf" in value:
         kinds = [option for option in value["anyOf"] if option.get("type") != "null"]
@@ -244,7 +249,7 @@ def _kind(value: Mapping[str, Any], definitions: Mapping[str, Any]) -> str:
         return "time" if is_time else _kind(kinds[0], definitions)
     choices = value.get("enum", [value["const"]] if "const" in value else [])
     if choices:
-        return " or ".join(f"`{choice}`" for choice in choices)
+        return " or ".join(f"`{_as_written(choice)}`" for choice in choices)
     if value.get("type") == "array":
         return f"list of {_kind(value['items'], definitions)}"
     if not {"type", "$ref"} & set(value):

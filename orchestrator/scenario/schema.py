@@ -12,63 +12,21 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
-    PlainValidator,
     WithJsonSchema,
 )
 
-from orchestrator.scenario import units
-from orchestrator.timebase import Duration, StepSize as Span
+from orchestrator.scenario.isolation import Isolation
+from orchestrator.scenario.process_schema import Deadline, DeadlineEntry, Memory, Process
+from orchestrator.scenario.time_schema import (
+    Moment,
+    StepSize,
+    not_negative,
+    positive,
+    time_schema,
+)
 
 VERSION: Final = 1
 """The version of the form of scenario files; a change that breaks them has another number."""
-
-_TIME_PATTERN: Final = (
-    r"^\s*[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]{1,3})?\s*[a-zA-Zµμ]+\s*$"
-)
-
-_FRACTION_PATTERN: Final = r"^\s*[0-9]{1,18}\s*/\s*[0-9]{1,18}\s*[a-zµμ]+\s*$"
-
-
-def _time(value: object) -> str | float:
-    if isinstance(value, bool) or not isinstance(value, str | int | float):
-        raise ValueError(f"expected a time such as `50 ms`, got {value!r}")  # noqa: TRY004
-    return value
-
-
-def _duration(value: object) -> Duration:
-    return units.duration(_time(value))
-
-
-def _positive(value: object) -> Span:
-    time = units.span(_time(value))
-    if time <= 0:
-        raise ValueError(f"must be longer than 0 s, got {units.format_duration(time)}")
-    return time
-
-
-def _not_negative(value: object) -> Duration:
-    time = _duration(value)
-    if time < 0:
-        raise ValueError(f"must not be negative, got {units.format_duration(time)}")
-    return time
-
-
-def _time_schema(*examples: str) -> WithJsonSchema:
-    return WithJsonSchema(
-        {
-            "anyOf": [{"type": "number"}, {"type": "string", "pattern": _TIME_PATTERN}],
-            "examples": list(examples),
-        }
-    )
-
-
-def _span_schema(*examples: str) -> WithJsonSchema:
-    patterns = [{"type": "string", "pattern": p} for p in (_TIME_PATTERN, _FRACTION_PATTERN)]
-    return WithJsonSchema({"anyOf": [{"type": "number"}, *patterns], "examples": list(examples)})
-
-
-Moment = Annotated[int, BeforeValidator(_duration), _time_schema("0 s", "20 s")]
-StepSize = Annotated[Span, PlainValidator(_positive), _span_schema("50 ms", "0.1 s", "1/60 s")]
 
 _NAME: Final = r"^[A-Za-z0-9_][A-Za-z0-9_-]*$"
 _FAMILY: Final = r"^[A-Za-z][A-Za-z0-9_-]*$"
@@ -171,9 +129,18 @@ class ComponentEntry(_Mapping):
     step: StepSize
     """The communication step size."""
 
-    process: bool = False
-    """Whether the component runs in a process of its own when `nlosim run --transport` names a
-    transport. The results are the same bytes."""
+    process: Process = Isolation.NEVER
+    """Whether the component runs in a process of its own: `true`, `false`, or `on-request`, which
+    means: where `nlosim run --transport` names a transport. The results are the same bytes."""
+
+    deadline: Deadline = DeadlineEntry()
+    """How long a component in a process of its own may take, in wall time: a mapping of `setup` and
+    `step`, or a time, which is that of `step`. What takes longer is ended, and so is the run, with
+    a message."""
+
+    memory: Memory = None
+    """How much memory a component in a process of its own may have for itself. What has more is
+    ended, and so is the run, with a message (Linux)."""
 
     parameters: dict[str, Any] = {}
     """Parameters by name; `nlosim components TYPE` lists them. A number is in the unit of the
@@ -200,11 +167,11 @@ class Way(_Mapping):
     offset: float = 0.0
     """Added after the gain, in the unit of the input."""
 
-    delay: Annotated[int, BeforeValidator(_not_negative), _time_schema("20 ms")] = 0
+    delay: Annotated[int, BeforeValidator(not_negative), time_schema("20 ms")] = 0
     """How old a value is at least when it is read. Before the first such value the input keeps its
     start value."""
 
-    sample: Annotated[Span, PlainValidator(_positive), _span_schema("100 ms")] = 0
+    sample: Annotated[int, BeforeValidator(positive), time_schema("100 ms")] = 0
     """Values are read at multiples of this time since the start, and held in between. A multiple of
     the step of the target. Without it values are read in every step."""
 

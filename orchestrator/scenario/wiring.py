@@ -25,8 +25,9 @@ from orchestrator.measure import Planned
 from orchestrator.recording.recorder import select
 from orchestrator.scenario.diagnosis import once, spell
 from orchestrator.scenario.document import Address, Document
+from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import ComponentUse, ConnectionUse, ConstantUse, Scenario
-from orchestrator.scenario.outputs import sharing
+from orchestrator.scenario.outputs import belonging_here, sharing
 from orchestrator.system import Connection, Constant, Endpoint, System, elements, expand
 
 Place: TypeAlias = Callable[[ComponentUse], Component]
@@ -110,8 +111,10 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
             recorded = select(system, scenario.include, scenario.exclude)
         except SystemStructureError as error:
             raise scenario_error(scenario, ("recording",), error) from error
+        always = {n: u for n, u in scenario.components.items() if u.process is Isolation.ALWAYS}
         problems = [
             *sharing(scenario.document, scenario.components),
+            *belonging_here(scenario.document, always),
             *_unanswered(scenario, system, recorded),
         ]
         if problems:

@@ -19,9 +19,10 @@ import numpy as np
 import pytest
 
 from orchestrator.errors import ComponentError, ComponentTypeError
+from orchestrator.limits import Deadlines
 from orchestrator.parameters import PythonComponentType
 from orchestrator.randomness import stream
-from orchestrator.remote.component import Deadlines, launch
+from orchestrator.remote.component import launch
 from orchestrator.remote.protocol import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport, Transport
 
@@ -164,7 +165,7 @@ def test_a_hang_is_reported_and_ended(connect: Kind, runs: ModuleType, deed: str
     with pytest.raises(ComponentError) as caught:
         runs.run_reckless(connect(), deadlines=Deadlines(step=0.5), deed=deed)
     message = "component `b` at t = 0.02 s: did not answer within 0.5 s (to `step`)"
-    assert str(caught.value) == message
+    assert str(caught.value) == f"{message}; its `deadline` allows no more"
 
 
 def test_a_process_killed_from_outside_ends_the_run(connect: Kind, runs: ModuleType) -> None:

@@ -35,7 +35,7 @@ components:
   traffic:
     type: fcd-replay
     step: 50 ms
-    process: true
+    process: on-request
     parameters: {file: FILE, heading: compass-deg, reference: front, radio_share: 0.5}
 """
 

@@ -8,6 +8,7 @@ import pytest
 from adapters.sumo.draft import Draft, draft
 from adapters.sumo.files import read_scene
 from orchestrator.scenario.build import load_scenario
+from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.units import format_duration
 from orchestrator.timebase import nanoseconds
@@ -93,7 +94,9 @@ def test_everybody_with_an_engine_has_a_radio_and_their_bsms_go_over_the_channel
         "facilities.packets > channel.packets",
         "channel.receptions > facilities.receptions",
     }
-    processes = [name for name, use in scenario.components.items() if use.process]
+    processes = [
+        name for name, use in scenario.components.items() if use.process is Isolation.ON_REQUEST
+    ]
     assert sorted(processes) == ["channel", "traffic"]
 
 

@@ -39,7 +39,7 @@ def test_the_second_is_refused_at_its_line(
     captured = capsys.readouterr()
     assert (
         f"{path}:9:3: components.other: SUMO can be in a process once, and it is in `one`; write "
-        "`process: true` here and run with a transport that makes processes (`--transport local`)"
+        "`process: true` here"
     ) in captured.out + captured.err
 
 
@@ -52,11 +52,11 @@ def test_a_sumo_that_is_a_program_is_in_no_process_of_ours(path: Path, key: str)
 
 @pytest.mark.parametrize(
     "advice",
-    [("--transport", "local"), ("--set", "components.other.parameters.program=sumo")],
-    ids=["transport", "program"],
+    [(), ("--set", "components.other.parameters.program=sumo", "--transport", "in-process")],
+    ids=["mark", "program"],
 )
 def test_what_it_advises_helps(
-    path: Path, tmp_path: Path, advice: tuple[str, str], capsys: pytest.CaptureFixture[str]
+    path: Path, tmp_path: Path, advice: tuple[str, ...], capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Both simulate the same street with the same seed of their own name."""
     path.write_text(SCENARIO.replace("  other:", "  other:\n    process: true"))

@@ -293,7 +293,9 @@ def test_two_sinks_do_not_write_one_file(
 def test_a_sink_in_another_process_cannot_write_here(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = sink_scenario(tmp_path, ("type: table-sink", "type: table-sink\n    process: true"), OWN)
+    """Always, or where a transport is asked for."""
+    marked = ("type: table-sink", "type: table-sink\n    process: on-request")
+    path = sink_scenario(tmp_path, marked, OWN)
     out = ["--out", str(tmp_path / "out"), "--quiet", "--no-figure"]
     said = "8:14: components.sink: writes into the directory of the run, which is here; remove"
     assert main(["run", str(path), "--transport", "loopback", *out]) == 2
@@ -302,6 +304,11 @@ def test_a_sink_in_another_process_cannot_write_here(
     assert said in capsys.readouterr().out
     assert main(["run", str(path), *out]) == 0
     assert len(read_table(tmp_path / "out" / "out.csv")["open"]) == 9
+    change(path, ("on-request", "true"))
+    for command in (["check", str(path)], ["run", str(path), *out]):
+        assert main(command) == 2
+        printed = capsys.readouterr()
+        assert said in printed.out + printed.err
 
 
 def test_a_sink_that_nobody_tells_where_to_write_says_so() -> None:

@@ -61,7 +61,7 @@ components:
   base:
     type: receiver
     step: 100 ms
-    process: true
+    process: on-request
     parameters:
       gain: 2
 connections:

@@ -16,8 +16,8 @@ def test_check_says_ok(scenario_file: Path, capsys: pytest.CaptureFixture[str]) 
     assert main(["check", str(scenario_file)]) == 0
     assert capsys.readouterr().out == (
         f"{scenario_file}: ok, 2 components, 2 connections\n"
-        f"{scenario_file}:15:5: `base`: `process: true` takes effect with `nlosim run --transport "
-        "local` (or `zenoh`); without it they run in the orchestrator's process\n"
+        f"{scenario_file}:15:5: `base`: `process: on-request` takes effect with `nlosim run "
+        "--transport local` (or `zenoh`); without it they run in the orchestrator's process\n"
     )
     assert main(["check", str(scenario_file), "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"problems": []}

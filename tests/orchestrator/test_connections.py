@@ -244,7 +244,7 @@ def test_runs_over_the_loopback_transport_have_the_same_bytes(
         b="unit: m/s",
         algorithm=algorithm,
     )
-    path.write_text(path.read_text().replace("parameters:", "process: true, parameters:"))
+    path.write_text(path.read_text().replace("parameters:", "process: on-request, parameters:"))
     found: list[str] = []
     for options in ([], ["--transport", "loopback"]):
         out = tmp_path / f"run{len(found)}"

@@ -201,7 +201,9 @@ def test_what_is_no_boolean_output_is_refused_before_the_run(until: str, message
 
 # ---- in scenarios
 
-ALARM = "components.alarm={type: alarm, step: 20 ms, process: true, parameters: {after: 0.43}}"
+ALARM = (
+    "components.alarm={type: alarm, step: 20 ms, process: on-request, parameters: {after: 0.43}}"
+)
 UNTIL = "time.until=alarm.bell.rings"
 
 

@@ -75,7 +75,7 @@ components:
   wheel:
     type: my_parts:Wheel
     step: 100 ms
-    process: true
+    process: on-request
     parameters: {radius: 40 cm, tyre: {width: 100 mm}}
 """
 

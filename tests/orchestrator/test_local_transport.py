@@ -1,6 +1,7 @@
 """What the socket pair of the transport `local` promises beyond what every transport does."""
 
 import importlib
+import os
 import socket
 import struct
 import sys
@@ -11,14 +12,18 @@ from pathlib import Path
 from types import ModuleType
 from typing import TypeAlias
 
+import numpy as np
 import pytest
 
 from orchestrator.errors import ComponentError, ComponentTypeError
+from orchestrator.limits import Deadlines
 from orchestrator.placement import transport_type
 from orchestrator.randomness import stream
 from orchestrator.remote import local
-from orchestrator.remote.component import Deadlines
+from orchestrator.remote.component import launch
 from orchestrator.remote.local import LocalTransport
+from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.segment import can_share
 
 pytestmark = pytest.mark.skipif(
     not Path("/proc/self/fd").exists(), reason="counts descriptors in /proc"
@@ -66,7 +71,7 @@ def test_a_frozen_process_ends_the_run_at_the_deadline(runs: ModuleType) -> None
     with pytest.raises(ComponentError) as caught:
         runs.run_reckless(LocalTransport(), deadlines=Deadlines(step=0.5), deed="freeze")
     message = "component `b` at t = 0.02 s: did not answer within 0.5 s (to `step`)"
-    assert str(caught.value) == message
+    assert str(caught.value) == f"{message}; its `deadline` allows no more"
 
 
 def test_a_host_that_a_child_outlives_is_noticed_at_once(runs: ModuleType) -> None:
@@ -129,6 +134,39 @@ def test_messages_of_every_length_come_whole(pair: Pair, length: int) -> None:
     sender.start()
     assert [theirs.receive(time.monotonic() + 10) for _ in range(2)] == [sent] * 2
     sender.join()
+
+
+@pytest.mark.skipif(not can_share(), reason="this system has no memory without a name")
+def test_large_values_from_host_to_host_take_few_descriptors(runs: ModuleType) -> None:
+    """Of 1 MB each: they are seen where they were made, and memory does not grow with the steps."""
+    specs = [ComponentSpec(name=name, type="remote_units:Echo", values={}) for name in "ab"]
+    value = stream(1, "big").normal(size=131_072)
+    counts = []
+    with launch(specs, LocalTransport()) as components:
+        first, second = components.values()
+        for echo in (first, second):
+            echo.setup(0, stream(1, "big"))
+            echo.initialise({"u": value})
+        hosts = [child for child in Path("/proc").glob("[0-9]*") if is_child(child)]
+        for t in range(30):
+            first.step({"u": value + t}, t, 1)
+            made = first.outputs()["y"]
+            second.step({"u": made}, t, 1)
+            assert np.asarray(second.outputs()["y"]).tobytes() == (value + t).tobytes()
+            assert not np.asarray(made).flags.writeable
+            counts.append([len(descriptors()), *(len(list((h / "fd").iterdir())) for h in hosts)])
+        first.close()
+        second.close()
+    assert len(hosts) == 2
+    assert counts[5:] == [counts[5]] * 25
+
+
+def is_child(folder: Path) -> bool:
+    """Whether the process is one of ours."""
+    try:
+        return int((folder / "stat").read_text().rpartition(")")[2].split()[1]) == os.getpid()
+    except OSError:
+        return False
 
 
 def test_messages_that_come_together_are_told_apart(pair: Pair) -> None:

@@ -11,6 +11,7 @@ from orchestrator.algorithm.fixed_point import FixedPoint
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.scenario.build import load_scenario
+from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import Scenario
 from tests.orchestrator.files import problems_after
 
@@ -26,7 +27,7 @@ def test_a_scenario_is_resolved(scenario_file: Path) -> None:
     assert (scenario.start, scenario.stop, scenario.seed) == (0, 10**9, 7)
     assert scenario.coupling.made == GaussSeidel(None)
     assert scenario.components["car"].step == 50 * 10**6
-    assert scenario.components["base"].process
+    assert scenario.components["base"].process is Isolation.ON_REQUEST
     assert scenario.components["car"].values == {
         "power": pytest.approx(26.0206, abs=1e-4),
         "count": 2,

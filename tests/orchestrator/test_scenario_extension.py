@@ -317,7 +317,7 @@ def test_check_and_graph_take_such_files(write: Write, capsys: pytest.CaptureFix
     assert main(["check", str(path)]) == 0
     verdict, effect = capsys.readouterr().out.strip().split("\n")
     assert verdict == f"{path}: ok, 2 components, 2 connections"
-    assert "`base`: `process: true` takes effect with" in effect
+    assert "`base`: `process: on-request` takes effect with" in effect
     assert main(["graph", str(path)]) == 0
     assert "10 ms" in capsys.readouterr().out
 

@@ -17,6 +17,7 @@ from orchestrator.scenario import reference
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.document import Document
 from orchestrator.scenario.expansion import expanded
+from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.wiring import assemble
 
 FAMILY = """\
@@ -36,7 +37,7 @@ components:
     type: driver
     each: ego
     step: 100 ms
-    process: true
+    process: on-request
     parameters: {gain: 0.5, plate: "the {ego} one"}
   guide:
     type: driver
@@ -65,11 +66,11 @@ coupling:
 components:
   road: {type: road, step: 50 ms, parameters: {egos: [red, green, blue]}}
   driver-red:
-    {type: driver, step: 100 ms, process: true, parameters: {gain: 0.5, plate: the red one}}
+    {type: driver, step: 100 ms, process: on-request, parameters: {gain: 0.5, plate: the red one}}
   driver-green:
-    {type: driver, step: 100 ms, process: true, parameters: {gain: 0.5, plate: the green one}}
+    {type: driver, step: 100 ms, process: on-request, parameters: {gain: 0.5, plate: the green one}}
   driver-blue:
-    {type: driver, step: 100 ms, process: true, parameters: {gain: 0.5, plate: the blue one}}
+    {type: driver, step: 100 ms, process: on-request, parameters: {gain: 0.5, plate: the blue one}}
   guide-red: {type: driver, step: 100 ms}
   guide-green: {type: driver, step: 100 ms}
   guide-blue: {type: driver, step: 100 ms}
@@ -207,7 +208,10 @@ def test_all_members_or_one_can_be_set(family: Path) -> None:
         components = load_scenario(family, order).components
         gains = {n: c.values["gain"] for n, c in components.items() if n.startswith("driver")}
         assert gains == {"driver-red": 2, "driver-green": 3, "driver-blue": 2}
-        assert [components[f"driver-{m}"].process for m in ("red", "blue")] == [True, False]
+        assert [components[f"driver-{m}"].process for m in ("red", "blue")] == [
+            Isolation.ON_REQUEST,
+            Isolation.NEVER,
+        ]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from orchestrator import registry
 from orchestrator.cli import main
 from orchestrator.errors import ScenarioError
 from orchestrator.experiment.load import load_experiment
-from orchestrator.placement import GROUP, placing
+from orchestrator.placement import GROUP, placement, placing
 from orchestrator.remote.transport import LoopbackTransport
 from orchestrator.scenario.build import load_scenario
 from tests.installation import install
@@ -26,7 +26,7 @@ components:
 """
 OTHER = "6:3: components.other: the lamp can be in a process once, and it is in `one`; "
 RUN = "run with a transport that makes processes (`--transport local`)"
-MARK = f"{OTHER}write `process: true` here and {RUN}"
+MARK = f"{OTHER}write `process: true` here"
 
 
 class Processes(LoopbackTransport):
@@ -48,11 +48,11 @@ def path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return file
 
 
-def marked(path: Path, *names: str) -> None:
+def marked(path: Path, *names: str, mark: str = "true") -> None:
     """Let these be in processes of their own."""
     text = path.read_text()
     for name in names:
-        text = text.replace(f"  {name}: {{", f"  {name}: {{process: true, ")
+        text = text.replace(f"  {name}: {{", f"  {name}: {{process: {mark}, ")
     path.write_text(text)
 
 
@@ -78,24 +78,47 @@ def test_the_second_in_this_process_is_refused_at_its_line(
 def test_in_processes_of_their_own_they_run(
     path: Path, capsys: pytest.CaptureFixture[str], names: tuple[str, ...]
 ) -> None:
-    """`check` remarks that it takes a transport, and a run without one is refused."""
+    """With transports that leave all in this process, a run is refused."""
     marked(path, *names)
     assert main(["check", str(path)]) == 0
-    remark, verdict, effect = said(path, capsys)
-    assert (remark, verdict) == (f"{OTHER}{RUN} (a remark)", " ok, 5 components, 0 connections")
-    assert "`process: true` takes effect with `nlosim run --transport local`" in effect
+    verdict, effect = said(path, capsys)
+    assert verdict == " ok, 5 components, 0 connections"
+    assert "`process: true` means a process of its own; `nlosim run --transport in" in effect
     for transport in ("in-process", "loopback"):
-        out = path.parent / transport
-        assert main(["run", str(path), "--transport", transport, "--out", str(out)]) == 2
-        assert said(path, capsys) == [f"{OTHER}{RUN}"]
-        assert not out.exists()
-    out = path.parent / "run"
-    assert main(["run", str(path), "--transport", "processes", "--out", str(out), "--quiet"]) == 0
+        assert refused(path, capsys, "--transport", transport) == [f"{OTHER}{RUN}"]
+    out = str(path.parent / "run")
+    assert main(["run", str(path), "--transport", "processes", "--out", out, "--quiet"]) == 0
+    placed = placement(None, load_scenario(path))
+    assert (placed.transport, sorted(placed.remote)) == ("local", sorted(names))
+
+
+def test_on_request_they_run_with_a_transport_only(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`check` remarks that it takes a transport, and a run without one is refused."""
+    marked(path, "other", mark="on-request")
+    assert main(["check", str(path)]) == 0
+    remark, verdict, effect = said(path, capsys)
+    problem = f"{MARK}, or {RUN}"
+    assert (remark, verdict) == (f"{problem} (a remark)", " ok, 5 components, 0 connections")
+    assert "`process: on-request` takes effect with `nlosim run --transport local`" in effect
+    for options in ((), ("--transport", "loopback")):
+        assert refused(path, capsys, *options) == [problem]
+    out = str(path.parent / "run")
+    assert main(["run", str(path), "--transport", "processes", "--out", out, "--quiet"]) == 0
+
+
+def refused(path: Path, capsys: pytest.CaptureFixture[str], *options: str) -> list[str]:
+    """What is said of a run that leaves no directory."""
+    out = path.parent / "refused"
+    assert main(["run", str(path), *options, "--out", str(out)]) == 2
+    assert not out.exists()
+    return said(path, capsys)
 
 
 def test_those_that_hold_something_else_are_not_meant(path: Path) -> None:
     path.write_text(SCENARIO.replace("the lamp", "a lamp", 1))
-    with placing("in-process", load_scenario(path)):
+    with placing(placement("in-process", load_scenario(path))):
         pass
 
 
@@ -127,7 +150,7 @@ def test_members_of_a_family_are_refused_at_its_line(path: Path) -> None:
 
 
 def test_an_experiment_whose_runs_would_be_refused_is_refused(path: Path) -> None:
-    marked(path, "other")
+    marked(path, "other", mark="on-request")
     experiment = path.with_name("experiment.yaml")
     experiment.write_text(
         "schema: 1\nscenario: two.yaml\nseeds: 1\nfactors:\n  held:\n"

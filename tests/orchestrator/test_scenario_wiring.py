@@ -18,7 +18,7 @@ from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.cli import main
 from orchestrator.component import RestorableComponent
 from orchestrator.errors import ComponentError, ScenarioError
-from orchestrator.placement import placing
+from orchestrator.placement import placement, placing
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.graph import graph_of, grouped
 from orchestrator.scenario.wiring import assemble
@@ -123,7 +123,7 @@ CARTS = """\
   carts:
     type: carts
     step: 100 ms
-    process: true
+    process: on-request
     parameters:
       names:
         - red
@@ -172,7 +172,7 @@ def test_an_unknown_transport_is_an_error_that_lists_those_installed(scenario_fi
     scenario = load_scenario(scenario_file)
     with (
         pytest.raises(Exception, match=r"no transport `lopback`.*did you mean `loopback`"),
-        placing("lopback", scenario),
+        placing(placement("lopback", scenario)),
     ):
         pass
 

@@ -36,7 +36,7 @@ components:
   traffic:
     type: encounter
     step: 100 ms
-    process: true
+    process: on-request
     parameters:
       entities:
         ego:

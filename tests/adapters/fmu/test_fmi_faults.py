@@ -1,6 +1,5 @@
-"""FMUs that harm their process: over `local` the run ends in order and says which, when and how."""
+"""FMUs that harm a process of their own: the run ends in order and says which, when and how."""
 
-import functools
 import json
 import tempfile
 from collections.abc import Iterator
@@ -8,10 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from orchestrator import placement
 from orchestrator.cli import main
 from orchestrator.recording.reader import Recording
-from orchestrator.remote.component import Deadlines, launch
 
 SCENARIO = """\
 schema: 1
@@ -23,6 +20,8 @@ components:
     fmu: lag2.fmu
     step: 100 ms
     process: true
+    deadline: 500 ms
+    memory: 100 MB
     parameters: {fail_at: 350 ms}
 """
 NAMED = "component `bad` at t = 0.3 s: "
@@ -41,12 +40,11 @@ def scenario(lag2: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
     assert list(temporary.iterdir()) == []
 
 
-def run(scenario: Path, deed: int) -> int:
-    """The exit code of a run over `local` in which the bad one does `deed` of `misbehave.h`."""
+def run(scenario: Path, deed: int, *options: str) -> int:
+    """The exit code of a run in which the bad one does `deed` of `misbehave.h`."""
     out = str(scenario.with_name("run"))
     change = f"components.bad.parameters.fail_as={deed}"
-    options = ("--transport", "local", "--quiet", "--set", change)
-    return main(["run", str(scenario), "--out", out, *options])
+    return main(["run", str(scenario), "--out", out, "--quiet", "--set", change, *options])
 
 
 def recorded_until(scenario: Path) -> list[int]:
@@ -68,21 +66,20 @@ def recorded_until(scenario: Path) -> list[int]:
         (6, "its process was killed by SIGSEGV"),
         (7, "its process was killed by SIGABRT"),
         (8, "its process exited with code 0"),
-        (9, "did not answer within 0.5 s (to `step`)"),
+        (9, "did not answer within 0.5 s (to `step`); its `deadline` allows no more"),
+        (12, "its process exited with code 0"),
+        (11, "its process was ended with "),
         (3, "fmi2DoStep returned Error: told to fail as 3 at once"),
     ],
-    ids=["crash", "abort", "exit", "loop", "error"],
+    ids=["crash", "abort", "exit", "loop", "end", "memory", "error"],
 )
 def test_a_fault_ends_the_run_by_name_and_time(
     scenario: Path,
     capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
     deed: int,
     how: str,
 ) -> None:
     """What was recorded until then can be read: four points of each, at 0, 0.1, 0.2 and 0.3 s."""
-    brief = functools.partial(launch, deadlines=Deadlines(step=0.5))
-    monkeypatch.setattr(placement, "launch", brief)
     assert run(scenario, deed) == 3
     assert NAMED + how in capsys.readouterr().err
     assert recorded_until(scenario) == [300_000_000] * 2

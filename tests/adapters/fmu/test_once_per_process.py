@@ -48,8 +48,7 @@ def test_the_second_instance_is_refused_at_its_line(scenario: Path) -> None:
     name = "lag2" if "lag2" in problem.what else "ends3"
     assert str(problem) == (
         f"{scenario}:6:3: components.other: the FMU `{name}` {{{name}-test}} can be in a process "
-        "once, and it is in `one`; write `process: true` here and run with a transport that makes "
-        "processes (`--transport local`)"
+        "once, and it is in `one`; write `process: true` here"
     )
 
 
@@ -67,12 +66,11 @@ def test_another_fmu_that_says_so_is_no_obstacle(scenario: Path, lag2: Path, end
 
 
 def test_in_another_process_it_runs(scenario: Path) -> None:
-    pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed")
     scenario.write_text(SCENARIO.replace("copy.fmu,", "copy.fmu, process: true,"))
     out = scenario.with_name("run")
     command = ["run", str(scenario), "--out", str(out), "--quiet", "--no-figure"]
-    assert main(command) == 2
-    assert main([*command, "--transport", "zenoh"]) == 0
+    assert main([*command, "--transport", "in-process"]) == 2
+    assert main(command) == 0
     connectors = FmuComponentType(scenario.with_name("one.fmu")).create("one", {}).connectors
     output = "x" if "x" in connectors else "y"
     one, other = (Recording(out)[f"{name}.{output}"] for name in ("one", "other"))

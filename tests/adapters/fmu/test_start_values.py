@@ -24,7 +24,7 @@ components:
   starts:
     fmu: starts3.fmu
     step: 1 s
-    process: true
+    process: on-request
     parameters:
       start.x: 3 m
       start.u: 40 dm

@@ -27,7 +27,7 @@ from tests.fmus.relay.world import LEFT, NEIGHBOURS, RIGHT, SHARER, STEP, inputs
 SCENARIO = Path(scenarios.__file__).with_name("red_light.yaml")
 SETTINGS = ("seed=3", "time.stop=8.3 s", "components.traffic.parameters.background.spacing=60 m")
 ORACLE = (
-    "components.relay={type: relay-oracle, step: 100 ms, process: true, "
+    "components.relay={type: relay-oracle, step: 100 ms, process: on-request, "
     "parameters: {window: 400 ms, maximum_range: 80 m}}"
 )
 WINDOW = 20 * STEP

@@ -8,8 +8,9 @@ from typing_extensions import override
 
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.component import Component
+from orchestrator.limits import Deadlines
 from orchestrator.observer import Observer, SimulationResult
-from orchestrator.remote.component import Deadlines, launch
+from orchestrator.remote.component import launch
 from orchestrator.remote.protocol import ComponentSpec
 from orchestrator.remote.transport import Transport
 from orchestrator.signal import Signals

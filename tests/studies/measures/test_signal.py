@@ -10,7 +10,6 @@ import pytest
 
 from orchestrator.cli import main
 from orchestrator.errors import ScenarioError
-from orchestrator.placement import IN_PROCESS, placing
 from orchestrator.recording.reader import Recording
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.wiring import assemble
@@ -214,9 +213,7 @@ def test_mistakes_are_found_before_the_run(
 
 
 def assembled(scenario: Path) -> None:
-    loaded = load_scenario(scenario)
-    with placing(IN_PROCESS, loaded) as place:
-        assemble(loaded, place).close()
+    assemble(load_scenario(scenario)).close()
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,86 @@
+"""What scenario files say of processes: who has one, and what it may take."""
+
+from typing import Annotated, Any
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    JsonValue,
+    PlainValidator,
+    WithJsonSchema,
+)
+
+from orchestrator.byte_size import PATTERN, parse_size
+from orchestrator.scenario.isolation import ISOLATIONS, Isolation
+from orchestrator.scenario.time_schema import duration, time_schema
+from orchestrator.timebase import Duration, format_duration
+
+
+def _wall_time(value: object) -> Duration:
+    time = duration(value)
+    if time <= 0:
+        raise ValueError(f"must be longer than 0 s, got {format_duration(time)}")
+    return time
+
+
+_WallTime = Annotated[int, BeforeValidator(_wall_time), time_schema("5 s", "2 min")]
+
+
+def _isolation(value: object) -> Isolation:
+    if isinstance(value, Isolation):
+        return value
+    if not isinstance(value, bool | str) or value not in ISOLATIONS:
+        raise ValueError(f"expected `true`, `false` or `on-request`, got {value!r}")
+    return ISOLATIONS[value]
+
+
+def _shown(default: JsonValue) -> Any:
+    """What the JSON Schema calls the default: as a file writes it."""
+    return Field(json_schema_extra={"default": default})
+
+
+class DeadlineEntry(BaseModel):
+    """How long a component in a process of its own may take, in wall time."""
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, use_attribute_docstrings=True
+    )
+
+    setup: Annotated[_WallTime, _shown("60 s")] = 60_000_000_000
+    """The time to start the process, to create the component, to set it up, to initialise it."""
+
+    step: Annotated[_WallTime, _shown("30 s")] = 30_000_000_000
+    """The time for one step."""
+
+
+def _deadline(value: object) -> object:
+    return value if isinstance(value, dict | DeadlineEntry) else {"step": value}
+
+
+def _memory(value: object) -> int | None:
+    if value is None:
+        return None
+    if not isinstance(value, str):
+        raise ValueError(f"expected an amount of memory such as `512 MB`, got {value!r}")  # noqa: TRY004
+    return parse_size(value)
+
+
+Process = Annotated[
+    Isolation,
+    PlainValidator(_isolation),
+    WithJsonSchema({"enum": [True, False, "on-request"]}),
+]
+
+Deadline = Annotated[
+    DeadlineEntry,
+    BeforeValidator(_deadline, json_schema_input_type=_WallTime | DeadlineEntry),
+    _shown({"setup": "60 s", "step": "30 s"}),
+]
+
+Memory = Annotated[
+    int | None,
+    PlainValidator(_memory),
+    WithJsonSchema({"type": "string", "pattern": PATTERN, "examples": ["512 MB", "2 GiB"]}),
+]
