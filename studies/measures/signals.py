@@ -171,8 +171,13 @@ def _draw(members: Sequence[Held], axes: "Axes") -> None:
         style = "steps-post" if each.series.kind.startswith(("bool", "int", "uint")) else "default"
         axes.plot(*curve(each), color=colour, label=label, lw=1.0, drawstyle=style)
     axes.set_xlabel("time [s]")
-    axes.set_ylabel("" if members[0].unit == "1" else f"[{members[0].unit}]")
-    axes.legend(fontsize="small")
+    unit = "" if members[0].unit == "1" else f"[{members[0].unit}]"
+    if len(members) == 1:
+        axes.set_ylabel(f"{axes.lines[0].get_label()} {unit}".rstrip())
+        return
+    axes.set_ylabel(unit)
+    # beside the curves, which may be everywhere
+    axes.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
 
 
 def curve(column: Held) -> tuple[Array, Array]:

@@ -39,6 +39,7 @@ from orchestrator.suggestion import suggestion
 from orchestrator.system import Connection, Endpoint, System
 from orchestrator.table_files import NO_PARQUET, has_parquet
 from orchestrator.timebase import format_duration
+from orchestrator.units import parse_quantity, parse_unit
 
 _FMU: Final = "fmu"
 _INPUTS: Final = "inputs"
@@ -270,9 +271,10 @@ def _source(
             problems.append(f"--start-value {name}: is no input of numbers")
             continue
         try:
-            columns[name] = np.asarray(value, np.float64)[np.newaxis]
+            columns[name] = np.asarray(_number(value, connectors[name].unit))[np.newaxis]
         except (TypeError, ValueError):
-            problems.append(f"--start-value {name}: {value!r} is no number")
+            unit = f" in {connectors[name].unit}" if connectors[name].unit != "1" else ""
+            problems.append(f"--start-value {name}: {value!r} is no number{unit}")
     if problems:
         raise RunError("\n".join(problems))
     path, driven = Path("--start-value"), Results(np.zeros(1), columns, {})
@@ -283,6 +285,17 @@ def _source(
     if not driven.columns:
         return None
     return Inputs(table_of_inputs(path, driven, connectors), driven)
+
+
+def _number(value: Any, unit: str) -> Array:
+    """One number or several, in `unit`; text says a unit of its own.
+
+    Raises:
+        TypeError, ValueError: it is none.
+    """
+    if isinstance(value, str):
+        value = float(parse_quantity(value).into(parse_unit(unit)))
+    return np.asarray(value, np.float64)
 
 
 def _results(folder: Path, outputs: Sequence[str], connectors: Mapping[str, Connector]) -> Results:

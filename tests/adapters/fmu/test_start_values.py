@@ -153,7 +153,7 @@ def test_a_run_of_one_fmu_says_the_same_without_prefixes(starts3: Path, tmp_path
     """States and guesses by their names; variables inside are recorded on request only."""
     out = tmp_path / "out.csv"
     words = ("fmu", "run", str(starts3), "--stop-time", "2", "--step", "1", "--quiet")
-    starts = ("--start-value", "x=300 cm", "--start-value", "guess=5", "--start-value", "u=4")
+    starts = ("--start-value", "x=300 cm", "--start-value", "guess=5", "--start-value", "u=40 dm")
     record = ("--record", "*", "--record", "der(x)", "--record", "tw*ce")
     outcome = executed(add_command, *words, *starts, *record, "--output", str(out))
     assert outcome.exit_code is Exit.DONE, outcome.text
@@ -168,6 +168,8 @@ def test_a_run_of_one_fmu_says_the_same_without_prefixes(starts3: Path, tmp_path
         in wrong.text
     )
     assert "--start-value x: " in executed(add_command, *words, "--start-value", "x=3 s").text
+    wrong = executed(add_command, *words, "--start-value", "u=3 s")
+    assert "--start-value u: '3 s' is no number in m" in wrong.text
 
 
 def test_a_table_of_inputs_may_have_units(starts3: Path, tmp_path: Path) -> None:
