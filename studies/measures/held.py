@@ -55,15 +55,9 @@ class Held:
         return self.series.times
 
     def between(self, first: int, end: int) -> Array:
-        """Values `first` to `end` - 1, float64, shape (sample,)."""
+        """Values `first` to `end` - 1 as recorded, shape (sample,)."""
         samples = self.series.between(first, end)
-        return np.asarray(samples[(slice(None), *self.elements.index())], np.float64).reshape(-1)
-
-    def blocks(self) -> Iterator[tuple[Array, Array]]:
-        """Times [ns] and values, shape (sample,) each, block by block."""
-        for first in range(0, len(self.series), BLOCK):
-            end = min(first + BLOCK, len(self.series))
-            yield self.times[first:end], self.between(first, end)
+        return np.asarray(samples[(slice(None), *self.elements.index())]).reshape(-1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +66,7 @@ class Stretch:
 
     Attributes:
         times: from when on each holds [ns], int64, shape (value,).
-        values: shape (value,).
+        values: float64, shape (value,).
         durations: how long each holds [s], shape (value,); 0 for the last of all.
     """
 
@@ -90,9 +84,6 @@ def stretches(held: Held, begin: int | None, end: int | None) -> Iterator[Stretc
         held: the number.
         begin: [ns]; `None`: the first communication point.
         end: [ns]; `None`: the last communication point.
-
-    Raises:
-        ValueError: a value is not finite.
     """
     times = held.times
     if not len(times):
@@ -107,11 +98,7 @@ def stretches(held: Held, begin: int | None, end: int | None) -> Iterator[Stretc
         until = min(k + BLOCK, last)
         since = np.maximum(times[k:until], start)
         following = times[k + 1 : until + 1] if until < last else np.append(since[1:], stop)
-        values = held.between(k, until)
-        wrong = np.flatnonzero(~np.isfinite(values))
-        if len(wrong):
-            at = int(since[wrong[0]]) / 1e9
-            raise ValueError(f"`{held.name}` is {values[wrong[0]]} at {at:g} s")
+        values = held.between(k, until).astype(np.float64)
         yield Stretch(since, values, (following - since) / 1e9)
 
 

@@ -105,18 +105,24 @@ def _rows(columns: Sequence[Held], times: Array) -> Iterator[Table]:
         table: dict[str, Array] = {"time [s]": now / 1e9}
         for each in columns:
             unit = "" if each.unit == "1" else f" [{each.unit}]"
-            table[f"{each.name}{unit}"] = _held(each, now)
+            is_late = bool(each.times[0] > times[0])
+            table[f"{each.name}{unit}"] = _held(each, now, is_late=is_late)
         yield table
 
 
-def _held(column: Held, now: Array) -> Array:
-    """The newest values at `now` [ns]; NaN where there is none yet, shape (row,)."""
+def _held(column: Held, now: Array, *, is_late: bool) -> Array:
+    """The newest values at `now` [ns], shape (row,).
+
+    Args:
+        column: the number.
+        now: ascending.
+        is_late: whether the first value comes after the first row of the table: then they are
+            float64, and NaN where there is none yet. Else they are of the recorded type.
+    """
     k = np.searchsorted(column.times, now, side="right") - 1
-    first, last = max(int(k[0]), 0), int(k[-1])
-    if last < 0:
-        return np.full(len(now), np.nan)
+    first, last = max(int(k[0]), 0), max(int(k[-1]), 0)
     values = column.between(first, last + 1)[np.maximum(k, 0) - first]
-    return np.where(k < 0, np.nan, values) if k[0] < 0 else values
+    return np.where(k < 0, np.nan, values) if is_late else values
 
 
 def _panels(columns: Sequence[Held]) -> tuple[dict[str, list[Held]], list[Held]]:

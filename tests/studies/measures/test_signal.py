@@ -137,6 +137,11 @@ def test_a_reference_that_is_too_short_is_no_reference(run: Recording, tmp_path:
     assert found(run, "plant.ramp", "rms-error", reference=file, end=0.9)[0] < 1e-15
 
 
+def test_a_reference_that_is_gone_is_named(run: Recording, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"gone.csv:1:1: cannot be read"):
+        found(run, "plant.ramp", "rms-error", reference=tmp_path / "gone.csv")
+
+
 def test_what_is_no_number_cannot_be_averaged(tmp_path: Path) -> None:
     with pytest.raises(
         ValueError, match=r"`plant.list` is float64\[item\], whose length may change"
@@ -214,6 +219,29 @@ def test_mistakes_are_found_before_the_run(
 
 def assembled(scenario: Path) -> None:
     assemble(load_scenario(scenario)).close()
+
+
+@pytest.mark.parametrize(
+    ("span", "missing"),
+    [
+        ("begin: 0.2 s, end: 0.8 s", 0),
+        ("begin: 0.19 s, end: 0.8 s", 1),
+        ("begin: 0.2 s, end: 0.81 s", 1),
+        ("end: 0.81 s", 2),
+    ],
+)
+def test_a_reference_is_as_long_as_the_comparison(scenario: Path, span: str, missing: int) -> None:
+    (scenario.parent / "ref.csv").write_text("time,source.height\n0.2,0\n0.8,1\n")
+    entry = f"statistic: rms-error, reference: ref.csv, {span}"
+    scenario.write_text(SCENARIO.replace("statistic: maximum", entry))
+    if not missing:
+        assembled(scenario)
+        return
+    with pytest.raises(ScenarioError) as error:
+        assembled(scenario)
+    assert [": rows are missing: " in str(each) for each in error.value.problems] == [
+        True
+    ] * missing
 
 
 @pytest.mark.parametrize(

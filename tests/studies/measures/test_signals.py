@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from orchestrator.cli import main
 from orchestrator.measure import Answer
@@ -37,6 +38,9 @@ def test_a_row_for_each_time_at_which_one_was_published(
     assert found["plant.ramp [m]"].tolist() == [0, 0.1, 0.2, 0.2, *times[4:9], 0.7, 0.8, 0.9, 1]
     expected = np.repeat([0.0, -0.25, -0.5, -0.75, -1.0], [3, 3, 3, 3, 1])
     np.testing.assert_array_equal(found["sensor.value [m]"], expected)
+    # whole numbers and truths stay what they are
+    assert found["plant.count"].dtype == np.int32
+    assert found["plant.is_late"].tolist() == [False] * 8 + [True] * 5
     np.testing.assert_array_equal(found["plant.force[2] [N]"], -3 * found["plant.ramp [m]"])
     assert set(found["plant.mass [kg]"]) == {2.0}
     assert sorted(found) == [
@@ -53,15 +57,20 @@ def test_a_row_for_each_time_at_which_one_was_published(
     assert answer.numbers == {"columns": 8, "rows": 13, "drawn": 7, "not_drawn": None}
     assert list(answer.panels) == ["plant", "plant [N]", "plant, sensor [m]"]
     monkeypatch.setattr(signals, "_ROWS", 5)
-    assert all((column == found[name]).all() for name, column in table(answer).items())
+    again = table(answer)
+    assert all(
+        np.array_equal(column, again[name], equal_nan=True) for name, column in found.items()
+    )
     assert "plant.many[9]" in table(Signals(elements=10).compute(run))
 
 
 def test_before_its_first_value_a_field_is_empty() -> None:
     column = Held("a.x", "1", _Late(np.array([20, 30]), np.array([2.0, 3.0])))  # type: ignore[arg-type]
-    found = signals._held(column, np.array([10, 15, 20, 29, 30, 40]))
-    np.testing.assert_array_equal(found, [np.nan, np.nan, 2, 2, 3, 3])
-    np.testing.assert_array_equal(signals._held(column, np.array([10, 15])), [np.nan, np.nan])
+    times = np.array([10, 15, 20, 29, 30, 40])
+    (found,) = signals._rows([column], times)
+    np.testing.assert_array_equal(found["a.x"], [np.nan, np.nan, 2, 2, 3, 3])
+    (early,) = signals._rows([column, _columns("b.x")[0]], np.array([0, 10, 15]))
+    np.testing.assert_array_equal(early["a.x"], [np.nan] * 3)
 
 
 class _Late:
@@ -119,6 +128,25 @@ def test_what_is_not_drawn_is_named() -> None:
     assert len(curves) == 45
     different = [column for k in range(14) for column in _columns("a.x", unit=f"u{k}")]
     assert len(signals._panels(different)[0]) == MOST_PANELS == 12
+
+
+def test_axes_say_what_and_in_which_unit() -> None:
+    """One curve is named at the axis; several, of several components, have a legend."""
+    figure = Figure()
+    one, more, pure = figure.subplots(3)
+    signals._draw(_columns("a.x"), one)
+    signals._draw(_columns("a.x", "b.x"), more)
+    signals._draw(_columns("a.n", "a.m", unit="1"), pure)
+    assert [axes.get_ylabel() for axes in (one, more, pure)] == ["x [m]", "[m]", ""]
+    assert one.get_legend() is None
+    for axes, names in ((more, ["a.x", "b.x"]), (pure, ["n", "m"])):
+        legend = axes.get_legend()
+        assert legend is not None
+        assert [text.get_text() for text in legend.get_texts()] == names
+    whole = _columns("a.n")
+    whole[0].series.kind = "int32[]"  # type: ignore[misc]
+    signals._draw(whole, one)
+    assert [line.get_drawstyle() for line in one.lines] == ["default", "steps-post"]
 
 
 @pytest.fixture
