@@ -10,6 +10,7 @@ from orchestrator.algorithm.history import InputCourses, approximated
 from orchestrator.algorithm.mixing import MixSources
 from orchestrator.algorithm.participant import Participant
 from orchestrator.algorithm.participants import participant
+from orchestrator.algorithm.requests import Requests
 from orchestrator.branching import Branching
 from orchestrator.errors import SystemStructureError
 from orchestrator.randomness import stream
@@ -81,10 +82,11 @@ class Exchange:
         participants: by name, in the order of the system.
         values: the published outputs of each component: a view of the present, which the next
             communication point changes in place. The signals themselves never change.
+        requests: where components ask for the end of the run.
         sources: what inputs that are made of several outputs, or late, see of them.
     """
 
-    __slots__ = ("participants", "sources", "values")
+    __slots__ = ("participants", "requests", "sources", "values")
 
     def __init__(self, system: System, branching: Branching) -> None:
         self.participants: Mapping[str, Participant] = {
@@ -96,6 +98,9 @@ class Exchange:
             )
             for name, component in system.components.items()
         }
+        self.requests = Requests()
+        for each in self.participants.values():
+            each.asking.requests = self.requests
         published = {name: each.published for name, each in self.participants.items()}
         for name, each in self.participants.items():
             each.connect(system.feeds[name], published)

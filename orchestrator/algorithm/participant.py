@@ -11,6 +11,7 @@ from orchestrator.algorithm.history import History, InputCourses, is_approximate
 from orchestrator.algorithm.looked_at import LookedAt
 from orchestrator.algorithm.mixing import MixedInput, MixSources, PastValues
 from orchestrator.algorithm.pieces import Piece, Pieces
+from orchestrator.algorithm.requests import Asking
 from orchestrator.capabilities import InitialEvaluation, OutputSlopes, PointEvaluation
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, CosimError
@@ -31,6 +32,7 @@ class Participant(abc.ABC):
 
     Attributes:
         name: of the component in its system.
+        asking: whether it asks for the end of the run.
         step_size: communication step size [ns].
         is_concurrent: whether the step runs elsewhere between `begin` and `finish`.
         is_begun: whether a step has been begun that has not been waited for yet.
@@ -43,8 +45,8 @@ class Participant(abc.ABC):
 
     __slots__ = ("_component", "_continuous", "_evaluation", "_feeds", "_grid", "_history",
                  "_looked_at", "_past", "_pending", "_pieces", "_reached", "_starts",
-                 "_used", "is_begun", "mixed", "name", "published", "reads", "sources", "step_size",
-                 "wall_time_ns")  # fmt: skip
+                 "_used", "asking", "is_begun", "mixed", "name", "published", "reads", "sources",
+                 "step_size", "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
 
@@ -56,6 +58,7 @@ class Participant(abc.ABC):
         step_size: StepSize,
     ) -> None:
         self.name: Final = name
+        self.asking: Final = Asking(name, component)
         self.step_size: Final = step_size
         self.published: Final[dict[str, Signal]] = {}
         self.sources: frozenset[str] = frozenset()
@@ -115,7 +118,7 @@ class Participant(abc.ABC):
             self._component.setup(start, rng)
             self._reached = start
         except Exception as error:
-            raise self._failure(start, error) from error
+            raise self.failure(start, error) from error
         self.wall_time_ns += perf_counter_ns() - before
 
     def initialise(self, start: Time) -> None:
@@ -126,9 +129,10 @@ class Participant(abc.ABC):
             self._component.initialise(inputs)
             outputs = self._component.outputs()
             self.wall_time_ns += perf_counter_ns() - before
-            self._accept(outputs, start)
+            self.accept(outputs, start)
+            self.asking.is_within(start)
         except Exception as error:
-            raise self._failure(start, error) from error
+            raise self.failure(start, error) from error
         self._used, self._reached = inputs, start
         self.publish()
 
@@ -160,9 +164,9 @@ class Participant(abc.ABC):
             inputs = self._known_inputs()
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
-            self._accept(outputs, start)
+            self.accept(outputs, start)
         except Exception as error:
-            raise self._failure(start, error) from error
+            raise self.failure(start, error) from error
         self.published.update(self._pending)
 
     def _known_inputs(self) -> dict[str, Signal]:
@@ -189,7 +193,7 @@ class Participant(abc.ABC):
         try:
             inputs = self._inputs()
         except Exception as error:
-            raise self._failure(t, error) from error
+            raise self.failure(t, error) from error
         driven = (*(name for name, _, _ in self._feeds), *(mixed.input for mixed in self.mixed))
         if all(inputs[name] is self._used.get(name) for name in driven):
             return
@@ -198,9 +202,9 @@ class Participant(abc.ABC):
         try:
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
-            self._accept(outputs, t)
+            self.accept(outputs, t)
         except Exception as error:
-            raise self._failure(t, error) from error
+            raise self.failure(t, error) from error
         self._used = inputs
         self.publish()
 
@@ -227,11 +231,15 @@ class Participant(abc.ABC):
 
     @abc.abstractmethod
     def finish(self) -> None:
-        """Wait until the step that was begun is done, and check its outputs."""
+        """Wait until the step that was begun is done, and check its outputs.
+
+        Raises `EndedWithinStep`, if it was not made and the run is to end.
+        """
 
     def publish(self) -> None:
         """Show the outputs of the step finished last to others."""
         self.published.update(self._pending)
+        self.asking.publish()
         for past in self._past:
             past.note()
         if self._history is not None:
@@ -284,7 +292,7 @@ class Participant(abc.ABC):
         try:
             state = self._restorable().save()
         except Exception as error:
-            raise self._failure(t, error, "while saving its state: ") from error
+            raise self.failure(t, error, "while saving its state: ") from error
         self.wall_time_ns += perf_counter_ns() - before
         return state
 
@@ -298,7 +306,7 @@ class Participant(abc.ABC):
         try:
             self._restorable().restore(state)
         except Exception as error:
-            raise self._failure(t, error, "while restoring its state: ") from error
+            raise self.failure(t, error, "while restoring its state: ") from error
         self.wall_time_ns += perf_counter_ns() - before
 
     def _restorable(self) -> RestorableComponent[Any]:
@@ -322,7 +330,7 @@ class Participant(abc.ABC):
         try:
             self._component.close()
         except Exception as error:
-            raise self._failure(None, error, "while closing: ") from error
+            raise self.failure(None, error, "while closing: ") from error
 
     def _inputs(self) -> Signals:
         inputs = self._starts.copy()
@@ -371,26 +379,14 @@ class Participant(abc.ABC):
         self._pending, self._reached = pending, reached
         self.wall_time_ns += spent_ns
 
-    def check(self, outputs: Signals, t: Time) -> None:
-        """Check outputs of a step from `t` that was not made here.
-
-        Raises:
-            ComponentError: they break the declaration of the connectors.
-        """
-        self._accept(outputs, t)
-
-    def failure(self, t: Time | None, error: Exception) -> ComponentError:
-        """`error` with the name of the component and the time it worked from."""
-        return self._failure(t, error)
-
-    def _accept(self, outputs: Signals, t: Time) -> None:
-        """Keep `outputs` for `publish`, or raise what is wrong with them."""
+    def accept(self, outputs: Signals, t: Time) -> None:
+        """Keep `outputs` of a step from `t` for `publish`, or raise what is wrong with them."""
         problems = self._looked_at.problems(outputs, self.published)
         if problems:
             raise ComponentError(self.name, t, "; ".join(problems))
         self._pending = outputs
 
-    def _failure(self, t: Time | None, error: Exception, doing: str = "") -> ComponentError:
+    def failure(self, t: Time | None, error: Exception, doing: str = "") -> ComponentError:
         """`error` with the name of the component and the time it worked from."""
         if isinstance(error, ComponentError):
             when = t if error.time is None else error.time

@@ -28,6 +28,7 @@ from orchestrator.cli.failures import outcome_of
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.component import Component
+from orchestrator.early_end import EarlyEnd
 from orchestrator.errors import CosimError
 from orchestrator.observer import NoProgress, Observer, progress_meter
 from orchestrator.recording import Recording
@@ -53,11 +54,13 @@ class Simulated:
 
     Attributes:
         results: of the outputs; up to where it failed, if it did.
-        error: what ended it early.
+        error: what it failed of.
+        early_end: why it ended before its stop time without failing.
     """
 
     results: Results
     error: BaseException | None
+    early_end: EarlyEnd | None = None
 
 
 def run(arguments: Namespace) -> Outcome:
@@ -95,13 +98,15 @@ def run(arguments: Namespace) -> Outcome:
         outcome = outcome_of(simulated.error)
         until = f"\nresults until then: {', '.join(map(str, files))}" if files else ""
         return Outcome(text=outcome.text + until, data=outcome.data, exit_code=outcome.exit_code)
-    rows = len(results.times)
+    rows, early = len(results.times), simulated.early_end
     lines += [summary(results), "", f"{rows} rows, {_steps_text(span)}"]
+    lines += [] if early is None else [f"ended early: {early.text}"]
     lines += [f"wrote {', '.join(map(str, files))}"] if files else []
     data = {
         "start_s": span.start / 1e9,
         "stop_s": span.stop / 1e9,
         "step_s": float(span.step) / 1e9,
+        "ended_early": None if early is None else early.text,
         "rows": rows,
         "last": {name: np.asarray(c[-1]).tolist() for name, c in results.columns.items()},
         "files": [str(path) for path in files],
@@ -171,18 +176,19 @@ def simulated_fmu(
         recorder = Recorder(folder, include=[f"{_FMU}.{output}" for output in outputs])
         observers: list[Observer] = [recorder, meter, stop]
         error: BaseException | None = None
+        early_end: EarlyEnd | None = None
         try:
-            simulate(
+            early_end = simulate(
                 system,
                 Jacobi(),
                 start=span.start,
                 stop=span.stop,
                 seed=0,
                 observers=observers,
-            )
+            ).early_end
         except (CosimError, KeyboardInterrupt) as raised:
             error = raised
-        return Simulated(_results(folder, outputs, component.connectors), error)
+        return Simulated(_results(folder, outputs, component.connectors), error, early_end)
 
 
 def _inner(type_: FmuComponentType, record: Sequence[str]) -> dict[str, Any]:
