@@ -208,7 +208,7 @@ ENDS3 = {
         "`three` has 2 start values for 3 elements",
     ),
     "a whole number that does not fit": (
-        ('start="0" min="0" max="5"', 'start="3000000000"'),
+        ('start="0" min="0" max="9"', 'start="3000000000"'),
         "`kind`: the start value 3000000000 does not fit Int32",
     ),
     "an experiment that ends before": (
