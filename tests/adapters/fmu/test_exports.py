@@ -1,5 +1,6 @@
 """The export tables of shared libraries of all platforms, made by a compiler, and damaged."""
 
+import struct
 import subprocess
 import sys
 
@@ -19,9 +20,13 @@ int imported(void);
 #endif
 static const char *volatile said = "only_said";
 static int own(void) { return 4; }
-OUT int second(void) { return 1 ELSEWHERE; }
 OUT int first(void) { return *said + own() ELSEWHERE; }
 OUT int a_number = 3;
+#ifdef __ELF__
+__attribute__((visibility("protected"))) int second(void) { return 1 ELSEWHERE; }
+#else
+OUT int second(void) { return 1 ELSEWHERE; }
+#endif
 __attribute__((visibility("hidden"))) int hidden(void) { return 2; }
 """
 TARGETS = {
@@ -79,6 +84,23 @@ def test_older_mach_o_has_a_table_of_symbols(
     monkeypatch.setattr(mach_o, "_EXPORTS_TRIE", 0)
     for target in ("aarch64-macos", "x86_64-macos"):
         assert exported(libraries[target]) - OF_THE_LINKER == {"first", "second", "a_number"}
+
+
+@pytest.mark.parametrize("target", ["x86_64-windows-gnu", "x86-windows-gnu"])
+def test_a_library_without_exports_exports_nothing(
+    libraries: dict[str, bytes], target: str
+) -> None:
+    """The directory is left out, or says that there are no names."""
+    binary = libraries[target]
+    (header,) = struct.unpack_from("<I", binary, 0x3C)
+    entry = header + 24 + (112 if target.startswith("x86_64") else 96)
+    place, length = struct.unpack_from("<II", binary, entry)
+    for said in ((0, length), (place, 0), (0, 0)):
+        changed = binary[:entry] + struct.pack("<II", *said) + binary[entry + 8 :]
+        assert exported(changed) == frozenset()
+    outside = binary[:entry] + struct.pack("<II", 0x7FFFFFFF, 40) + binary[entry + 8 :]
+    with pytest.raises(ExportsError, match="exported functions is damaged: the address 0x7fff"):
+        exported(outside)
 
 
 def test_damaged_libraries_are_errors_and_nothing_worse(libraries: dict[str, bytes]) -> None:
