@@ -1,4 +1,4 @@
-"""What modelDescription.xml says, as far as co-simulation needs it; FMI 2.0 and 3.0 alike."""
+"""What modelDescription.xml says, as far as an importer needs it; FMI 2.0 and 3.0 alike."""
 
 import io
 import zipfile
@@ -13,6 +13,7 @@ from xml.etree import ElementTree as ET
 import fmpy.model_description
 
 from adapters.fmi.archive import opened
+from adapters.fmi.kind import Kind, kinds_of
 from adapters.fmi.reading import variables
 from adapters.fmi.step_size import internal_step
 from adapters.fmi.variable import FmuVariable
@@ -23,11 +24,13 @@ _EARLY: Final = ("mightReturnEarlyFromDoStep", "canReturnEarlyAfterIntermediateU
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FmuDescription:
-    """The FMU as a co-simulation component.
+    """The FMU as a component, by one of its interfaces.
 
     Attributes:
         path: of the archive.
         version: 2 or 3.
+        kind: the interface that is used; `identifier` and the flags below are of this one.
+        kinds: all that it has of those that can be used.
         name, description: of the model.
         identifier: file name of the binary without suffix.
         token: instantiation token (FMI 2.0: guid).
@@ -41,7 +44,6 @@ class FmuDescription:
         has_variable_steps: its steps may differ in length.
         may_return_early: FMI 3.0: a step can be left before its end.
         has_event_mode: FMI 3.0: the importer may handle its events.
-        is_scheduled: FMI 3.0: it has Scheduled Execution only.
         intermediate: FMI 3.0: names of the variables that are shown within a step.
         is_once_per_process: two instances of it cannot be in one process.
         internal_step: FMI 3.0: the fixed step of its solver [s], exactly as in the file, positive;
@@ -51,6 +53,8 @@ class FmuDescription:
 
     path: Path
     version: int
+    kind: Kind
+    kinds: tuple[Kind, ...]
     name: str
     description: str
     identifier: str
@@ -65,11 +69,15 @@ class FmuDescription:
     has_variable_steps: bool
     may_return_early: bool
     has_event_mode: bool
-    is_scheduled: bool
     intermediate: tuple[str, ...]
     is_once_per_process: bool
     internal_step: Fraction | None
     log_categories: tuple[str, ...]
+
+    @property
+    def is_scheduled(self) -> bool:
+        """FMI 3.0: whether its clocks activate it (Scheduled Execution)."""
+        return self.kind is Kind.SCHEDULED_EXECUTION
 
     @property
     def has_clocks(self) -> bool:
@@ -81,11 +89,16 @@ class FmuDescription:
         return tuple(v for v in self.variables.values() if v.causality in causalities)
 
 
-def read_description(path: Path) -> FmuDescription:
+def read_description(path: Path, kind: Kind | None = None) -> FmuDescription:
     """Read the FMU at `path` without unpacking it.
 
+    Args:
+        path: of the archive.
+        kind: the interface to be used; without, Co-Simulation if the FMU has it.
+
     Raises:
-        ComponentTypeError: it is no FMI 2.0 or 3.0 co-simulation FMU; the message says why.
+        ComponentTypeError: it is no FMI 2.0 or 3.0 FMU, or has no such interface; the message
+            says why.
     """
     xml = _read_xml(path)
     root = _parse(path, xml)
@@ -96,26 +109,30 @@ def read_description(path: Path) -> FmuDescription:
         parsed: Any = fmpy.model_description.read_model_description(_archive_of(xml))
     except Exception as error:
         raise ComponentTypeError(f"{path}: modelDescription.xml is invalid: {error}") from error
-    kind = parsed.coSimulation or parsed.scheduledExecution
-    if kind is None:
+    kinds = kinds_of(root)
+    if not kinds or kind not in {None, *kinds}:
+        offers = " and ".join(each.words for each in kinds) or "no interface"
+        wanted = Kind.CO_SIMULATION.words if kind is None else kind.words
         raise ComponentTypeError(
-            f"{path}: offers Model Exchange only; export it for Co-Simulation to run it here"
+            f"{path}: offers {offers} only; export it for {wanted} to run it here"
         )
-    is_scheduled = parsed.coSimulation is None
-    element = root.find("ScheduledExecution" if is_scheduled else "CoSimulation")
+    used = kinds[0] if kind is None else kind
+    element = root.find(used.element)
     flags = {} if element is None else element.attrib
     every = variables(parsed, root)
     is_lost = {
         n: (v.clock is not None or v.is_clocked)
-        and not (_flag(flags, "hasEventMode") or is_scheduled)
+        and not (_flag(flags, "hasEventMode") or used is Kind.SCHEDULED_EXECUTION)
         for n, v in every.items()
     }
     return FmuDescription(
         path=path,
         version=int(version[0]),
+        kind=used,
+        kinds=kinds,
         name=parsed.modelName,
         description=parsed.description or parsed.modelName,
-        identifier=kind.modelIdentifier,
+        identifier=flags.get("modelIdentifier", ""),
         token=parsed.guid,
         variables={n: v for n, v in every.items() if not is_lost[n]},
         lost=tuple(
@@ -130,13 +147,21 @@ def read_description(path: Path) -> FmuDescription:
         has_adjoint=_flag(flags, "providesAdjointDerivatives"),
         has_variable_steps=_flag(flags, "canHandleVariableCommunicationStepSize"),
         has_event_mode=_flag(flags, "hasEventMode"),
-        is_scheduled=is_scheduled,
         may_return_early=_flag(flags, *_EARLY),
         intermediate=_intermediate(root) if _flag(flags, "providesIntermediateUpdate") else (),
         is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),
         internal_step=internal_step(flags.get("fixedInternalStepSize")),
         log_categories=tuple(category.name for category in parsed.logCategories),
     )
+
+
+def read_root(path: Path) -> ET.Element:
+    """The root of modelDescription.xml of the FMU at `path`.
+
+    Raises:
+        ComponentTypeError: it is no FMU.
+    """
+    return _parse(path, _read_xml(path))
 
 
 def _archive_of(xml: bytes) -> io.BytesIO:

@@ -1,4 +1,4 @@
-"""One instance of an FMI 3.0 FMU, for Co-Simulation or Scheduled Execution."""
+"""One instance of an FMI 3.0 FMU; its steps are not those of Model Exchange."""
 
 import ctypes
 import functools
@@ -20,6 +20,7 @@ from adapters.fmi.event_mode import EventMode, Events
 from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
 from adapters.fmi.intermediate import IntermediateUpdates
+from adapters.fmi.kind import Kind
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.outcome import MADE, StepOutcome
@@ -114,9 +115,13 @@ class Fmi3Instance(LoadedInstance):
             False,  # visible
             is_verbose,
         )
+        instance: int | None
+        if self._description.kind is Kind.MODEL_EXCHANGE:
+            instance = fmu.call("fmi3InstantiateModelExchange", *named, None, self._callback)
+            return instance
         if self._description.is_scheduled:
             return self._announcements.instantiate(fmu, named, self._callback)
-        instance: int | None = fmu.call(
+        instance = fmu.call(
             "fmi3InstantiateCoSimulation",
             *named,
             self._uses_events,

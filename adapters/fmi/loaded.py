@@ -18,6 +18,7 @@ from adapters.fmi.block import Block, address_of, blocks, shape_of
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.handle import FunctionNames, Handle
 from adapters.fmi.instance import DISCARD, FmuInstance
+from adapters.fmi.kind import Kind
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.parcels import Parcel, packed, parcels
 from adapters.fmi.starts import startable
@@ -52,8 +53,8 @@ class LoadedInstance(FmuInstance):
         }
         instantiate = functools.partial(self._instantiate, name)
         names = self.names
-        if description.is_scheduled:
-            names = replace(names, instantiate="fmi3InstantiateScheduledExecution")
+        made = names.instantiate.replace(Kind.CO_SIMULATION.element, description.kind.element)
+        names = replace(names, instantiate=made)
         self._handle = Handle(LoadedFmu(description, name), log, names, instantiate)
         self._fmu, self._guard = self._handle.fmu, self._handle.guard
         self._instance = self._handle.address
@@ -70,6 +71,11 @@ class LoadedInstance(FmuInstance):
         self._has_bytes = any(v.is_bytes for v in description.variables.values())
         self._variable_of = {e: v for v in description.variables.values() for e in v.elements}
         self._resize_blocks()
+
+    @property
+    def handle(self) -> Handle:
+        """The instance, for functions that not every FMU has."""
+        return self._handle
 
     @abc.abstractmethod
     def _instantiate(self, name: str, fmu: LoadedFmu) -> int | None:

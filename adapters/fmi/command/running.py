@@ -6,12 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
 import yaml
 
 from adapters.fmi.command.inputs import Inputs, in_units_of, table_of_inputs
+from adapters.fmi.command.interface import interface_options, used_text
 from adapters.fmi.command.reading import read_results
 from adapters.fmi.command.span import RunError, Span, span_of
 from adapters.fmi.command.table import (
@@ -69,7 +71,8 @@ def run(arguments: Namespace) -> Outcome:
     if problems:
         return failure("usage", Exit.WRONG_INPUT, "\n".join(problems))
     try:
-        type_ = FmuComponentType(arguments.path)
+        type_ = FmuComponentType(arguments.path, never_returns=True)
+        options = interface_options(arguments, type_)
         found = default_experiment(arguments.path)
         given = (arguments.start_time, arguments.stop_time, arguments.step)
         span = span_of(found, *given)
@@ -79,6 +82,7 @@ def run(arguments: Namespace) -> Outcome:
             type_,
             span,
             starts=arguments.starts,
+            options=options,
             table=arguments.input,
             record=arguments.record,
             quiet=arguments.quiet,
@@ -99,7 +103,7 @@ def run(arguments: Namespace) -> Outcome:
         until = f"\nresults until then: {', '.join(map(str, files))}" if files else ""
         return Outcome(text=outcome.text + until, data=outcome.data, exit_code=outcome.exit_code)
     rows, early = len(results.times), simulated.early_end
-    lines += [summary(results), "", f"{rows} rows, {_steps_text(span)}"]
+    lines += [summary(results), "", f"{rows} rows, {_steps_text(span)}{used_text(type_, options)}"]
     lines += [] if early is None else [f"ended early: {early.text}"]
     lines += [f"wrote {', '.join(map(str, files))}"] if files else []
     data = {
@@ -139,6 +143,7 @@ def simulated_fmu(
     span: Span,
     *,
     starts: Sequence[str] = (),
+    options: Mapping[str, Any] = MappingProxyType({}),
     table: Path | None = None,
     record: Sequence[str] = (),
     quiet: bool = True,
@@ -149,6 +154,7 @@ def simulated_fmu(
         type_: of the FMU.
         span: its communication points.
         starts: `NAME=VALUE` of parameters, inputs and other variables that have a start value.
+        options: further parameters, converted.
         table: of inputs over time.
         record: patterns of outputs and of variables inside; all outputs if there are none.
         quiet: draw no progress bar.
@@ -160,7 +166,7 @@ def simulated_fmu(
     """
     values, held = _start_values(type_, starts)
     values |= _inner(type_, record)
-    component = type_.create(_FMU, values)
+    component = type_.create(_FMU, {**values, **options})
     outputs = _recorded(component.connectors, record, type_.inner)
     source = _source(component.connectors, held, table)
     components: dict[str, Component] = {_FMU: component}

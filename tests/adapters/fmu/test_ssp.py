@@ -142,6 +142,7 @@ def test_a_package_is_what_the_schemas_of_ssp_1_allow(lag2: Path, tmp_path: Path
     ssd = read_ssd(path)  # against the schema
     assert [each.name for each in ssd.system.elements] == ["b", "a"]
     root = etree.fromstring(zipfile.ZipFile(path).read("SystemStructure.ssd"))
+    assert set(root.nsmap) == {"ssc", "ssd", "ssv", "nlosim"}
     folder = Path(fmpy.ssp.__file__).parent / "schema"
     schema = etree.XMLSchema(file=str(folder / "SystemStructureParameterValues.xsd"))
     sets = list(root.iter("{*}ParameterSet"))
@@ -168,6 +169,19 @@ def test_a_package_is_what_the_schemas_of_ssp_2_allow(
 def test_the_same_scenario_gives_the_same_package(lag2: Path, tmp_path: Path) -> None:
     first = exported(tmp_path, lag2, SCENARIO.format(way="")).read_bytes()
     assert exported(tmp_path, lag2, SCENARIO.format(way="")).read_bytes() == first
+
+
+def test_a_step_that_all_share_is_there_for_omsimulator(lag2: Path, tmp_path: Path) -> None:
+    """Where version 2 looks for it, and where version 3 does."""
+    path = exported(tmp_path, lag2, PAIR)
+    root = etree.fromstring(zipfile.ZipFile(path).read("SystemStructure.ssd"))
+    assert root.nsmap["oms"].endswith("oms.xsd")
+    (master,) = root.iter("{*}FixedStepMaster")
+    assert master.get("stepSize") == "0.02"
+    information = master.getparent()
+    assert dict(information.attrib) == {
+        "name": "oms_ma_default", "method": "oms_ma", "fixedStepSize": "0.02"
+    }  # fmt: skip
 
 
 def test_what_only_nlosim_reads_is_told_at_its_place(lag2: Path, tmp_path: Path) -> None:
@@ -228,12 +242,28 @@ connections:
 """
 
 
+def without_texts(path: Path, target: Path) -> Path:
+    """The package without connectors of the type String, which FMPy's runner does not know."""
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(target, "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            if name == "SystemStructure.ssd":
+                root = etree.fromstring(content)
+                for text in root.findall(".//{*}Connector/{*}String"):
+                    connector = text.getparent()
+                    connector.getparent().remove(connector)
+                content = etree.tostring(root)
+            new.writestr(name, content)
+    return target
+
+
 def test_the_runner_of_fmpy_says_the_same(lag2: Path, tmp_path: Path) -> None:
     """Both delay a connection by a step. FMPy's sets inputs to 0 in the first one, whatever drives
     them, so that `b` begins lower by 1 - exp(-h / T); from then on the difference decays as `b`
     does. Its rows carry the time at which their step began."""
     path = exported(tmp_path, lag2, PAIR)
-    theirs = simulate_ssp(str(path), stop_time=2.0 - 1e-9, step_size=0.02)
+    numbers = without_texts(path, tmp_path / "numbers.ssp")
+    theirs = simulate_ssp(str(numbers), stop_time=2.0 - 1e-9, step_size=0.02)
     outcome = ssp("import", path, "-o", tmp_path / "back")
     back = str(outcome.data["scenario"])
     assert main(["run", back, "--out", str(tmp_path / "run"), "--quiet"]) == 0

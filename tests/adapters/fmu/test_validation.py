@@ -85,12 +85,12 @@ LAG2 = {
         'start="2" unit="s"',
     ),
     "bounds the wrong way round": (
-        ('<Integer start="3" min="0" max="16"/>', '<Integer start="3" min="11" max="10"/>'),
+        ('<Integer start="3" min="0" max="16"/>', '<Integer start="3" min="17" max="16"/>'),
         (
-            "`fail_as`: min 11 is greater than max 10",
-            "`fail_as`: the start value 3 is below min 11",
+            "`fail_as`: min 17 is greater than max 16",
+            "`fail_as`: the start value 3 is below min 17",
         ),
-        'min="11"',
+        'min="17"',
     ),
     "a unit that is not defined": (
         ('<Real start="0" unit="V"/>', '<Real start="0" unit="W"/>'),

@@ -100,6 +100,18 @@ def test_a_unit_that_only_the_package_knows_is_converted_by_a_gain(tmp_path: Pat
     assert found["gain"] == pytest.approx(3.6, rel=1e-15)
 
 
+def test_text_is_connected(tmp_path: Path) -> None:
+    files = {"t.fmu": fmu(said="output String", heard="input String")}
+    content = system(
+        "top",
+        component("a", "said:output:String", source="t.fmu"),
+        component("b", "heard:input:String", source="t.fmu"),
+        links=link("a.said", "b.heard"),
+    )
+    found = scenario(imported(tmp_path, description(content), files))
+    assert found["connections"] == [{"from": "a.said", "to": "b.heard"}]
+
+
 def nested(inner: str = "", outer: str = "", port: str = "speed:input") -> str:
     box = system(
         "box", component("b", "u"), ports=connectors(port), links=link(".speed", "b.u", inner)
