@@ -9,6 +9,7 @@ from orchestrator import tables_of
 from orchestrator.cli import main
 from orchestrator.errors import ScenarioError
 from orchestrator.experiment.load import load_experiment
+from orchestrator.experiment.tables import units
 from tests.orchestrator.files import change
 
 ROOT = Path(__file__).parents[3]
@@ -159,3 +160,16 @@ def test_a_metric_of_a_signal_has_a_name_of_its_own(of_signals: Path) -> None:
     scenario.write_text(PLAYED + "measures: {mean: {type: signal, signal: source.height}}\n")
     with pytest.raises(ScenarioError, match="the scenario has a measure `mean`; choose another"):
         load_experiment(of_signals)
+
+
+def test_a_metric_has_the_unit_that_all_runs_say(of_signals: Path) -> None:
+    """Runs that failed say nothing; `1` is none; where runs differ, there is none."""
+    experiment = load_experiment(of_signals)
+
+    def run(mean: str, above: str) -> dict[str, object]:
+        said = {"mean": mean, "above": above}
+        return {"measures": {name: {"value": 1.0, "unit": unit} for name, unit in said.items()}}
+
+    assert units(experiment, [run("m", "s"), {}, run("m", "s")]) == {"mean": "m", "above": "s"}
+    assert units(experiment, [run("m", "s"), run("km", "s")]) == {"above": "s"}
+    assert units(experiment, [run("1", "s")]) == {"above": "s"}
