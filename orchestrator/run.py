@@ -22,6 +22,7 @@ from orchestrator.errors import CosimError
 from orchestrator.findings import make_report
 from orchestrator.log import run_log
 from orchestrator.observer import Observer, WallTime
+from orchestrator.output_files import FileWritingComponent
 from orchestrator.placement import placement, placing
 from orchestrator.provenance import provenance
 from orchestrator.questions import Questions
@@ -166,6 +167,9 @@ def run_scenario(
         except BaseException:
             assembly.close()
             raise
+        for component in assembly.system.components.values():
+            if isinstance(component, FileWritingComponent):
+                component.write_into(directory)
         with run_log(directory, echo=echo_warnings):
             asked = scenario.asked(every_run=default_measures)
             return _run(
