@@ -12,13 +12,16 @@ log.txt         what components and the orchestrator logged
 
 import itertools
 import logging
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from orchestrator.errors import CosimError
 from orchestrator.findings import make_report
+from orchestrator.last_call import LastCall, noting
 from orchestrator.log import run_log
 from orchestrator.observer import Observer, WallTime
 from orchestrator.placement import placement, placing
@@ -116,6 +119,10 @@ def claim_directory(directory: Path) -> Path:
     return directory
 
 
+def _to_nobody(directory: Path) -> None:
+    del directory
+
+
 def run_scenario(
     scenario: Scenario,
     directory: Path | None = None,
@@ -125,6 +132,7 @@ def run_scenario(
     echo_warnings: bool = False,
     figure: bool = True,
     default_measures: bool = False,
+    announce: Callable[[Path], None] = _to_nobody,
 ) -> RunOutcome:
     """Run `scenario` and write everything about it to a directory.
 
@@ -138,6 +146,7 @@ def run_scenario(
         figure: whether report and measures draw.
         default_measures: whether a scenario that does not speak of measures asks all whose signals
             are recorded, as `nlosim run` does.
+        announce: called with the directory once it is there, before anything is simulated.
 
     Raises:
         ScenarioError: the components do not fit together, or files that they read are wrong. No
@@ -161,17 +170,38 @@ def run_scenario(
         except BaseException:
             assembly.close()
             raise
-        with run_log(directory, echo=echo_warnings):
-            asked = scenario.asked(every_run=default_measures)
-            return _run(
-                scenario,
-                assembly,
-                directory,
-                placed.transport,
-                observers,
-                asked=asked,
-                figure=figure,
-            )
+        announce(directory)
+        whole = directory.absolute()  # a component may change the working directory
+        try:
+            with (
+                _staying(),
+                run_log(whole, echo=echo_warnings),
+                noting(whole, tuple(assembly.system.components)) as last_call,
+            ):
+                outcome = _run(
+                    scenario,
+                    assembly,
+                    whole,
+                    placed.transport,
+                    observers,
+                    asked=scenario.asked(every_run=default_measures),
+                    figure=figure,
+                    last_call=last_call,
+                )
+        except (RunFailedError, RunInterrupted) as error:
+            error.directory = directory
+            raise
+        return replace(outcome, directory=directory)
+
+
+@contextmanager
+def _staying() -> Iterator[None]:
+    """Be in the same working directory after the block, whatever components do to it."""
+    here = Path.cwd()
+    try:
+        yield
+    finally:
+        os.chdir(here)
 
 
 def _run(
@@ -183,6 +213,7 @@ def _run(
     *,
     asked: Questions,
     figure: bool,
+    last_call: LastCall,
 ) -> RunOutcome:
     """Simulate, record and report; the log is open."""
     recorder = Recorder(
@@ -203,6 +234,7 @@ def _run(
             seed=scenario.seed,
             observers=(recorder, *observers),
             until=scenario.until,
+            last_call=last_call,
         )
     except BaseException as error:
         logger.info("the run ended early: %r", error, exc_info=error)
@@ -210,6 +242,7 @@ def _run(
         if isinstance(error, KeyboardInterrupt):
             raise RunInterrupted(directory) from error
         raise RunFailedError(str(error), directory) from error
+    last_call.nobody()
     if result.time < scenario.stop:
         logger.info("`%s` is true at t = %.9g s", scenario.until, seconds(result.time))
     logger.info("done; fingerprint %s", recorder.fingerprint)

@@ -9,6 +9,7 @@ from orchestrator.algorithm.exchange import Exchange, Schedule
 from orchestrator.algorithm.start import initialise
 from orchestrator.branching import Branching
 from orchestrator.ending import ending
+from orchestrator.last_call import LastCall
 from orchestrator.observer import Observer, SimulationResult, WallTime
 from orchestrator.plan.plan import RunPlan, plan_of
 from orchestrator.signal import Signals
@@ -27,6 +28,7 @@ def simulate(
     observers: Sequence[Observer] = (),
     until: Endpoint | None = None,
     compiled: bool = True,
+    last_call: LastCall | None = None,
 ) -> SimulationResult:
     """Simulate `system` from `start` to `stop`, or until an output is true.
 
@@ -45,6 +47,7 @@ def simulate(
             which its published value is true is the last one; `start` may be that.
         compiled: let compiled code step FMUs where nothing else is due, see `orchestrator.plan`;
             the result is the same.
+        last_call: where calls of components are noted.
 
     Raises:
         SystemStructureError: step sizes do not fit the interval, or the algorithm the system, or
@@ -53,7 +56,8 @@ def simulate(
     """
     early = ending(system.components, until)
     branching = Branching(system, stop)
-    exchange = Exchange(system, branching)
+    noted = LastCall() if last_call is None else last_call
+    exchange = Exchange(system, branching, noted)
     turns, solved = algorithm.turns(system), algorithm.solved(system)
     schedule = Schedule(exchange, turns, start, stop, solved)
     stepping = algorithm.of_run(system, exchange)
@@ -74,6 +78,7 @@ def simulate(
                 recorded=wanted,
                 start=start,
                 until=until,
+                last_call=noted,
             )
         t, is_last = start, False
         while True:
@@ -84,6 +89,7 @@ def simulate(
             run.time = t
             is_last = t == stop or early.is_reached(exchange.values)
             branching.arrive(t, is_last=is_last)
+            noted.nobody()
             if branching.is_trunk:
                 audience.observe(t, due.names, exchange.values)
             while plan and not is_last and (end := plan.horizon(t, stop)) is not None:

@@ -12,6 +12,7 @@ from orchestrator.algorithm.participant import Participant
 from orchestrator.algorithm.participants import participant
 from orchestrator.branching import Branching
 from orchestrator.errors import SystemStructureError
+from orchestrator.last_call import LastCall
 from orchestrator.randomness import stream
 from orchestrator.signal import Signals
 from orchestrator.system import System
@@ -76,6 +77,7 @@ class Exchange:
     Args:
         system: the components and their connections.
         branching: takes the decisions of `DecidingComponent`s.
+        last_call: where calls are noted.
 
     Attributes:
         participants: by name, in the order of the system.
@@ -86,7 +88,7 @@ class Exchange:
 
     __slots__ = ("participants", "sources", "values")
 
-    def __init__(self, system: System, branching: Branching) -> None:
+    def __init__(self, system: System, branching: Branching, last_call: LastCall) -> None:
         self.participants: Mapping[str, Participant] = {
             name: participant(
                 name,
@@ -96,6 +98,9 @@ class Exchange:
             )
             for name, component in system.components.items()
         }
+        last_call.begin(list(self.participants))
+        for number, each in enumerate(self.participants.values()):
+            each.notes = last_call.notes_of(number)
         published = {name: each.published for name, each in self.participants.items()}
         for name, each in self.participants.items():
             each.connect(system.feeds[name], published)

@@ -14,6 +14,7 @@ from orchestrator.algorithm.pieces import Piece, Pieces
 from orchestrator.capabilities import InitialEvaluation, OutputSlopes, PointEvaluation
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, CosimError
+from orchestrator.last_call import Call, LastCall
 from orchestrator.native import NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
 from orchestrator.system import Feed
@@ -33,6 +34,7 @@ class Participant(abc.ABC):
         name: of the component in its system.
         step_size: communication step size [ns].
         is_concurrent: whether the step runs elsewhere between `begin` and `finish`.
+        notes: where calls of the component are noted.
         is_begun: whether a step has been begun that has not been waited for yet.
         sources: the names of the components it reads.
         reads: component and name of each output that it reads.
@@ -42,7 +44,7 @@ class Participant(abc.ABC):
 
     __slots__ = ("_check_outputs", "_component", "_continuous", "_evaluation", "_feeds",
                  "_grid", "_history", "_mixed", "_past", "_pending", "_pieces", "_reached",
-                 "_starts", "_used", "is_begun", "name", "published", "reads", "sources",
+                 "_starts", "_used", "is_begun", "name", "notes", "published", "reads", "sources",
                  "step_size", "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
@@ -60,6 +62,7 @@ class Participant(abc.ABC):
         self.sources: frozenset[str] = frozenset()
         self.reads: frozenset[tuple[str, str]] = frozenset()
         self.is_begun = False
+        self.notes = LastCall().notes_of(0)
         self.wall_time_ns = 0
         self._component = component
         self._evaluation = component.capability(InitialEvaluation)  # type: ignore[type-abstract]
@@ -109,6 +112,7 @@ class Participant(abc.ABC):
 
     def set_up(self, start: Time, stop: Time, rng: np.random.Generator) -> None:
         """Enter the initial state at `start`, of a run that ends at `stop` at the latest."""
+        self.notes.call(Call.SET_UP, start)
         before = perf_counter_ns()
         try:
             self._grid = CommunicationGrid.over(start, stop, self.step_size)
@@ -121,6 +125,7 @@ class Participant(abc.ABC):
 
     def initialise(self, start: Time) -> None:
         """Compute and publish the outputs at `start` from the inputs known so far."""
+        self.notes.call(Call.INITIALISE, start)
         before = perf_counter_ns()
         try:
             inputs = self._known_inputs()
@@ -143,6 +148,7 @@ class Participant(abc.ABC):
 
         Called before `initialise`, any number of times, if `can_be_tried`.
         """
+        self.notes.call(Call.INITIALISE, start)
         evaluation = self._evaluation
         before = perf_counter_ns()
         try:
@@ -182,6 +188,7 @@ class Participant(abc.ABC):
         driven = (*(name for name, _, _ in self._feeds), *(mixed.input for mixed in self._mixed))
         if all(inputs[name] is self._used.get(name) for name in driven):
             return
+        self.notes.call(Call.STEP, t)
         evaluation = self._component.capability(PointEvaluation)  # type: ignore[type-abstract]
         before = perf_counter_ns()
         try:
@@ -270,6 +277,7 @@ class Participant(abc.ABC):
         Raises:
             ComponentError: the component failed to, or is not restorable.
         """
+        self.notes.call(Call.STATE, t)
         before = perf_counter_ns()
         try:
             state = self._restorable().save()
@@ -284,6 +292,7 @@ class Participant(abc.ABC):
         Raises:
             ComponentError: the component failed to, or is not restorable.
         """
+        self.notes.call(Call.STATE, t)
         before = perf_counter_ns()
         try:
             self._restorable().restore(state)
@@ -309,6 +318,7 @@ class Participant(abc.ABC):
         Raises:
             ComponentError: the component failed to.
         """
+        self.notes.call(Call.CLOSE, self._reached)
         try:
             self._component.close()
         except Exception as error:

@@ -27,6 +27,7 @@ class LocalParticipant(Participant):
 
     @override
     def begin(self, t: Time, h: Duration | None = None) -> None:
+        self.notes.step(t)
         before = perf_counter_ns()
         try:
             for piece in self._begun(t, h):

@@ -25,6 +25,7 @@ from orchestrator.recording.recorder import select
 from orchestrator.scenario.diagnosis import once, spell
 from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.model import ComponentUse, ConnectionUse, ConstantUse, Scenario
+from orchestrator.scenario.paths import anchored
 from orchestrator.system import Connection, Constant, System, elements, expand
 
 Place: TypeAlias = Callable[[ComponentUse], Component]
@@ -56,7 +57,7 @@ class Assembly:
 
 def in_process(use: ComponentUse) -> Component:
     """Create a component in this process."""
-    return use.type.create(use.name, use.values)
+    return use.type.create(use.name, anchored(use.values))
 
 
 def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
