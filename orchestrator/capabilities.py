@@ -8,7 +8,7 @@ addition to `Component`:
 """
 
 import abc
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from orchestrator.course import Course
 from orchestrator.signal import Signals
@@ -67,6 +67,20 @@ class OutputSlopes(abc.ABC):
 
         Returns:
             By output, those of continuous ones that are known, each of the shape of the output.
+        """
+
+
+class OutputSelection(abc.ABC):
+    """Outputs that nobody looks at can be left out (FMI: they are not got)."""
+
+    @abc.abstractmethod
+    def select(self, names: Collection[str] | None) -> None:
+        """Let `outputs` have these only from now on; with `None` all again, as they are now.
+
+        Called between two steps, after `initialise`. `evaluate`, if there is one, follows suit.
+
+        Args:
+            names: of outputs.
         """
 
 

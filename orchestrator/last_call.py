@@ -24,6 +24,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from time import perf_counter_ns
 from typing import Any, Final, TypeVar
 
 from typing_extensions import override
@@ -78,13 +79,15 @@ class Notes:
         self._cells, self._number = cells, number
         self.stepping = Call.STEP << _KIND | number
 
-    def step(self, t: Time) -> None:
-        """Note a step from `t`."""
+    def step(self, t: Time) -> int:
+        """Note a step from `t`; the time on the clock of `perf_counter_ns`."""
         self._cells[0], self._cells[1] = self.stepping, t
+        return perf_counter_ns()
 
-    def call(self, call: Call, t: Time) -> None:
-        """Note any call at `t`."""
+    def call(self, call: Call, t: Time) -> int:
+        """Note any call at `t`; the time on the clock of `perf_counter_ns`."""
         self._cells[0], self._cells[1] = call << _KIND | self._number, t
+        return perf_counter_ns()
 
 
 class LastCall:
@@ -137,6 +140,10 @@ class LastCall:
         if _TEXT + len(text) <= len(self._memory):
             self._memory[_TEXT : _TEXT + len(text)] = text
             struct.pack_into("<Q", self._memory, 16, len(text))
+
+
+NOWHERE: Final = LastCall()
+"""Notes that nobody reads."""
 
 
 class LastCallFile(LastCall):

@@ -43,7 +43,9 @@ class SimulationResult:
     Attributes:
         start: the first communication point [ns].
         time: the last communication point that was reached [ns].
-        values: the outputs published there, by component and connector.
+        values: the outputs published there, by component and connector. Those that nobody looked
+            at during the run are read at its end; they are missing where a step was under way or
+            the run failed.
         wall_time: where the time went.
         error: what ended the run early, or `None`.
     """
@@ -97,7 +99,11 @@ class Observer(abc.ABC):
     other; otherwise compiled code takes no part in the run."""
 
     def wants(self, system: System) -> Collection[Endpoint]:
-        """The outputs whose every value has to be in a stretch; asked for after `begin`."""
+        """The outputs that it looks at; asked for after `begin`, if it `sees_stretches`.
+
+        Every value of them is in a stretch. Others may be missing from `values`, for nobody may
+        have asked the component for them.
+        """
         del system
         return ()
 

@@ -6,10 +6,11 @@ from time import perf_counter_ns
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.exchange import Exchange, Schedule
+from orchestrator.algorithm.looked_at import looked_at
 from orchestrator.algorithm.start import initialise
 from orchestrator.branching import Branching
 from orchestrator.ending import ending
-from orchestrator.last_call import LastCall
+from orchestrator.last_call import NOWHERE, LastCall
 from orchestrator.observer import Observer, SimulationResult, WallTime
 from orchestrator.plan.plan import RunPlan, plan_of
 from orchestrator.signal import Signals
@@ -28,7 +29,7 @@ def simulate(
     observers: Sequence[Observer] = (),
     until: Endpoint | None = None,
     compiled: bool = True,
-    last_call: LastCall | None = None,
+    last_call: LastCall = NOWHERE,
 ) -> SimulationResult:
     """Simulate `system` from `start` to `stop`, or until an output is true.
 
@@ -56,20 +57,21 @@ def simulate(
     """
     early = ending(system.components, until)
     branching = Branching(system, stop)
-    noted = LastCall() if last_call is None else last_call
-    exchange = Exchange(system, branching, noted)
+    exchange = Exchange(system, branching, last_call)
     turns, solved = algorithm.turns(system), algorithm.solved(system)
     schedule = Schedule(exchange, turns, start, stop, solved)
     stepping = algorithm.of_run(system, exchange)
     run = _Run(exchange, start)
-    audience = _Audience(observers)
+    audience = _Audience(observers, last_call)
     plan: RunPlan | None = None
     with run.guarded("simulating"), branching.confined():
         audience.begin(system, start, stop)
         exchange.set_up(start, stop, seed)
         initialise(system, exchange, start, solved)
-        wanted = None if branching.has_decisions else audience.wants(system)
-        if compiled and wanted is not None:
+        wanted = audience.wants(system)
+        if wanted is not None and algorithm.pattern is not None:
+            exchange.select(looked_at(system, wanted, until))
+        if compiled and wanted is not None and not branching.has_decisions:
             plan = plan_of(
                 system,
                 exchange,
@@ -78,7 +80,7 @@ def simulate(
                 recorded=wanted,
                 start=start,
                 until=until,
-                last_call=noted,
+                last_call=last_call,
             )
         t, is_last = start, False
         while True:
@@ -89,7 +91,6 @@ def simulate(
             run.time = t
             is_last = t == stop or early.is_reached(exchange.values)
             branching.arrive(t, is_last=is_last)
-            noted.nobody()
             if branching.is_trunk:
                 audience.observe(t, due.names, exchange.values)
             while plan and not is_last and (end := plan.horizon(t, stop)) is not None:
@@ -103,7 +104,7 @@ def simulate(
                 break
             stepping.depart(t, schedule.at(t))
             t = schedule.after(t)
-        exchange.settle()
+        exchange.settle(t)
     if plan:
         plan.release()
     for name, participant in exchange.participants.items():
@@ -120,7 +121,8 @@ def simulate(
 class _Audience:
     """The observers, and the time they take."""
 
-    def __init__(self, observers: Sequence[Observer]) -> None:
+    def __init__(self, observers: Sequence[Observer], last_call: LastCall) -> None:
+        self._last_call = last_call
         self.begun: list[Observer] = []
         self.wall_time_ns = 0
         self._observers = tuple(observers)
@@ -132,6 +134,7 @@ class _Audience:
                 observer.begin(system, start, stop)
 
     def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
+        self._last_call.nobody()
         before = perf_counter_ns()
         for observer in self._observers:
             observer.observe(t, published, values)

@@ -96,7 +96,12 @@ class Mix:
     @property
     def components(self) -> frozenset[str]:
         """Whose outputs it reads."""
-        return frozenset(term.component for part in self.parts for term in part.terms)
+        return frozenset(term.component for term in self.terms)
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """All of its terms, part by part."""
+        return tuple(term for part in self.parts for term in part.terms)
 
 
 def term(

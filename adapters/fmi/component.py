@@ -1,7 +1,7 @@
 """An FMU as a component."""
 
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -15,7 +15,7 @@ from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.sizes import Sizes
 from adapters.fmi.variable import DTYPES, FmuVariable
-from orchestrator.capabilities import InitialEvaluation
+from orchestrator.capabilities import InitialEvaluation, OutputSelection
 from orchestrator.component import Capability, Component, WrappedRestorableComponent
 from orchestrator.native import NativeOwner, NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
@@ -36,7 +36,7 @@ class FmuState:
     read: Signals
 
 
-class FmuComponent(Component, NativeOwner, InitialEvaluation):
+class FmuComponent(Component, NativeOwner, InitialEvaluation, OutputSelection):
     """An FMU in this process.
 
     Inputs that are the objects they were at the last step are not set again. When the length
@@ -212,6 +212,15 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation):
     @override
     def outputs(self) -> Signals:
         return self._read
+
+    @override
+    def select(self, names: Collection[str] | None) -> None:
+        instance = self._running()
+        instance.select(names)
+        if names is None:
+            self._read = instance.read()
+        else:
+            self._read = {name: self._read[name] for name in self._read if name in names}
 
     @override
     def native(self) -> NativeUnit | None:

@@ -1,7 +1,7 @@
 """One instance of an FMI 3.0 co-simulation FMU."""
 
 import ctypes
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from ctypes import c_bool, c_double, c_size_t, c_void_p
 from typing import Any, Final
 
@@ -18,7 +18,7 @@ from adapters.fmi.instance import DISCARD, OK
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.unpacked import LoadedFmu
-from adapters.fmi.variable import DTYPES
+from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.signal import Signal
 
 _ARRAYS: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)
@@ -41,9 +41,7 @@ class Fmi3Instance(LoadedInstance):
         self._flags = [c_bool(), c_bool(), c_bool()]
         self._last_time = c_double()
         self._step_results = [*map(ctypes.byref, self._flags), ctypes.byref(self._last_time)]
-        self._binary_outputs = [
-            v for v in description.of("output") if v.type == "Binary" and v.is_signal
-        ]
+        self._binary_outputs = self._binaries_among(None)
         categories = [c for c in description.log_categories if c.startswith("logStatus")]
         if categories and not log.is_verbose:
             names = (ctypes.c_char_p * len(categories))(*(c.encode() for c in categories))
@@ -169,6 +167,18 @@ class Fmi3Instance(LoadedInstance):
         status = function(self._instance, block.references, count, elements, block.size)
         if status != OK:
             self._guard.check(f"fmi3Get{block.kind}", status)
+
+    @override
+    def select(self, names: Collection[str] | None) -> None:
+        super().select(names)
+        self._binary_outputs = self._binaries_among(names)
+
+    def _binaries_among(self, names: Collection[str] | None) -> list[FmuVariable]:
+        return [
+            v
+            for v in self._description.of("output")
+            if v.type == "Binary" and v.is_signal and (names is None or v.name in names)
+        ]
 
     @override
     def read(self) -> dict[str, Signal]:

@@ -1,7 +1,7 @@
 """What the adapter needs of one FMU instance, whatever its FMI version."""
 
 import abc
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from adapters.fmi.errors import failure
 from adapters.fmi.messages import STATUS_NAMES, MessageLog
@@ -120,8 +120,12 @@ class FmuInstance(abc.ABC):
         """
 
     @abc.abstractmethod
+    def select(self, names: Collection[str] | None) -> None:
+        """Let `read` get these outputs only; with `None` all of them, as at first."""
+
+    @abc.abstractmethod
     def read(self) -> dict[str, Signal]:
-        """All outputs; arrays are new and read-only."""
+        """The selected outputs; arrays are new and read-only."""
 
     @abc.abstractmethod
     def save(self) -> int:

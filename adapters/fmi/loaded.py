@@ -4,7 +4,7 @@ import abc
 import ctypes
 import functools
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy.typing as npt
@@ -89,6 +89,13 @@ class LoadedInstance(FmuInstance):
             groups[block].append(name)
         for block, names in groups.items():
             self._write_block(block, names)
+
+    @override
+    def select(self, names: Collection[str] | None) -> None:
+        chosen = (v for v in self._description.of("output") if names is None or v.name in names)
+        self._output_blocks = blocks(chosen, self.dtypes)
+        for block in self._output_blocks:
+            block.resize(self._lengths)
 
     @override
     def read(self) -> dict[str, Signal]:

@@ -133,10 +133,20 @@ class Exchange:
         for name, each in self.participants.items():
             each.set_up(start, stop, stream(seed, name))
 
-    def settle(self) -> None:
-        """Wait for steps that were begun and end beyond the last communication point."""
+    def select(self, names: Mapping[str, frozenset[str]]) -> None:
+        """Let components publish only these outputs from now on, if they can; by component."""
+        for name, each in self.participants.items():
+            each.select(names[name])
+
+    def settle(self, t: Time) -> None:
+        """Show all outputs at the last communication point `t` [ns].
+
+        Steps that were begun and end beyond it are waited for.
+        """
         for each in self.participants.values():
             each.settle()
+        for each in self.participants.values():
+            each.complete(t)
 
 
 class Schedule:

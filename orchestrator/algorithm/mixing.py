@@ -1,7 +1,7 @@
 """Inputs that are made of outputs: elements, arithmetic, sums, delays, sample and hold."""
 
 from collections import defaultdict, deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -34,7 +34,7 @@ class MixSources:
         self._published = published
         spans: defaultdict[tuple[str, str], StepSize] = defaultdict(int)
         for mixes in system.mixes.values():
-            for term in (t for mix in mixes for part in mix.parts for t in part.terms):
+            for term in (t for mix in mixes for t in mix.terms):
                 if term.delay or term.sample:
                     end = (term.component, term.output)
                     spans[end] = max(spans[end], term.delay + term.sample)
@@ -50,6 +50,10 @@ class MixSources:
     def histories_of(self, component: str) -> "tuple[PastValues, ...]":
         """Those of the outputs of one component."""
         return tuple(h for (name, _), h in self._histories.items() if name == component)
+
+    def history(self, component: str, output: str) -> "PastValues | None":
+        """That of one output, if somebody asks for its past."""
+        return self._histories.get((component, output))
 
     def value(self, component: str, output: str) -> Signal | None:
         """What an output shows now; `None` before it shows anything."""
@@ -68,31 +72,41 @@ class PastValues:
         published: the outputs of the component; changes in place.
         output: the name.
         span: how far back [ns].
+
+    Attributes:
+        output: the name.
+        entries: what it showed, and from when on [ns], oldest first.
+        span: how far back [ns].
     """
 
-    __slots__ = ("_entries", "_output", "_published", "_sources", "_span")
+    __slots__ = ("_published", "_sources", "entries", "output", "span")
 
     def __init__(
         self, sources: MixSources, published: Signals, output: str, span: StepSize
     ) -> None:
         self._sources = sources
         self._published = published
-        self._output = output
-        self._span = span
-        self._entries: deque[tuple[Time, Signal]] = deque()
+        self.output: Final = output
+        self.span: Final = span
+        self.entries: Final[deque[tuple[Time, Signal]]] = deque()
 
     def note(self) -> None:
         """Remember what has just been published; a step that is repeated replaces the value."""
-        now, entries = self._sources.now, self._entries
+        now, entries = self._sources.now, self.entries
         if entries and entries[-1][0] == now:
             entries.pop()
-        entries.append((now, self._published[self._output]))
-        while len(entries) > 1 and entries[1][0] <= now - self._span:
+        self.extend([(now, self._published[self.output])])
+
+    def extend(self, later: Iterable[tuple[Time, Signal]]) -> None:
+        """Add entries behind the last one, and forget what is too old then."""
+        entries = self.entries
+        entries.extend(later)
+        while len(entries) > 1 and entries[1][0] <= entries[-1][0] - self.span:
             entries.popleft()
 
     def at(self, t: Time) -> Signal | None:
         """The last value up to `t` [ns]; `None` before the first one."""
-        for when, value in reversed(self._entries):
+        for when, value in reversed(self.entries):
             if when <= t:
                 return value
         return None
@@ -108,20 +122,26 @@ class MixedInput:
 
     Attributes:
         input: its name.
+        mix: how.
+        start: its start value.
     """
 
-    __slots__ = ("_held", "_mix", "_parts", "_sources", "_start", "_value", "input")
+    __slots__ = ("_held", "_parts", "_value", "input", "mix", "start")
 
     def __init__(self, mix: Mix, start: Signal, sources: MixSources) -> None:
         self.input: Final = mix.input
-        self._mix = mix
-        self._start = start
-        self._sources = sources
+        self.mix: Final = mix
+        self.start: Final = start
         self._parts = [
-            (part, [_Reading(term, sources) for term in part.terms]) for part in mix.parts
+            (part, [Reading(term, sources) for term in part.terms]) for part in mix.parts
         ]
         self._held: list[Signal | None] = []
         self._value: Signal = start
+
+    @property
+    def readings(self) -> "list[Reading]":
+        """What its terms see, part by part."""
+        return [reading for _, readings in self._parts for reading in readings]
 
     def value(self) -> Signal:
         """The value now; the same object as before if no source has another one.
@@ -129,7 +149,7 @@ class MixedInput:
         Raises:
             MixError: it is not finite, or values of different lengths are to be added.
         """
-        found = [reading.value() for _, readings in self._parts for reading in readings]
+        found = [reading.value() for reading in self.readings]
         if len(found) != len(self._held) or any(
             a is not b for a, b in zip(found, self._held, strict=True)
         ):
@@ -138,11 +158,11 @@ class MixedInput:
         return self._value
 
     def _made(self, found: Sequence[Signal | None]) -> Signal:
-        dtype = self._mix.dtype
+        dtype = self.mix.dtype
         if dtype is None:
-            return self._start if found[0] is None else found[0]
+            return self.start if found[0] is None else found[0]
         working = np.dtype(np.float64) if dtype.kind == "f" else dtype
-        made: Array = np.asarray(self._start).astype(working)
+        made: Array = np.asarray(self.start).astype(working)
         values = iter(found)
         for part, readings in self._parts:
             terms = [_changed(reading.term, next(values), working) for reading in readings]
@@ -157,7 +177,7 @@ class MixedInput:
         with np.errstate(over="ignore"):
             result: Array = np.array(made, dtype=dtype)
         if dtype.kind == "f" and not np.isfinite(result).all():
-            raise MixError(f"what its connections make of input `{self.input}` is not finite")
+            raise not_finite(self.input)
         result.flags.writeable = False
         return result
 
@@ -166,30 +186,41 @@ class MixError(CosimError):
     """Values that arrive at an input cannot be put together. Exit code 3."""
 
 
-class _Reading:
+def not_finite(input_: str) -> MixError:
+    """The error for a value of an input that is infinite or NaN."""
+    return MixError(f"what its connections make of input `{input_}` is not finite")
+
+
+class Reading:
     """What one term sees of its output.
 
     A sampled value is read at multiples of the sample time; steps that are repeated there read
     it again.
+
+    Attributes:
+        term: the output, and what becomes of it.
+        held: the value that was sampled last, if there is one.
+        held_from: when [ns].
     """
 
-    __slots__ = ("_held", "_held_from", "_sources", "term")
+    __slots__ = ("_sources", "held", "held_from", "term")
 
     def __init__(self, term: Term, sources: MixSources) -> None:
         self.term: Final = term
         self._sources = sources
-        self._held: Signal | None = None
-        self._held_from: Time | None = None
+        self.held: Signal | None = None
+        self.held_from: Time | None = None
 
     def value(self) -> Signal | None:
+        """The value now; `None` before there is one."""
         term, sources = self.term, self._sources
         if not term.sample:
             return self._delayed(sources.now)
         points = CommunicationGrid(sources.beginning, term.sample, 0)
         due = points.at(points.last(sources.now))
-        if self._held is None or due != self._held_from or due == sources.now:
-            self._held, self._held_from = self._delayed(due), due
-        return self._held
+        if self.held is None or due != self.held_from or due == sources.now:
+            self.held, self.held_from = self._delayed(due), due
+        return self.held
 
     def _delayed(self, t: Time) -> Signal | None:
         term, sources = self.term, self._sources

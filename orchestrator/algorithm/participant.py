@@ -1,20 +1,20 @@
 """One component taking part in a co-simulation: its inputs, its step, its published outputs."""
 
 import abc
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from time import perf_counter_ns
 from typing import Any, ClassVar, Final
 
 import numpy as np
 
 from orchestrator.algorithm.history import History, InputCourses, is_approximated, real
+from orchestrator.algorithm.looked_at import LookedAt
 from orchestrator.algorithm.mixing import MixedInput, MixSources, PastValues
-from orchestrator.algorithm.outputs import OutputCheck
 from orchestrator.algorithm.pieces import Piece, Pieces
 from orchestrator.capabilities import InitialEvaluation, OutputSlopes, PointEvaluation
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, CosimError
-from orchestrator.last_call import Call, LastCall
+from orchestrator.last_call import NOWHERE, Call
 from orchestrator.native import NativeUnit
 from orchestrator.signal import Causality, Connector, Signal, Signals
 from orchestrator.system import Feed
@@ -38,13 +38,14 @@ class Participant(abc.ABC):
         is_begun: whether a step has been begun that has not been waited for yet.
         sources: the names of the components it reads.
         reads: component and name of each output that it reads.
+        mixed: its inputs that are made of outputs, where they do not arrive as they are.
         published: the outputs that others may see now; updated in place by `publish`.
         wall_time_ns: time spent in calls of the component so far [ns].
     """
 
-    __slots__ = ("_check_outputs", "_component", "_continuous", "_evaluation", "_feeds",
-                 "_grid", "_history", "_mixed", "_past", "_pending", "_pieces", "_reached",
-                 "_starts", "_used", "is_begun", "name", "notes", "published", "reads", "sources",
+    __slots__ = ("_component", "_continuous", "_evaluation", "_feeds", "_grid", "_history",
+                 "_looked_at", "_past", "_pending", "_pieces", "_reached", "_starts",
+                 "_used", "is_begun", "mixed", "name", "notes", "published", "reads", "sources",
                  "step_size", "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
@@ -61,19 +62,17 @@ class Participant(abc.ABC):
         self.published: Final[dict[str, Signal]] = {}
         self.sources: frozenset[str] = frozenset()
         self.reads: frozenset[tuple[str, str]] = frozenset()
-        self.is_begun = False
-        self.notes = LastCall().notes_of(0)
-        self.wall_time_ns = 0
+        self.is_begun, self.wall_time_ns, self.notes = False, 0, NOWHERE.notes_of(0)
         self._component = component
         self._evaluation = component.capability(InitialEvaluation)  # type: ignore[type-abstract]
-        self._check_outputs = OutputCheck(connectors).problems
+        self._looked_at = LookedAt(component, connectors)
         self._starts = {
             input_: connector.start_value()
             for input_, connector in connectors.items()
             if connector.causality is Causality.INPUT
         }
         self._feeds: tuple[tuple[str, Signals, str], ...] = ()
-        self._mixed: tuple[MixedInput, ...] = ()
+        self.mixed: tuple[MixedInput, ...] = ()
         self._past: tuple[PastValues, ...] = ()
         self._pending: Signals = {}
         self._continuous = [name for name, c in connectors.items() if is_approximated(c, c)]
@@ -92,9 +91,8 @@ class Participant(abc.ABC):
     def mix(self, mixes: tuple[Mix, ...], sources: MixSources) -> None:
         """Make the inputs in `mixes` of what `sources` has, from now on; after `connect`."""
         self.sources = self.sources.union(*(mix.components for mix in mixes))
-        terms = (term for mix in mixes for part in mix.parts for term in part.terms)
-        self.reads = self.reads.union((term.component, term.output) for term in terms)
-        self._mixed = tuple(MixedInput(mix, self._starts[mix.input], sources) for mix in mixes)
+        self.reads = self.reads.union((t.component, t.output) for mix in mixes for t in mix.terms)
+        self.mixed = tuple(MixedInput(mix, self._starts[mix.input], sources) for mix in mixes)
 
     def note_in(self, past: tuple[PastValues, ...]) -> None:
         """Note what is published in `past`, from now on."""
@@ -112,21 +110,19 @@ class Participant(abc.ABC):
 
     def set_up(self, start: Time, stop: Time, rng: np.random.Generator) -> None:
         """Enter the initial state at `start`, of a run that ends at `stop` at the latest."""
-        self.notes.call(Call.SET_UP, start)
-        before = perf_counter_ns()
+        before = self.notes.call(Call.SET_UP, start)
         try:
             self._grid = CommunicationGrid.over(start, stop, self.step_size)
             self._component.expect(self._grid)
             self._component.setup(start, rng)
             self._reached = start
         except Exception as error:
-            raise self._failure(start, error) from error
+            raise self.failure(start, error) from error
         self.wall_time_ns += perf_counter_ns() - before
 
     def initialise(self, start: Time) -> None:
         """Compute and publish the outputs at `start` from the inputs known so far."""
-        self.notes.call(Call.INITIALISE, start)
-        before = perf_counter_ns()
+        before = self.notes.call(Call.INITIALISE, start)
         try:
             inputs = self._known_inputs()
             self._component.initialise(inputs)
@@ -134,9 +130,21 @@ class Participant(abc.ABC):
             self.wall_time_ns += perf_counter_ns() - before
             self._accept(outputs, start)
         except Exception as error:
-            raise self._failure(start, error) from error
+            raise self.failure(start, error) from error
         self._used, self._reached = inputs, start
         self.publish()
+
+    def select(self, names: Collection[str]) -> None:
+        """Publish only these of the outputs from now on, between two steps, if that can be."""
+        kept = self._looked_at.narrow(names)
+        self._pending = {name: self._pending[name] for name in self._pending if name in kept}
+        for name in self.published.keys() - kept:
+            del self.published[name]
+
+    def complete(self, t: Time) -> None:
+        """Show also what was not selected, unless a step was begun that ends behind `t` [ns]."""
+        if self._reached <= t:
+            self.published.update(self._looked_at.rest())
 
     @property
     def can_be_tried(self) -> bool:
@@ -148,16 +156,15 @@ class Participant(abc.ABC):
 
         Called before `initialise`, any number of times, if `can_be_tried`.
         """
-        self.notes.call(Call.INITIALISE, start)
         evaluation = self._evaluation
-        before = perf_counter_ns()
+        before = self.notes.call(Call.INITIALISE, start)
         try:
             inputs = self._known_inputs()
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
             self._accept(outputs, start)
         except Exception as error:
-            raise self._failure(start, error) from error
+            raise self.failure(start, error) from error
         self.published.update(self._pending)
 
     def _known_inputs(self) -> dict[str, Signal]:
@@ -166,7 +173,7 @@ class Participant(abc.ABC):
         for name, values, output in self._feeds:
             if output in values:
                 inputs[name] = values[output]
-        for mixed in self._mixed:
+        for mixed in self.mixed:
             inputs[mixed.input] = mixed.value()
         return inputs
 
@@ -184,19 +191,18 @@ class Participant(abc.ABC):
         try:
             inputs = self._inputs()
         except Exception as error:
-            raise self._failure(t, error) from error
-        driven = (*(name for name, _, _ in self._feeds), *(mixed.input for mixed in self._mixed))
+            raise self.failure(t, error) from error
+        driven = (*(name for name, _, _ in self._feeds), *(mixed.input for mixed in self.mixed))
         if all(inputs[name] is self._used.get(name) for name in driven):
             return
-        self.notes.call(Call.STEP, t)
         evaluation = self._component.capability(PointEvaluation)  # type: ignore[type-abstract]
-        before = perf_counter_ns()
+        before = self.notes.call(Call.STEP, t)
         try:
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
             self._accept(outputs, t)
         except Exception as error:
-            raise self._failure(t, error) from error
+            raise self.failure(t, error) from error
         self._used = inputs
         self.publish()
 
@@ -251,9 +257,8 @@ class Participant(abc.ABC):
             t: where the step ends that begins next [ns].
             degree: of the polynomials through these publications.
         """
-        if self._history is None:
+        if (history := self._history) is None:
             return
-        history = self._history
         history.forget_from(t)
         self.show(
             {
@@ -277,12 +282,11 @@ class Participant(abc.ABC):
         Raises:
             ComponentError: the component failed to, or is not restorable.
         """
-        self.notes.call(Call.STATE, t)
-        before = perf_counter_ns()
+        before = self.notes.call(Call.STATE, t)
         try:
             state = self._restorable().save()
         except Exception as error:
-            raise self._failure(t, error, "while saving its state: ") from error
+            raise self.failure(t, error, "while saving its state: ") from error
         self.wall_time_ns += perf_counter_ns() - before
         return state
 
@@ -292,12 +296,11 @@ class Participant(abc.ABC):
         Raises:
             ComponentError: the component failed to, or is not restorable.
         """
-        self.notes.call(Call.STATE, t)
-        before = perf_counter_ns()
+        before = self.notes.call(Call.STATE, t)
         try:
             self._restorable().restore(state)
         except Exception as error:
-            raise self._failure(t, error, "while restoring its state: ") from error
+            raise self.failure(t, error, "while restoring its state: ") from error
         self.wall_time_ns += perf_counter_ns() - before
 
     def _restorable(self) -> RestorableComponent[Any]:
@@ -322,13 +325,13 @@ class Participant(abc.ABC):
         try:
             self._component.close()
         except Exception as error:
-            raise self._failure(None, error, "while closing: ") from error
+            raise self.failure(None, error, "while closing: ") from error
 
     def _inputs(self) -> Signals:
         inputs = self._starts.copy()
         for name, values, output in self._feeds:
             inputs[name] = values[output]
-        for mixed in self._mixed:
+        for mixed in self.mixed:
             inputs[mixed.input] = mixed.value()
         return inputs
 
@@ -358,16 +361,17 @@ class Participant(abc.ABC):
         """The outputs of the step finished last."""
         return self._pending
 
-    def go_on(self, published: Signals, pending: Signals, spent_ns: int) -> None:
+    def go_on(self, published: Signals, pending: Signals, reached: Time, spent_ns: int) -> None:
         """Go on behind steps that were not made here.
 
         Args:
             published: the outputs that others see now.
             pending: those of the step finished last.
+            reached: where that step ends [ns].
             spent_ns: in calls of the component [ns].
         """
         self.published.update(published)
-        self._pending = pending
+        self._pending, self._reached = pending, reached
         self.wall_time_ns += spent_ns
 
     def check(self, outputs: Signals, t: Time) -> None:
@@ -378,18 +382,14 @@ class Participant(abc.ABC):
         """
         self._accept(outputs, t)
 
-    def failure(self, t: Time | None, error: Exception) -> ComponentError:
-        """`error` with the name of the component and the time it worked from."""
-        return self._failure(t, error)
-
     def _accept(self, outputs: Signals, t: Time) -> None:
         """Keep `outputs` for `publish`, or raise what is wrong with them."""
-        problems = self._check_outputs(outputs, self.published)
+        problems = self._looked_at.problems(outputs, self.published)
         if problems:
             raise ComponentError(self.name, t, "; ".join(problems))
         self._pending = outputs
 
-    def _failure(self, t: Time | None, error: Exception, doing: str = "") -> ComponentError:
+    def failure(self, t: Time | None, error: Exception, doing: str = "") -> ComponentError:
         """`error` with the name of the component and the time it worked from."""
         if isinstance(error, ComponentError):
             when = t if error.time is None else error.time

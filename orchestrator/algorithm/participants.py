@@ -27,8 +27,7 @@ class LocalParticipant(Participant):
 
     @override
     def begin(self, t: Time, h: Duration | None = None) -> None:
-        self.notes.step(t)
-        before = perf_counter_ns()
+        before = self.notes.step(t)
         try:
             for piece in self._begun(t, h):
                 self._follow(piece)
@@ -37,7 +36,7 @@ class LocalParticipant(Participant):
             self.wall_time_ns += perf_counter_ns() - before
             self._accept(outputs, t)
         except Exception as error:
-            raise self._failure(t, error) from error
+            raise self.failure(t, error) from error
 
     @override
     def begin_ahead(self, t: Time) -> None:
@@ -83,7 +82,7 @@ class ConcurrentParticipant(Participant):
             self._follow(last)
             self._concurrent.begin_step(last.inputs, last.t, last.h)
         except Exception as error:
-            raise self._failure(t, error) from error
+            raise self.failure(t, error) from error
         self.is_begun, self._is_ahead = True, False
         self.wall_time_ns += perf_counter_ns() - before
 
@@ -97,7 +96,7 @@ class ConcurrentParticipant(Participant):
             self.wall_time_ns += perf_counter_ns() - before
             self._accept(outputs, self._begun_at)
         except Exception as error:
-            raise self._failure(self._begun_at, error) from error
+            raise self.failure(self._begun_at, error) from error
 
     @override
     def begin_ahead(self, t: Time) -> None:

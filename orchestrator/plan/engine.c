@@ -11,6 +11,8 @@
 #include <string.h>
 #include <time.h>
 
+#include "mixing.h"
+
 #if defined(_WIN32)
 #define EXPORT __declspec(dllexport)
 #else
@@ -38,23 +40,22 @@ typedef struct {
     size_t size, capacity;
 } Bytes;
 
-/* ---- the plan; plan/table.py has the same layouts ---- */
+/* ---- the plan; plan/layouts.py has the same layouts ---- */
 
 /* Where the values of one call come from. */
 typedef struct {
-    const void *from; /* a signal of `size` bytes, or a `Bytes` */
-    void *to;         /* among the elements of the call; `from` where these are the signals themselves */
+    Source from; /* a signal of `size` bytes, or a `Bytes` */
+    void *to;    /* among the elements of the call; unused where these are the signals themselves */
     size_t size;
-    const uint64_t *version; /* of the source: counts its publications */
-    uint64_t seen;           /* the version that was set last */
+    uint64_t seen; /* the version that was set last */
 } Copy;
 
 typedef struct {
     void *function;
     const uint32_t *reference;
     size_t references;
-    void *elements;
-    size_t count; /* of elements */
+    void *elements; /* NULL: the signals themselves, which lie one after the other */
+    size_t count;   /* of elements */
     int32_t kind;
     int32_t is_binary;
     Copy *copy;
@@ -65,18 +66,18 @@ typedef struct {
     void *function;
     const uint32_t *reference;
     size_t references;
-    void *elements; /* of the FMU; of a kind that is a signal as it is, the signals themselves */
+    void *elements; /* of the FMU; NULL: those are signals, and lie in the pending outputs */
     size_t count;
     int32_t kind;
     int32_t is_binary;
-    void *signal; /* what the elements become: in the pending outputs; of Binary, `Bytes` */
+    size_t signal; /* where what they become begins in the pending outputs; of Binary, among the `Bytes` [byte] */
     size_t *sizes; /* scratch for Binary */
     const uint8_t **pointers;
 } Getting;
 
 /* One recorded signal: every value that is published. */
 typedef struct {
-    const void *from; /* among the published outputs; of Binary, a `Bytes` */
+    size_t from; /* where it begins in the published outputs; of Binary, among the `Bytes` [byte] */
     size_t size;
     uint8_t *row;      /* `rows` times `size` bytes; of Binary, the sizes as int64 */
     int32_t is_binary;
@@ -88,14 +89,16 @@ typedef struct {
     int32_t version; /* of FMI */
     int32_t keeps_state; /* no stored state will be asked back */
     int64_t step_size; /* [ns] */
+    Mix *mix; /* inputs that settings set */
+    size_t mixes;
     Setting *setting;
     size_t settings;
     Getting *getting;
     size_t gettings;
-    void *pending, *published; /* outputs without Binary; the same where steps are published at once */
-    size_t size;
-    Bytes *pending_bytes, *published_bytes;
-    size_t binaries;
+    uint8_t *pending, *published; /* outputs without Binary; the same where steps are published at once */
+    uint8_t *pending_bytes, *published_bytes; /* `Bytes` */
+    Past **past; /* of its outputs */
+    size_t pasts;
     Track *track;
     size_t tracks;
     int64_t due;   /* where its next step ends [ns] */
@@ -107,7 +110,8 @@ typedef struct {
     double *last_time;
 } Unit;
 
-typedef enum { ALL_DONE, SET_FAILED, STEP_FAILED, GET_FAILED, NOT_FINITE, NO_MEMORY, RUN_ENDS } Outcome;
+typedef enum { ALL_DONE, SET_FAILED, STEP_FAILED, GET_FAILED, NOT_FINITE, NO_MEMORY, RUN_ENDS,
+               MIX_NOT_FINITE } Outcome;
 
 typedef struct {
     Unit *unit; /* in the order of their turns */
@@ -115,9 +119,10 @@ typedef struct {
     int32_t is_parallel; /* Jacobi: steps start at a point and are published where they end */
     int32_t is_departed; /* steps that start at `now` have been begun */
     int64_t start;          /* of the run [ns] */
-    const uint8_t *until;   /* a published Boolean that ends the run, or NULL */
+    Source until;           /* a Boolean that ends the run; without base: none */
     /* of one stretch */
     int64_t now;      /* the last point that was completed [ns] */
+    int64_t point;    /* the one that is being worked through [ns] */
     int64_t end;      /* no point lies beyond [ns] */
     size_t most;      /* points */
     size_t points;    /* that were completed */
@@ -135,16 +140,6 @@ static double clock_ns(void) {
 }
 
 /* ---- bytes ---- */
-/* Scalars without the call of a function. */
-static inline void copy(void *to, const void *from, size_t size) {
-    switch (size) {
-    case 8: memcpy(to, from, 8); break;
-    case 4: memcpy(to, from, 4); break;
-    case 1: memcpy(to, from, 1); break;
-    default: memcpy(to, from, size);
-    }
-}
-
 static int bytes_reserve(Bytes *b, size_t size) {
     if (size <= b->capacity) return 0;
     size_t wanted = size + size / 2 + 64;
@@ -180,17 +175,17 @@ EXPORT void plan_release(Bytes *b) {
 /* Bring the elements of a call up to date; false if no source has published since. */
 static bool gather(Setting *s) {
     bool is_new = false;
-    for (size_t k = 0; k < s->copies; k++) is_new |= s->copy[k].seen != *s->copy[k].version;
+    for (size_t k = 0; k < s->copies; k++) is_new |= s->copy[k].seen != *s->copy[k].from.version;
     for (size_t k = 0; k < s->copies && is_new; k++) {
         Copy *c = &s->copy[k];
-        c->seen = *c->version;
-        if (s->is_binary || c->to == c->from) continue;
+        c->seen = *c->from.version;
+        if (s->is_binary || !s->elements) continue;
         if (s->kind == BOOLEAN32) {
-            const uint8_t *from = c->from;
+            const uint8_t *from = seen_at(&c->from);
             int32_t *to = c->to;
             for (size_t i = 0; i < c->size; i++) to[i] = from[i];
         } else {
-            copy(c->to, c->from, c->size);
+            copy(c->to, seen_at(&c->from), c->size);
         }
     }
     return is_new;
@@ -201,7 +196,7 @@ static int set_binary(const Unit *u, Setting *s) {
     size_t *size = s->elements;
     const uint8_t **data = (const uint8_t **)(size + s->references);
     for (size_t k = 0; k < s->copies; k++) {
-        const Bytes *b = s->copy[k].from;
+        const Bytes *b = seen_at(&s->copy[k].from);
         size[k] = b->size;
         data[k] = b->data;
     }
@@ -210,9 +205,9 @@ static int set_binary(const Unit *u, Setting *s) {
 
 static int set(const Unit *u, Setting *s) {
     if (s->is_binary) return set_binary(u, s);
-    if (u->version == 2)
-        return ((Set2)s->function)(u->instance, s->reference, s->references, s->elements);
-    return ((Set3)s->function)(u->instance, s->reference, s->references, s->elements, s->count);
+    const void *elements = s->elements ? s->elements : seen_at(&s->copy->from);
+    if (u->version == 2) return ((Set2)s->function)(u->instance, s->reference, s->references, elements);
+    return ((Set3)s->function)(u->instance, s->reference, s->references, elements, s->count);
 }
 
 static int step(Unit *u, int64_t from) {
@@ -229,36 +224,23 @@ static int get(const Unit *u, Getting *g) {
     if (g->is_binary)
         return ((GetBinary)g->function)(u->instance, g->reference, g->references, g->sizes,
                                         g->pointers, g->references);
-    if (u->version == 2)
-        return ((Get2)g->function)(u->instance, g->reference, g->references, g->elements);
-    return ((Get3)g->function)(u->instance, g->reference, g->references, g->elements, g->count);
+    void *elements = g->elements ? g->elements : u->pending + g->signal;
+    if (u->version == 2) return ((Get2)g->function)(u->instance, g->reference, g->references, elements);
+    return ((Get3)g->function)(u->instance, g->reference, g->references, elements, g->count);
 }
 
-/* The exponent of NaN and of infinity has all bits set: ONE more in its lowest place carries to the sign. */
-#define DEFINE_ARE_FINITE(name, type, word, EXPONENT, ONE)    \
-    static bool name(const type *value, size_t n) {           \
-        word carried = 0, bits;                               \
-        for (size_t k = 0; k < n; k++) {                      \
-            memcpy(&bits, &value[k], sizeof bits);            \
-            carried |= (bits & (EXPONENT)) + (ONE);           \
-        }                                                     \
-        return (carried & ~((EXPONENT) | ((ONE)-1))) == 0;    \
-    }
-DEFINE_ARE_FINITE(are_finite64, double, uint64_t, 0x7ff0000000000000u, 0x0010000000000000u)
-DEFINE_ARE_FINITE(are_finite32, float, uint32_t, 0x7f800000u, 0x00800000u)
-
 /* Make signals of what was got. */
-static Outcome adopt(Getting *g) {
+static Outcome adopt(const Unit *u, Getting *g) {
     if (g->is_binary) {
-        Bytes *b = g->signal;
+        Bytes *b = (Bytes *)(u->pending_bytes + g->signal);
         for (size_t k = 0; k < g->references; k++)
             if (bytes_assign(&b[k], g->pointers[k], g->pointers[k] ? g->sizes[k] : 0)) return NO_MEMORY;
         return ALL_DONE;
     }
-    uint8_t *signal = g->signal;
+    uint8_t *signal = u->pending + g->signal;
     switch ((Kind)g->kind) {
-    case FLOAT64: return are_finite64(g->elements, g->count) ? ALL_DONE : NOT_FINITE;
-    case FLOAT32: return are_finite32(g->elements, g->count) ? ALL_DONE : NOT_FINITE;
+    case FLOAT64: return are_finite64((const double *)signal, g->count) ? ALL_DONE : NOT_FINITE;
+    case FLOAT32: return are_finite32((const float *)signal, g->count) ? ALL_DONE : NOT_FINITE;
     case BOOLEAN8:
         for (size_t k = 0; k < g->count; k++) signal[k] = ((const uint8_t *)g->elements)[k] != 0;
         return ALL_DONE;
@@ -279,6 +261,8 @@ static bool is_failure(Plan *p, Unit *u, int status) {
 
 /* Let a unit step from `from`; its outputs are pending then. */
 static Outcome make_step(Plan *p, Unit *u, int64_t from) {
+    for (p->call = 0; p->call < u->mixes; p->call++)
+        if (!mix(&u->mix[p->call], p->point, p->start)) return MIX_NOT_FINITE;
     for (p->call = 0; p->call < u->settings; p->call++) {
         Setting *s = &u->setting[p->call];
         if (gather(s) && is_failure(p, u, set(u, s))) return SET_FAILED;
@@ -287,7 +271,7 @@ static Outcome make_step(Plan *p, Unit *u, int64_t from) {
     for (p->call = 0; p->call < u->gettings; p->call++)
         if (is_failure(p, u, get(u, &u->getting[p->call]))) return GET_FAILED;
     for (p->call = 0; p->call < u->gettings; p->call++) {
-        Outcome outcome = adopt(&u->getting[p->call]);
+        Outcome outcome = adopt(u, &u->getting[p->call]);
         if (outcome != ALL_DONE) return outcome;
     }
     return ALL_DONE;
@@ -301,24 +285,24 @@ static Outcome make_timed_step(Plan *p, Unit *u, int64_t from, bool is_sample, d
     return outcome;
 }
 
-static Outcome publish(Unit *u) {
-    if (u->published != u->pending) memcpy(u->published, u->pending, u->size);
-    for (size_t k = 0; k < u->binaries && u->published_bytes != u->pending_bytes; k++)
-        if (bytes_assign(&u->published_bytes[k], u->pending_bytes[k].data, u->pending_bytes[k].size))
-            return NO_MEMORY;
+/* What was pending is published, without a copy. */
+static void publish(Unit *u, int64_t t) {
+    uint8_t *block = u->published, *bytes = u->published_bytes;
+    u->published = u->pending, u->published_bytes = u->pending_bytes;
+    u->pending = block, u->pending_bytes = bytes;
     u->publications++;
-    return ALL_DONE;
+    for (size_t k = 0; k < u->pasts; k++) note(u->past[k], t);
 }
 
 static Outcome record(Unit *u) {
     for (size_t k = 0; k < u->tracks; k++) {
         Track *r = &u->track[k];
         if (r->is_binary) {
-            const Bytes *b = r->from;
+            const Bytes *b = (const Bytes *)(u->published_bytes + r->from);
             ((int64_t *)r->row)[u->rows] = (int64_t)b->size;
             if (bytes_append(&r->bytes, b->data, b->size)) return NO_MEMORY;
         } else {
-            copy(r->row + r->size * u->rows, r->from, r->size);
+            copy(r->row + r->size * u->rows, u->published + r->from, r->size);
         }
     }
     u->rows++;
@@ -335,6 +319,7 @@ static int64_t next_point(const Plan *p) {
 
 /* Steps that start at `t`. */
 static Outcome depart(Plan *p, int64_t t, bool is_sample, double weight) {
+    p->point = t;
     for (p->failed = 0; p->failed < p->units; p->failed++) {
         Unit *u = &p->unit[p->failed];
         if (u->due - u->step_size != t) continue;
@@ -347,14 +332,15 @@ static Outcome depart(Plan *p, int64_t t, bool is_sample, double weight) {
 
 /* Complete the steps that end at `t`. */
 static Outcome arrive(Plan *p, int64_t t, bool is_sample, double weight) {
+    p->point = t;
     for (p->failed = 0; p->failed < p->units; p->failed++) {
         Unit *u = &p->unit[p->failed];
         if (u->due != t) continue;
         p->failed_from = t - u->step_size;
         Outcome outcome =
             p->is_parallel ? ALL_DONE : make_timed_step(p, u, t - u->step_size, is_sample, weight);
-        if (outcome == ALL_DONE) outcome = publish(u);
         if (outcome != ALL_DONE) return outcome;
+        publish(u, t);
     }
     return ALL_DONE;
 }
@@ -378,9 +364,17 @@ static Outcome go_on(Plan *p) {
         }
         p->now = t;
         p->points++;
-        if (p->until && *p->until) return RUN_ENDS;
+        if (p->until.base && *(const uint8_t *)seen_at(&p->until)) return RUN_ENDS;
         if (p->points == p->most || next_point(p) > p->end) return ALL_DONE;
     }
+}
+
+/* Whether these are the sizes of the structures: the library may be of another release. */
+EXPORT int plan_fits(const size_t *sizes) {
+    static const size_t own[] = {sizeof(Plan),   sizeof(Unit),   sizeof(Setting), sizeof(Getting),
+                                 sizeof(Track),  sizeof(Copy),   sizeof(Mix),     sizeof(Part),
+                                 sizeof(Term),   sizeof(Past),   sizeof(Bytes),   0};
+    return memcmp(own, sizes, sizeof own) == 0;
 }
 
 /* Work through the points behind `now` up to `end`, `most` at most, of which there is one at least.

@@ -1,4 +1,4 @@
-"""The structures of `engine.c`, and the engine itself."""
+"""The structures of `engine.c`, `mixing.h` and `numbers.h`, and the engine itself."""
 
 import ctypes
 import functools
@@ -7,8 +7,19 @@ from ctypes import POINTER, c_double, c_int, c_int32, c_int64, c_size_t, c_uint6
 from pathlib import Path
 from typing import Any, Final
 
-ALL_DONE, SET_FAILED, STEP_FAILED, GET_FAILED, NOT_FINITE, NO_MEMORY, RUN_ENDS = range(7)
+import numpy as np
+
+(
+    ALL_DONE, SET_FAILED, STEP_FAILED, GET_FAILED, NOT_FINITE, NO_MEMORY, RUN_ENDS, MIX_NOT_FINITE
+) = range(8)  # fmt: skip
 """What `plan_run` returns."""
+
+
+TYPES: Final = {
+    np.dtype(code): k
+    for k, code in enumerate(("i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8", "?"))
+}
+"""Element types that mixed inputs may have and read, by their numbers in `mixing.h`."""
 
 
 class Bytes(ctypes.Structure):
@@ -17,12 +28,61 @@ class Bytes(ctypes.Structure):
     _fields_ = (("data", c_void_p), ("size", c_size_t), ("capacity", c_size_t))
 
 
+class Source(ctypes.Structure):
+    """A value that others may see: by the address of the address of its block."""
+
+    _fields_ = (("base", c_void_p), ("offset", c_size_t), ("version", c_void_p))
+
+
 class Copy(ctypes.Structure):
     """Where values of a call come from."""
 
+    _fields_ = (("source", Source), ("to", c_void_p), ("size", c_size_t), ("seen", c_uint64))
+
+
+class Operation(ctypes.Structure):
+    """An operation of `orchestrator.operation`."""
+
+    _fields_ = (("kind", c_int32), ("pad", c_int32), ("number", c_double))
+
+
+class Past(ctypes.Structure):
+    """What an output showed lately."""
+
     _fields_ = (
-        ("source", c_void_p), ("to", c_void_p), ("size", c_size_t), ("version", c_void_p),
-        ("seen", c_uint64),
+        ("source", Source), ("time", c_void_p), ("row", c_void_p), ("size", c_size_t),
+        ("rows", c_uint64), ("count", c_uint64),
+    )  # fmt: skip
+
+
+class Term(ctypes.Structure):
+    """An output as it enters an input."""
+
+    _fields_ = (
+        ("source", Source), ("past", POINTER(Past)), ("delay", c_int64), ("sample", c_int64),
+        ("held", c_void_p), ("held_from", c_int64), ("held_number", c_uint64), ("at", c_uint64),
+        ("seen", c_uint64), ("value", c_void_p), ("index", c_void_p), ("count", c_size_t),
+        ("operation", POINTER(Operation)), ("operations", c_size_t), ("type", c_int32),
+        ("pad", c_int32),
+    )  # fmt: skip
+
+
+class Part(ctypes.Structure):
+    """Elements of an input, and the terms whose sum they are."""
+
+    _fields_ = (
+        ("term", POINTER(Term)), ("terms", c_size_t), ("place", c_void_p), ("count", c_size_t)
+    )  # fmt: skip
+
+
+class Mix(ctypes.Structure):
+    """An input that is made of outputs."""
+
+    _fields_ = (
+        ("part", POINTER(Part)), ("parts", c_size_t), ("count", c_size_t), ("start", c_void_p),
+        ("made", c_void_p), ("sum", c_void_p), ("value", c_void_p), ("rest", c_void_p),
+        ("input", c_void_p), ("size", c_size_t), ("version", c_uint64), ("type", c_int32),
+        ("is_new", c_int32),
     )  # fmt: skip
 
 
@@ -42,7 +102,7 @@ class Getting(ctypes.Structure):
     _fields_ = (
         ("function", c_void_p), ("reference", c_void_p), ("references", c_size_t),
         ("elements", c_void_p), ("count", c_size_t), ("kind", c_int32), ("is_binary", c_int32),
-        ("signal", c_void_p), ("sizes", c_void_p), ("pointers", c_void_p),
+        ("signal", c_size_t), ("sizes", c_void_p), ("pointers", c_void_p),
     )  # fmt: skip
 
 
@@ -50,7 +110,7 @@ class Track(ctypes.Structure):
     """A recorded output."""
 
     _fields_ = (
-        ("source", c_void_p), ("size", c_size_t), ("row", c_void_p), ("is_binary", c_int32),
+        ("offset", c_size_t), ("size", c_size_t), ("row", c_void_p), ("is_binary", c_int32),
         ("bytes", Bytes),
     )  # fmt: skip
 
@@ -60,10 +120,11 @@ class Unit(ctypes.Structure):
 
     _fields_ = (
         ("instance", c_void_p), ("step", c_void_p), ("version", c_int32), ("keeps_state", c_int32),
-        ("step_size", c_int64), ("setting", POINTER(Setting)), ("settings", c_size_t),
-        ("getting", POINTER(Getting)), ("gettings", c_size_t), ("pending", c_void_p),
-        ("published", c_void_p), ("size", c_size_t), ("pending_bytes", POINTER(Bytes)),
-        ("published_bytes", POINTER(Bytes)), ("binaries", c_size_t), ("track", POINTER(Track)),
+        ("step_size", c_int64), ("mix", POINTER(Mix)), ("mixes", c_size_t),
+        ("setting", POINTER(Setting)), ("settings", c_size_t), ("getting", POINTER(Getting)),
+        ("gettings", c_size_t), ("pending", c_void_p), ("published", c_void_p),
+        ("pending_bytes", c_void_p), ("published_bytes", c_void_p),
+        ("past", POINTER(POINTER(Past))), ("pasts", c_size_t), ("track", POINTER(Track)),
         ("tracks", c_size_t), ("due", c_int64), ("rows", c_size_t), ("publications", c_uint64),
         ("calls", c_uint64), ("spent", c_double), ("flag", c_void_p * 3), ("last_time", c_void_p),
     )  # fmt: skip
@@ -74,12 +135,17 @@ class Plan(ctypes.Structure):
 
     _fields_ = (
         ("unit", POINTER(Unit)), ("units", c_size_t), ("is_parallel", c_int32),
-        ("is_departed", c_int32), ("start", c_int64), ("until", c_void_p), ("now", c_int64),
-        ("end", c_int64), ("most", c_size_t), ("points", c_size_t),
+        ("is_departed", c_int32), ("start", c_int64), ("until", Source), ("now", c_int64),
+        ("point", c_int64), ("end", c_int64), ("most", c_size_t), ("points", c_size_t),
         ("failed", c_size_t), ("call", c_size_t), ("failed_from", c_int64), ("status", c_int32),
         ("pad", c_int32),
     )  # fmt: skip
 
+
+STRUCTURES: Final = (
+    Plan, Unit, Setting, Getting, Track, Copy, Mix, Part, Term, Past, Bytes
+)  # fmt: skip
+"""Those whose sizes the engine is asked for."""
 
 SUFFIXES: Final = {"Linux": ".so", "Darwin": ".dylib", "Windows": ".dll"}
 """How the names of shared libraries end, by operating system."""
@@ -97,11 +163,14 @@ def engine_path() -> Path:
 
 @functools.cache
 def engine() -> Any:
-    """The engine, or `None` where there is none: plans are then worked through in Python."""
+    """The engine; `None` if there is none, or one of another release. Python does the work then."""
     path = engine_path()
     if not path.is_file():
         return None
     library = ctypes.CDLL(str(path))
+    sizes = (c_size_t * (len(STRUCTURES) + 1))(*map(ctypes.sizeof, STRUCTURES))
+    if not hasattr(library, "plan_fits") or not library.plan_fits(sizes):
+        return None
     library.plan_run.argtypes = (POINTER(Plan),)
     library.plan_run.restype = c_int
     library.plan_assign.argtypes = (POINTER(Bytes), c_void_p, c_size_t)

@@ -4,12 +4,14 @@ import ctypes
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
-from orchestrator.plan.layouts import Bytes
+from orchestrator.plan.layouts import Bytes, Source
 from orchestrator.signal import Array, Connector, Signal, Signals
+
+_POINTER: Final = ctypes.sizeof(ctypes.c_void_p)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +42,7 @@ class Outputs:
         binaries: names of those of type Binary, in order.
         block: the arrays, shape (byte,).
         bytes: the Binary values.
+        bases: the addresses of both.
     """
 
     def __init__(
@@ -59,12 +62,23 @@ class Outputs:
             end = offset + size
         self.block: Array = np.zeros(max(end, 1), np.uint8)
         self.bytes = (Bytes * max(len(self.binaries), 1))()
+        self.bases = (ctypes.c_void_p * 2)(self.block.ctypes.data, ctypes.addressof(self.bytes))
 
-    def address(self, name: str) -> int:
-        """The address of an array in the block, or of a `Bytes`."""
+    def offset(self, name: str) -> int:
+        """Where an array begins in the block, or a `Bytes` among those [byte]."""
         if name in self.places:
-            return int(self.block.ctypes.data) + self.places[name].offset
-        return ctypes.addressof(self.bytes) + self.binaries.index(name) * ctypes.sizeof(Bytes)
+            return self.places[name].offset
+        return self.binaries.index(name) * ctypes.sizeof(Bytes)
+
+    def source(self, name: str, version: int) -> Source:
+        """An output of this memory, which stays where it is.
+
+        Args:
+            name: of the output.
+            version: the address of what counts its values.
+        """
+        base = ctypes.addressof(self.bases) + (0 if name in self.places else _POINTER)
+        return Source(base, self.offset(name), version)
 
     def put(self, name: str, value: Signal, library: Any) -> None:
         """Write one output."""

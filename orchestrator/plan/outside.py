@@ -5,8 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from orchestrator.algorithm.mixing import PastValues
+from orchestrator.plan import layouts
 from orchestrator.plan.memory import Outputs
+from orchestrator.plan.past import Past
 from orchestrator.signal import Connector, Signal, Signals
+from orchestrator.timebase import StepSize
 
 
 class OutsideSources:
@@ -16,14 +20,19 @@ class OutsideSources:
         component: its name.
         names: of the outputs that units read.
         connectors: of the component.
+        step_size: of the component [ns].
+        histories: the past of these outputs, where somebody asks for it.
         library: the engine.
     """
 
     def __init__(
         self,
+        *,
         component: str,
         names: Sequence[str],
         connectors: Mapping[str, Connector],
+        step_size: StepSize,
+        histories: Mapping[str, PastValues | None],
         library: Any,
     ) -> None:
         own = {name: connectors[name] for name in names}
@@ -33,10 +42,20 @@ class OutsideSources:
         self._versions = np.zeros(len(names), np.uint64)
         self._row = {name: k for k, name in enumerate(names)}
         self._known: dict[str, Signal] = {}
+        self._pasts: dict[str, Past] = {}
+        for name, history in histories.items():
+            if history is not None:
+                place = self.outputs.places[name]
+                source = self.source(name)
+                self._pasts[name] = Past(history, source, step_size, place.dtype, place.shape)
 
-    def version(self, name: str) -> int:
-        """The address of the number that counts the values of an output."""
-        return int(self._versions.ctypes.data) + 8 * self._row[name]
+    def past(self, name: str) -> layouts.Past:
+        """What an output showed lately."""
+        return self._pasts[name].table
+
+    def source(self, name: str) -> layouts.Source:
+        """An output, as the engine finds it."""
+        return self.outputs.source(name, int(self._versions.ctypes.data) + 8 * self._row[name])
 
     def renew(self, values: Mapping[str, Signals]) -> None:
         """Take over what was published since."""
@@ -46,6 +65,8 @@ class OutsideSources:
                 self._known[name] = value
                 self.outputs.put(name, value, self._library)
                 self._versions[row] += 1
+        for past in self._pasts.values():
+            past.enter()
 
     def release(self) -> None:
         """Free what the engine allocated."""

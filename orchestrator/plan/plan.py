@@ -18,7 +18,10 @@ from orchestrator.errors import ComponentError
 from orchestrator.last_call import LastCall
 from orchestrator.native import NativeUnit
 from orchestrator.plan import layouts
-from orchestrator.plan.unit import Sources, UnitPlan
+from orchestrator.plan.mixes import can_mix, can_remember
+from orchestrator.plan.outside import fixed_shape
+from orchestrator.plan.sources import Sources
+from orchestrator.plan.unit import UnitPlan
 from orchestrator.signal import Array, Causality, Variability
 from orchestrator.stretch import Stretch
 from orchestrator.system import Endpoint, System
@@ -65,11 +68,9 @@ def plan_of(
     units = {
         name: unit
         for name in order
-        if (unit := exchange.participants[name].native()) is not None
-        and _may_change(system, name)
-        and _is_plain(system, name)
+        if (unit := exchange.participants[name].native()) is not None and _may_change(system, name)
     }
-    while unsuited := [name for name in units if not _has_fixed_sources(system, name, units)]:
+    while unsuited := [name for name in units if not _suits(system, name, units)]:
         for name in unsuited:
             del units[name]
     if not units:
@@ -95,24 +96,30 @@ def _may_change(system: System, name: str) -> bool:
     )
 
 
-def _is_plain(system: System, name: str) -> bool:
-    """Whether it takes outputs as they are, and nobody wants to know what it published before."""
-    is_remembered = any(
-        term.component == name and (term.delay or term.sample)
-        for mixes in system.mixes.values()
-        for mix in mixes
-        for part in mix.parts
-        for term in part.terms
+def _suits(system: System, name: str, units: Mapping[str, NativeUnit]) -> bool:
+    """Whether the engine can make what it reads, and keep what others ask of its past."""
+
+    def shape_of(component: str, output: str) -> tuple[int, ...]:
+        if component in units:
+            return units[component].variables[output].shape
+        return fixed_shape(system.connectors[component][output])
+
+    inputs = units[name].variables
+    return (
+        _has_fixed_sources(system, name, units)
+        and all(can_mix(system, inputs[m.input].shape, m, shape_of) for m in system.mixes[name])
+        and can_remember(system, name, shape_of)
     )
-    return not system.mixes[name] and not is_remembered
 
 
 def _has_fixed_sources(system: System, name: str, units: Collection[str]) -> bool:
     """Whether what it reads keeps its sizes: of other units, or without named axes."""
+    ends = [(feed.component, feed.output) for feed in system.feeds[name]]
+    ends += [(term.component, term.output) for mix in system.mixes[name] for term in mix.terms]
     return all(
-        feed.component in units
-        or all(isinstance(n, int) for n in system.connectors[feed.component][feed.output].shape)
-        for feed in system.feeds[name]
+        component in units
+        or all(isinstance(n, int) for n in system.connectors[component][output].shape)
+        for component, output in ends
     )
 
 
@@ -157,9 +164,12 @@ class RunPlan:
             )
             for k, (name, unit) in enumerate(natives.items())
         }
-        self._sources = Sources(system, self._units, library)
+        for name, each in self._units.items():
+            each.remember(exchange.sources.histories_of(name))
+        self._sources = Sources(system, self._units, exchange.sources, library)
         for each in self._units.values():
             each.connect(self._sources)
+        self._mixing = exchange.sources
         self._most, self._room = 64, 0
         self._failure: ComponentError | None = None
         # the engine has there which unit it calls, and from when
@@ -170,7 +180,7 @@ class RunPlan:
         self._plan.unit, self._plan.units = self._table, len(natives)
         self._plan.is_parallel, self._plan.start = pattern is Pattern.PARALLEL, start
         if until is not None and until.component in natives:
-            self._plan.until, _ = self._sources.of(until.component, until.connector)
+            self._plan.until = self._sources.of(until.component, until.connector)
         recorded_bytes = sum(each.recorded_bytes for each in self._units.values())
         self._limit = min(_MOST_POINTS, max(1, _MOST_BYTES // recorded_bytes))
 
@@ -193,8 +203,7 @@ class RunPlan:
         where a component failed, see `check`.
         """
         self._reserve()
-        for source in self._sources.outside.values():
-            source.renew(self._values)
+        self._sources.renew(self._values)
         for unit in self._units.values():
             unit.enter(t, self._start, self._values)
         plan = self._plan
@@ -206,9 +215,10 @@ class RunPlan:
         self._last_call.nobody()
         sampled = sum(each.spent for each in self._table)
         for unit in self._units.values():
-            unit.show(min(1.0, spent / sampled) if sampled else 0.0)
+            unit.show(plan.now, min(1.0, spent / sampled) if sampled else 0.0)
         for unit in self._units.values():
             unit.leave(plan.now, self._values)
+        self._mixing.now = plan.now
         if outcome not in {layouts.ALL_DONE, layouts.RUN_ENDS}:
             failed = list(self._units.values())[plan.failed]
             self._failure = failed.fail(outcome, plan.call, plan.status, plan.failed_from)
@@ -236,8 +246,7 @@ class RunPlan:
         """Free what the engine allocated; the components go on without it."""
         for unit in self._units.values():
             unit.release()
-        for source in self._sources.outside.values():
-            source.release()
+        self._sources.release()
 
     def _reserve(self) -> None:
         if self._room < self._most:

@@ -2,21 +2,25 @@
 
 import ctypes
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
+from typing_extensions import override
 
+from orchestrator.algorithm.mixing import PastValues, not_finite
 from orchestrator.algorithm.participant import Participant
 from orchestrator.errors import ComponentError
 from orchestrator.native import NativeKind, NativeUnit, NativeVariable
 from orchestrator.plan import layouts
 from orchestrator.plan.memory import Outputs
-from orchestrator.plan.outside import OutsideSources
-from orchestrator.signal import Array, Causality, Connector, Signal, Signals
+from orchestrator.plan.mixes import UnitMixes
+from orchestrator.plan.past import Past
+from orchestrator.plan.sources import Readable, Sources
+from orchestrator.signal import Array, Connector, Signal, Signals
 from orchestrator.stretch import Rows, Samples
-from orchestrator.system import Feed, System
+from orchestrator.system import Feed
 from orchestrator.timebase import Duration, Time
 
 _IN_MEMORY: Final[Mapping[NativeKind, np.dtype[Any]]] = {
@@ -29,7 +33,7 @@ _IN_MEMORY: Final[Mapping[NativeKind, np.dtype[Any]]] = {
 _CACHE_LINE: Final = 64
 
 
-class UnitPlan:
+class UnitPlan(Readable):
     """What the engine knows of one unit.
 
     Args:
@@ -61,18 +65,21 @@ class UnitPlan:
         self._feeds = feeds
         self._table = table
         self._library = library
-        self._groups = _by_type(
-            unit, [n for n, c in connectors.items() if c.causality is Causality.OUTPUT]
-        )
+        self._groups = _by_type(unit, list(participant.pending))
         names = [name for group in self._groups.values() for name in group]
         own = {name: connectors[name] for name in names}
         shapes = {name: unit.variables[name].shape for name in names}
-        self.published = Outputs(own, shapes)
-        self._pending = Outputs(own, shapes) if is_parallel else self.published
+        first = Outputs(own, shapes)
+        self._outputs = (first, Outputs(own, shapes) if is_parallel else first)
+        self._is_parallel = is_parallel
+        inputs = {feed.input: unit.variables[feed.input].shape for feed in feeds}
+        inputs |= {each.input: unit.variables[each.input].shape for each in participant.mixed}
+        self._mixes = UnitMixes(participant.mixed, connectors, inputs)
+        self._pasts: dict[str, Past] = {}
         self._recorded = [name for name in names if name in recorded]
         self._shown: dict[str, Signal] = {}
         self._keep: list[Any] = []  # what the table points to
-        self._copies: list[tuple[Feed, layouts.Copy]] = []
+        self._copies: list[tuple[str, Feed | None, layouts.Copy]] = []
         self._setting_names: list[tuple[str, list[str]]] = []
         self._rings: dict[str, Array] = {}
         self._start: Time = 0
@@ -89,15 +96,35 @@ class UnitPlan:
         """How often it published in the last stretch."""
         return int(self._table.rows)
 
-    def source(self, output: str) -> tuple[int, int]:
-        """The addresses of a published output and of the number of publications."""
-        counter = ctypes.addressof(self._table) + layouts.Unit.publications.offset
-        return self.published.address(output), counter
+    @property
+    def published(self) -> Outputs:
+        """The outputs that others see; by Jacobi, they and the pending ones change places."""
+        return self._outputs[self._table.published != self._outputs[0].bases[0]]
+
+    @property
+    def _pending(self) -> Outputs:
+        return self._outputs[self._table.pending != self._outputs[0].bases[0]]
+
+    @override
+    def source(self, output: str) -> layouts.Source:
+        table, unit = ctypes.addressof(self._table), layouts.Unit
+        is_array = output in self._outputs[0].places
+        base = (unit.published if is_array else unit.published_bytes).offset
+        offset = self._outputs[0].offset(output)
+        return layouts.Source(table + base, offset, table + unit.publications.offset)
+
+    @override
+    def past(self, output: str) -> layouts.Past:
+        return self._pasts[output].table
+
+    @override
+    def shape(self, output: str) -> tuple[int, ...]:
+        return self._outputs[0].places[output].shape
 
     @property
     def recorded_bytes(self) -> int:
         """What it records at one point, Binary left out [byte]."""
-        places = self.published.places
+        places = self._outputs[0].places
         return 8 + sum(places[name].size for name in self._recorded if name in places)
 
     # ---- the table ----
@@ -106,11 +133,8 @@ class UnitPlan:
         table.instance, table.step, table.version = unit.instance, unit.step, unit.version
         table.keeps_state = unit.keeps_state
         table.step_size = self.step_size
-        table.pending = self._pending.block.ctypes.data
-        table.published = self.published.block.ctypes.data
-        table.size = len(self.published.block)
-        table.pending_bytes, table.published_bytes = self._pending.bytes, self.published.bytes
-        table.binaries = len(self.published.binaries)
+        table.published, table.published_bytes = self._outputs[0].bases
+        table.pending, table.pending_bytes = self._outputs[1].bases
         table.flag = (ctypes.c_void_p * 3)(*unit.flags)
         table.last_time = unit.last_time
         gettings = [self._getting(type_, names) for type_, names in self._groups.items()]
@@ -119,9 +143,9 @@ class UnitPlan:
         table.track = self._kept((layouts.Track * len(self._recorded))())
         table.tracks = len(self._recorded)
         for track, name in zip(self._tracks(), self._recorded, strict=True):
-            track.source = self.published.address(name)
-            track.is_binary = name in self.published.binaries
-            track.size = 8 if track.is_binary else self.published.places[name].size
+            track.offset = self._outputs[0].offset(name)
+            track.is_binary = name in self._outputs[0].binaries
+            track.size = 8 if track.is_binary else self._outputs[0].places[name].size
 
     def _tracks(self) -> list[layouts.Track]:
         return [self._table.track[k] for k in range(len(self._recorded))]
@@ -145,7 +169,7 @@ class UnitPlan:
             reference=self._references(names),
             references=len(names),
             kind=kind,
-            signal=self._pending.address(names[0]),
+            signal=self._outputs[0].offset(names[0]),
         )
         if kind is NativeKind.BINARY:
             call.is_binary = True
@@ -153,54 +177,69 @@ class UnitPlan:
             call.pointers = self._kept(np.zeros(len(names), np.uintp)).ctypes.data
             return call
         call.count = sum(self._unit.variables[name].count for name in names)
-        call.elements = call.signal
         if kind in _IN_MEMORY:
             call.elements = self._kept(np.zeros(call.count, _IN_MEMORY[kind])).ctypes.data
         return call
 
-    def connect(self, source: "Sources") -> None:
+    def remember(self, histories: Iterable[PastValues]) -> None:
+        """Keep the past of these outputs."""
+        for each in histories:
+            place = self._outputs[0].places[each.output]
+            source = self.source(each.output)
+            self._pasts[each.output] = Past(each, source, self.step_size, place.dtype, place.shape)
+        pointers = [ctypes.pointer(each.table) for each in self._pasts.values()]
+        self._table.past = self._kept((ctypes.POINTER(layouts.Past) * len(pointers))(*pointers))
+        self._table.pasts = len(pointers)
+
+    def connect(self, sources: Sources) -> None:
         """Let the driven inputs be set from their sources."""
+        self._mixes.connect(sources)
+        self._table.mix, self._table.mixes = self._mixes.table, len(self._mixes.inputs)
         feeds = {feed.input: feed for feed in self._feeds}
-        groups = _by_type(self._unit, list(feeds))
+        driven = {*feeds, *self._mixes.inputs}
+        groups = _by_type(self._unit, [name for name in self._connectors if name in driven])
         settings = []
         for type_, names in groups.items():
-            settings.append(self._setting(type_, [feeds[name] for name in names], source))
+            found = {
+                name: sources.of(feeds[name].component, feeds[name].output)
+                if name in feeds
+                else self._mixes.source(name)
+                for name in names
+            }
+            settings.append(self._setting(type_, found, feeds))
             self._setting_names.append((type_, names))
         self._table.setting = self._kept((layouts.Setting * len(settings))(*settings))
         self._table.settings = len(settings)
 
-    def _setting(self, type_: str, feeds: Sequence[Feed], source: "Sources") -> layouts.Setting:
-        names = [feed.input for feed in feeds]
+    def _setting(
+        self, type_: str, sources: Mapping[str, layouts.Source], feeds: Mapping[str, Feed]
+    ) -> layouts.Setting:
+        names = list(sources)
         kind = self._variable(names).kind
         dtype = _IN_MEMORY.get(kind, np.dtype(self._connectors[names[0]].dtype))
         counts = [self._unit.variables[name].count for name in names]
-        copies = self._kept((layouts.Copy * len(feeds))())
+        copies = self._kept((layouts.Copy * len(names))())
         call = layouts.Setting(
             function=self._unit.setters[type_],
             reference=self._references(names),
             references=len(names),
             kind=kind,
             copy=copies,
-            copies=len(feeds),
+            copies=len(names),
+            count=0 if kind is NativeKind.BINARY else sum(counts),
         )
+        for copy, name, count in zip(copies, names, counts, strict=True):
+            copy.source = sources[name]
+            copy.size = count if kind is NativeKind.BOOLEAN32 else count * dtype.itemsize
+            self._copies.append((name, feeds.get(name), copy))
         if kind is NativeKind.BINARY:
             call.is_binary = True
             call.elements = self._kept(np.zeros(2 * len(names), np.uintp)).ctypes.data
-        else:
-            elements = self._kept(np.zeros(max(sum(counts), 1), dtype))
-            call.elements, call.count = elements.ctypes.data, sum(counts)
-        item, offset = dtype.itemsize, 0
-        for copy, feed, count in zip(copies, feeds, counts, strict=True):
-            copy.source, copy.version = source.of(feed.component, feed.output)
-            if kind is not NativeKind.BINARY:
-                copy.to = call.elements + offset
-                offset += count * item
-                copy.size = count if kind is NativeKind.BOOLEAN32 else count * item
-            self._copies.append((feed, copy))
-        if kind not in {NativeKind.BINARY, NativeKind.BOOLEAN32} and _are_adjacent(copies):
-            call.elements = copies[0].source  # no need to copy them
-            for copy in copies:
-                copy.to = copy.source
+        elif kind is NativeKind.BOOLEAN32 or not _are_adjacent(copies):
+            elements = self._kept(np.zeros(max(call.count, 1), dtype))
+            call.elements = to = elements.ctypes.data
+            for copy, count in zip(copies, counts, strict=True):
+                copy.to, to = to, to + count * dtype.itemsize
         return call
 
     # ---- stretches ----
@@ -229,38 +268,53 @@ class UnitPlan:
             if value is not self._shown.get(name):
                 self.published.put(name, value, self._library)
                 self._shown[name] = value
-        if self._pending is not self.published and self._is_under_way(t):
+        if self._is_parallel and self._is_under_way(t):
             for name, value in self.participant.pending.items():
                 self._pending.put(name, value, self._library)
         owner = self._unit.owner
-        for feed, copy in self._copies:
-            version = ctypes.c_uint64.from_address(copy.version).value
-            is_set = owner.is_written(feed.input, published[feed.component][feed.output])
-            copy.seen = version if is_set else version - 1 & (1 << 64) - 1
+        for name, feed, copy in self._copies:
+            is_set = feed is not None and owner.is_written(
+                name, published[feed.component][feed.output]
+            )
+            copy.seen = _version(copy) if is_set else _version(copy) - 1 & (1 << 64) - 1
+        self._mixes.enter()
+        for past in self._pasts.values():
+            past.enter()
 
     def _is_under_way(self, t: Time) -> bool:
         """Whether a step that was begun before `t` ends behind it."""
         return (t - self._start) % self.step_size != 0
 
-    def show(self, scale: float) -> None:
-        """Let Python see what was published."""
+    def _reached(self, t: Time) -> Time:
+        """Where the step ends that was made last before `t`, or begun there."""
+        h = self.step_size
+        last = t - (t - self._start) % h
+        return last + h if self._is_parallel and last != t else last
+
+    def show(self, t: Time, scale: float) -> None:
+        """Let Python see what was published up to `t` [ns]; of its time, `scale` is true."""
         if self.rows:
             self._shown = dict(self.published.values())
         pending = self._shown
-        if self._pending is not self.published:
+        if self._is_parallel:
             pending = dict(self._pending.values())
-        self.participant.go_on(self._shown, pending, int(self._table.spent * scale))
+        self.participant.go_on(
+            self._shown, pending, self._reached(t), int(self._table.spent * scale)
+        )
 
     def leave(self, t: Time, published: Mapping[str, Signals]) -> None:
         """Let the component go on where the engine was, when all units are shown."""
         written = {
-            feed.input: published[feed.component][feed.output]
-            for feed, copy in self._copies
-            if copy.seen == ctypes.c_uint64.from_address(copy.version).value
+            name: published[feed.component][feed.output]
+            for name, feed, copy in self._copies
+            if feed is not None and copy.seen == _version(copy)
         }
         under_way = self._is_under_way(t)
         read = self.participant.pending if under_way else self.participant.published
-        self._unit.owner.adopt([feed.input for feed, _ in self._copies], written, dict(read))
+        self._unit.owner.adopt([name for name, _, _ in self._copies], written, dict(read))
+        self._mixes.leave()
+        for past in self._pasts.values():
+            past.leave()
 
     def times(self, t: Time) -> Array:
         """When it published in the stretch that began at `t` [ns], int64, shape (sample,)."""
@@ -289,6 +343,8 @@ class UnitPlan:
     def fail(self, outcome: int, call: int, status: int, t: Time) -> ComponentError:
         """The error for what stopped the engine in the step from `t`."""
         owner = self._unit.owner
+        if outcome == layouts.MIX_NOT_FINITE:
+            return self.participant.failure(t, not_finite(self._mixes.inputs[call]))
         try:
             if outcome == layouts.SET_FAILED:
                 owner.setting_failed(*self._setting_names[call], status)
@@ -305,44 +361,22 @@ class UnitPlan:
     def release(self) -> None:
         """Free what the engine allocated, and let go of the component."""
         self._unit.owner.count_calls(None)
-        for outputs in (self.published, self._pending):
+        for outputs in self._outputs:
             outputs.release(self._library)
         for track in self._tracks():
             self._library.plan_release(ctypes.byref(track.bytes))
 
 
-class Sources:
-    """Where units find the outputs of others.
-
-    Args:
-        system: all components.
-        units: what the engine steps, by name.
-        library: the engine.
-    """
-
-    def __init__(self, system: System, units: Mapping[str, UnitPlan], library: Any) -> None:
-        read: defaultdict[str, list[str]] = defaultdict(list)
-        for name in units:
-            for feed in system.feeds[name]:
-                if feed.component not in units and feed.output not in read[feed.component]:
-                    read[feed.component].append(feed.output)
-        self._units = units
-        self.outside = {
-            name: OutsideSources(name, outputs, system.connectors[name], library)
-            for name, outputs in read.items()
-        }
-
-    def of(self, component: str, output: str) -> tuple[int, int]:
-        """The addresses of an output and of the number that counts its values."""
-        if component in self.outside:
-            source = self.outside[component]
-            return source.outputs.address(output), source.version(output)
-        return self._units[component].source(output)
-
-
 def _are_adjacent(copies: Sequence[layouts.Copy]) -> bool:
     """Whether the sources lie one after the other in memory, as they are to be set."""
-    return all(one.source + one.size == other.source for one, other in pairwise(copies))
+    return all(
+        one.source.base == other.source.base and one.source.offset + one.size == other.source.offset
+        for one, other in pairwise(copies)
+    )
+
+
+def _version(copy: layouts.Copy) -> int:
+    return ctypes.c_uint64.from_address(copy.source.version).value
 
 
 def _room(size: int) -> int:

@@ -103,36 +103,44 @@ class BlockFile:
         """Rows in the file."""
         return self._rows
 
-    def append(self, content: bytes | memoryview, rows: int, lengths: list[int]) -> None:
+    def append(
+        self,
+        content: bytes | memoryview,
+        rows: int,
+        lengths: list[int],
+        *,
+        is_last: bool = False,
+    ) -> None:
         """Compress and write a block.
 
         Args:
             content: the rows in C order.
             rows: how many.
             lengths: bytes of each sample, where they tell how to cut.
+            is_last: write also that there are no more blocks, in place of `end`.
         """
         about, streams = self._columns.split(content, lengths) if content else (_EMPTY, [])
         frames = [compress(each) for each in streams]
         sizes = [len(each) for each in frames]
         note = _note({"first": self._rows, "rows": rows, "frames": sizes, **about})
-        block = b"".join((note, *frames))
-        with self._path.open("r+b") as file:
-            file.seek(self.size)  # not the end: an earlier attempt may have failed halfway
-            file.write(block)
-            file.truncate()
-        self.size += len(block)
+        end = _note({"end": self._rows + rows}) if is_last else b""
+        self._write(b"".join((note, *frames, end)))
         self._rows += rows
         self._columns.learn(sum(sizes) / max(len(content), 1))
+        if is_last:
+            self._columns.release()
 
     def end(self) -> None:
         """Write that there are no more blocks."""
         self._columns.release()
-        note = _note({"end": self._rows})
+        self._write(_note({"end": self._rows}))
+
+    def _write(self, data: bytes) -> None:
         with self._path.open("r+b") as file:
-            file.seek(self.size)
-            file.write(note)
+            file.seek(self.size)  # not the end: an earlier attempt may have failed halfway
+            file.write(data)
             file.truncate()
-        self.size += len(note)
+        self.size += len(data)
 
 
 _EMPTY: Final[dict[str, Any]] = {"stride": 1, "word": 1, "head": 0, "columns": []}

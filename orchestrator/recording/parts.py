@@ -145,8 +145,9 @@ class Part:
     def close(self) -> None:
         """Store what is left, and that this is all."""
         if self._rows:
-            self._store()
-        self._stored.end()
+            self._store(is_last=True)
+        else:
+            self._stored.end()
         self._buffer = io.BytesIO()
 
     def _take(self, rows: bytes | memoryview, count: int) -> None:
@@ -157,8 +158,9 @@ class Part:
         if self._held >= BLOCK_BYTES:
             self._store()
 
-    def _store(self) -> None:
-        self._stored.append(self._buffer.getbuffer()[: self._held], self._rows, self._lengths)
+    def _store(self, *, is_last: bool = False) -> None:
+        content = self._buffer.getbuffer()[: self._held]
+        self._stored.append(content, self._rows, self._lengths, is_last=is_last)
         self._digest()
         if self._tail is not None:
             self._tail.remove()

@@ -99,7 +99,7 @@ class Recorder(Observer):
         self._exclude = tuple(exclude)
         self._manifest = dict(manifest or {})
         self._components: dict[str, _ComponentWriter] = {}
-        self._flushed_at = monotonic()
+        self._flushed_at: float | None = None  # at first: when there was something to flush
         self._interval: dict[str, Time] = {}
         self._begun = False
 
@@ -145,8 +145,7 @@ class Recorder(Observer):
         for name in published:
             if name in self._components:
                 self._components[name].write(t, values[name])
-        if monotonic() - self._flushed_at > FLUSH_INTERVAL:
-            self._flush()
+        self._flush_if_due()
 
     @override
     def wants(self, system: System) -> Collection[Endpoint]:
@@ -157,8 +156,7 @@ class Recorder(Observer):
         for name, samples in stretch.samples.items():
             if name in self._components:
                 self._components[name].write_stretch(samples, stretch.values[name])
-        if monotonic() - self._flushed_at > FLUSH_INTERVAL:
-            self._flush()
+        self._flush_if_due()
 
     @override
     def end(self, result: SimulationResult) -> None:
@@ -185,6 +183,13 @@ class Recorder(Observer):
                 },
             },
         )
+
+    def _flush_if_due(self) -> None:
+        now = monotonic()
+        if self._flushed_at is None:
+            self._flushed_at = now
+        if now - self._flushed_at > FLUSH_INTERVAL:
+            self._flush()
 
     def _flush(self) -> None:
         for component in self._components.values():

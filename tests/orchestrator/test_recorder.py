@@ -376,3 +376,21 @@ def test_questions_that_have_no_answer_are_answered_with_what_there_is(tmp_path:
         series.at(5)
     with pytest.raises(IndexError, match=r"`late.y` has 2 samples, there is no sample 2"):
         series[2]
+
+
+def test_half_a_second_passes_from_the_first_sample_to_the_first_flush(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However long the components took to start: flushing one sample each would save nothing."""
+    now = 100.0
+    monkeypatch.setattr("orchestrator.recording.recorder.monotonic", lambda: now)
+    recorder = Recorder(tmp_path)
+    values = {"source": {"x": np.array(1.0)}}
+    system = System({"source": replay({"x": output()}, [values["source"]])}, {"source": STEP}, [])
+    recorder.begin(system, 0, 10 * STEP)
+    found = []
+    for k, moment in enumerate((200.0, 200.4, 200.6, 201.0, 201.2)):
+        now = moment
+        recorder.observe(k * STEP, ("source",), values)
+        found.append(len(Stored.open(tmp_path / "signals" / "source" / "x.zst")))
+    assert found == [0, 0, 3, 3, 5]
