@@ -12,6 +12,7 @@ import fmpy
 from adapters.fmi.archive import archive_problems
 from adapters.fmi.unpacked import host_folder
 from adapters.fmi.validation import definitions, names, structure, variables
+from adapters.fmi.validation.binaries import made_for, misplaced, shown
 from adapters.fmi.validation.document import MarkupError, parse
 from adapters.fmi.validation.finding import Finding
 from adapters.fmi.validation.functions import missing
@@ -107,9 +108,15 @@ def _binaries(archive: zipfile.ZipFile, name: str, model: Model) -> Iterator[Fin
         if not has_sources and not any(map(binary.fullmatch, entries)):
             what = f"has neither a binary `{identifier}` nor sources"
             yield Finding(file=name, place=None, what=what, rule=rule)
+        for entry, what in misplaced(archive, identifier, model.version):
+            yield Finding(file=f"{name}/{entry}", place=None, what=what, rule=rule)
+        platform = fmpy.platform_tuple
         wanted = f"binaries/{folder}/{identifier}{suffix}"
         if wanted not in entries:
             what = f"cannot run on this machine: `{wanted}` is missing"
+            yield Finding(file=name, place=None, what=what, rule=rule, is_remark=True)
+        elif (found := made_for(archive, wanted)) is None or not found.runs_on(platform):
+            what = f"cannot run on this machine: `{wanted}` is {shown(found)}"
             yield Finding(file=name, place=None, what=what, rule=rule, is_remark=True)
         elif absent := missing(archive.read(wanted), model.version, of):
             what = f"does not export {', '.join(f'`{f}`' for f in absent)}"
