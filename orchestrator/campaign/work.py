@@ -52,12 +52,14 @@ class Work:
         overrides: as `nlosim run --set` takes them, the seed among them.
         keep: the run directory to create (numbered if it exists); `None` keeps nothing.
         scratch: where to run if nothing is kept; `None`: the worker's temporary directory.
+        transport: see `run_scenario`.
     """
 
     scenario: str
     overrides: tuple[str, ...]
     keep: str | None
     scratch: str | None
+    transport: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,10 +107,14 @@ def _run(work: Work, scenario: Scenario, observers: Sequence[Observer] = ()) -> 
     if work.keep is not None:
         keep = Path(work.keep)
         directory = new_directory(keep.parent, keep.name)
-        outcome = run_scenario(scenario, directory, figure=False, observers=observers)
+        outcome = run_scenario(
+            scenario, directory, figure=False, observers=observers, transport=work.transport
+        )
     else:
         with _folder(work.scratch) as directory:
-            outcome = run_scenario(scenario, directory, figure=False, observers=observers)
+            outcome = run_scenario(
+                scenario, directory, figure=False, observers=observers, transport=work.transport
+            )
     return Result(wall=0.0, fingerprint=outcome.fingerprint, metrics=outcome.metrics, error=None)
 
 
