@@ -9,9 +9,11 @@ addition to `Component`:
 
 import abc
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 
 from orchestrator.course import Course
 from orchestrator.signal import Signals
+from orchestrator.timebase import Time
 
 
 class InitialEvaluation(abc.ABC):
@@ -89,3 +91,84 @@ class VariableSteps:
 
     A step may also be made as several shorter ones.
     """
+
+
+class PortableState(abc.ABC):
+    """Its state can be turned into bytes and back (FMI: `canSerializeFMUState`)."""
+
+    @abc.abstractmethod
+    def dump(self) -> bytes:
+        """The state at the current communication point, its inputs and outputs included. No effect.
+
+        A component of the same type and parameters can go on from it, in any process.
+        """
+
+    @abc.abstractmethod
+    def load(self, content: bytes) -> None:
+        """Return to a state that was dumped, by this component or another one like it.
+
+        Called between `initialise` and `close`, as `dump`.
+
+        Raises:
+            CosimError: these are no bytes of such a state.
+        """
+
+
+class DirectionalDerivatives(abc.ABC):
+    """How outputs change with inputs is known (FMI: `providesDirectionalDerivatives`)."""
+
+    @abc.abstractmethod
+    def directional(self, change: Signals) -> Signals:
+        """How fast outputs change while inputs change: the Jacobian times `change`. No effect.
+
+        It holds at the current communication point, for the inputs that were given last.
+
+        Args:
+            change: by input, some of the continuous ones, each a float64 array of the shape of the
+                input; all others are constant.
+
+        Returns:
+            By output, every continuous one that depends on inputs or is known not to, float64
+            arrays of the shapes of the outputs, in their units for the units of the inputs.
+        """
+
+
+class AdjointDerivatives(abc.ABC):
+    """How inputs contribute to outputs is known (FMI 3.0: `providesAdjointDerivatives`)."""
+
+    @abc.abstractmethod
+    def adjoint(self, weight: Signals) -> Signals:
+        """The gradient of weighted outputs by the inputs: `weight` times the Jacobian. No effect.
+
+        It holds at the current communication point, for the inputs that were given last.
+
+        Args:
+            weight: by output, some of the continuous ones, each a float64 array of the shape of the
+                output.
+
+        Returns:
+            By input, every continuous one, float64 arrays of the shapes of the inputs.
+        """
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EndRequest:
+    """A component asks for the end of the run.
+
+    Attributes:
+        time: how far it has come [ns]: the end of its last step, or before, if it could not make
+            all of that. Then the step counts as not made, and the run ends before its end.
+        why: a few words for the user.
+    """
+
+    time: Time
+    why: str
+
+
+class EndRequesting(abc.ABC):
+    """May ask that the run end here, as if it were the stop time (FMI: `terminateSimulation`)."""
+
+    @property
+    @abc.abstractmethod
+    def end_request(self) -> EndRequest | None:
+        """What it asks for since the last `initialise` or `step`; `None`: to go on. No effect."""

@@ -8,7 +8,7 @@ from typing_extensions import override
 
 from orchestrator.connection import Endpoint
 from orchestrator.elements import WHOLE, Elements
-from orchestrator.signal import Array, Causality, Connector
+from orchestrator.signal import Array, Causality, Connector, text_problems
 from orchestrator.unit_conversion import unit_of
 from orchestrator.units import UnitError, parse_quantity
 
@@ -20,7 +20,7 @@ class Constant:
     Attributes:
         target: the input.
         value: a number, a truth value, text such as `30 km/h`, or lists of them, row by row; a
-            single one is for all elements.
+            single one is for all elements. For an input of text, that text.
         placed: the elements.
     """
 
@@ -47,6 +47,8 @@ def with_constant(input_: Connector, constant: Constant) -> Connector:
     """
     if input_.causality is not Causality.INPUT:
         raise ValueError("it is an output, not an input")
+    if input_.is_text:
+        return replace(input_, start=_text(constant))
     if input_.is_binary:
         raise ValueError("a Binary has no constant")
     if not all(isinstance(length, int) for length in input_.shape):
@@ -58,6 +60,15 @@ def with_constant(input_: Connector, constant: Constant) -> Connector:
     start = np.array(input_.start_value())
     start[constant.placed.index()] = value
     return replace(input_, start=start)
+
+
+def _text(constant: Constant) -> bytes:
+    if not isinstance(constant.value, str) or constant.placed != WHOLE:
+        raise ValueError("expected a text, as it is text; write quotes around it")
+    value = constant.value.encode()
+    if problems := text_problems(value):
+        raise ValueError(problems[0])
+    return value
 
 
 def _array(input_: Connector, value: Any) -> Array:

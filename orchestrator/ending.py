@@ -1,4 +1,4 @@
-"""When a run ends before its stop time: once an output says so."""
+"""When a run ends before its stop time: an output says so, or a component asks for it."""
 
 import abc
 from collections.abc import Mapping
@@ -8,18 +8,24 @@ import numpy as np
 from typing_extensions import override
 
 from orchestrator.component import Component
+from orchestrator.early_end import EarlyEnd
 from orchestrator.errors import SystemStructureError
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.suggestion import suggestion
 from orchestrator.system import Endpoint
+from orchestrator.timebase import Time, seconds
 
 
 class Ending(abc.ABC):
-    """What ends a run early."""
+    """What ends a run early, but for requests of components."""
 
     @abc.abstractmethod
     def is_reached(self, values: Mapping[str, Signals]) -> bool:
         """Whether the run ends at this communication point, at which `values` are published."""
+
+    @abc.abstractmethod
+    def early_end(self, reached: Time) -> EarlyEnd | None:
+        """Why it ended at `reached` [ns]; `None` if it is not because of this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +35,10 @@ class NotEarly(Ending):
     @override
     def is_reached(self, values: Mapping[str, Signals]) -> bool:
         return False
+
+    @override
+    def early_end(self, reached: Time) -> EarlyEnd | None:
+        return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +54,11 @@ class WhenTrue(Ending):
     @override
     def is_reached(self, values: Mapping[str, Signals]) -> bool:
         return bool(values[self.until.component][self.until.connector])
+
+    @override
+    def early_end(self, reached: Time) -> EarlyEnd | None:
+        text = f"`{self.until}` is true at t = {seconds(reached):.9g} s"
+        return EarlyEnd(by=(str(self.until),), text=text)
 
 
 def ending(components: Mapping[str, Component], until: Endpoint | None) -> Ending:

@@ -32,6 +32,9 @@ class NativeKind(enum.IntEnum):
     BINARY = 5
     """FMI 3.0: a pointer and a size."""
 
+    TEXT = 6
+    """A pointer to a text that ends with zero."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NativeVariable:
@@ -118,8 +121,13 @@ class NativeOwner(abc.ABC):
         """
 
     @abc.abstractmethod
-    def step_failed(self, status: int, t: Time, h: Duration) -> None:
-        """The step from `t` returned `status`; -1: it was OK, but the FMU asks to end.
+    def complete_step(self, status: int, t: Time, h: Duration) -> None:
+        """The step from `t` returned `status`, neither OK nor a mere warning: make the rest of it.
+
+        Args:
+            status: -1: OK or a warning, but something was said beside it.
+            t: where it began [ns].
+            h: its length [ns].
 
         Raises:
             Exception: see `setting_failed`.

@@ -9,6 +9,7 @@ from typing import ClassVar, Final, NoReturn, TextIO
 from tqdm import tqdm
 from typing_extensions import override
 
+from orchestrator.early_end import EarlyEnd
 from orchestrator.signal import Signals
 from orchestrator.stretch import Stretch
 from orchestrator.system import Endpoint, System
@@ -47,7 +48,8 @@ class SimulationResult:
             at during the run are read at its end; they are missing where a step was under way or
             the run failed.
         wall_time: where the time went.
-        error: what ended the run early, or `None`.
+        error: what made the run fail, or `None`.
+        early_end: why it ended before its stop time without failing, or `None`.
     """
 
     start: Time
@@ -55,6 +57,7 @@ class SimulationResult:
     values: Mapping[str, Signals]
     wall_time: WallTime
     error: BaseException | None = None
+    early_end: EarlyEnd | None = None
 
     @property
     def status(self) -> str:
@@ -80,7 +83,8 @@ class Observer(abc.ABC):
     def begin(self, system: System, start: Time, stop: Time) -> None:
         """A run of `system` from `start` to `stop` [ns] begins; no component is set up yet.
 
-        It may end before `stop`, where an output says so; the result has the time.
+        It may end before `stop`, where an output says so or a component asks for it; the result has
+        the time.
         """
 
     @abc.abstractmethod

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from orchestrator.early_end import EarlyEnd
 from orchestrator.errors import CosimError
 from orchestrator.findings import make_report
 from orchestrator.last_call import LastCall, noting
@@ -51,6 +52,7 @@ class RunOutcome:
         metrics: of the scenario's report; empty without one.
         summary: the report's lines for the terminal; empty without one.
         recorded: what each recorded signal takes on disk [byte], largest first.
+        early_end: why it ended before its stop time; `None` if it did not.
     """
 
     directory: Path
@@ -61,6 +63,7 @@ class RunOutcome:
     metrics: Mapping[str, Any]
     summary: str
     recorded: Mapping[str, int]
+    early_end: EarlyEnd | None = None
 
 
 class RunFailedError(CosimError):
@@ -243,8 +246,8 @@ def _run(
             raise RunInterrupted(directory) from error
         raise RunFailedError(str(error), directory) from error
     last_call.nobody()
-    if result.time < scenario.stop:
-        logger.info("`%s` is true at t = %.9g s", scenario.until, seconds(result.time))
+    if result.early_end is not None:
+        logger.info("%s", result.early_end.text)
     logger.info("done; fingerprint %s", recorder.fingerprint)
     try:
         findings = make_report(asked, directory, figure=figure)
@@ -263,6 +266,7 @@ def _run(
         metrics=findings.metrics,
         summary=findings.summary,
         recorded=recorder.sizes,
+        early_end=result.early_end,
     )
 
 

@@ -1,14 +1,14 @@
 """Connectors: what a component says about the signals it exchanges.
 
-A signal is a NumPy array, or `bytes` for what FMI calls Binary. A connector declares its
-causality, element type, unit, axes and variability, so that a connection can be checked
-before the first step and a value at every step.
+A signal is a NumPy array, or `bytes` for what FMI calls Binary and, in UTF-8, String. A connector
+declares its causality, element type, unit, axes and variability, so that a connection can be
+checked before the first step and a value at every step.
 """
 
 import enum
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,9 @@ from orchestrator.units import Unit
 Array: TypeAlias = npt.NDArray[Any]
 Signal: TypeAlias = Array | bytes
 Signals: TypeAlias = Mapping[str, Signal]
+
+TEXT: Final = "text/plain; charset=utf-8"
+"""The MIME type of a Binary that is text (FMI: String)."""
 
 
 class Causality(enum.Enum):
@@ -93,6 +96,11 @@ class Connector:
         return self.dtype is None
 
     @property
+    def is_text(self) -> bool:
+        """Whether values are text in UTF-8."""
+        return self.is_binary and self.mime_type == TEXT
+
+    @property
     def carries_events(self) -> bool:
         """Whether every value must be read, because the next one replaces it."""
         return self.is_binary and "events" in (p.strip() for p in self.mime_type.split(";"))
@@ -110,10 +118,11 @@ class Connector:
         return value
 
     def violations(self, value: Signal) -> list[str]:
-        """How `value` breaks this declaration: type, rank, lengths, values not finite."""
+        """How `value` breaks this declaration: type, rank, lengths, not finite, no text."""
         if self.is_binary or isinstance(value, bytes):
-            fits = self.is_binary and isinstance(value, bytes)
-            return [] if fits else [f"is {type(value).__name__}, declared {self.kind()}"]
+            if not (self.is_binary and isinstance(value, bytes)):
+                return [f"is {type(value).__name__}, declared {self.kind()}"]
+            return text_problems(value) if self.is_text else []
         if value.dtype != np.dtype(self.dtype) or value.ndim != len(self.shape):
             return [f"is {value.dtype}{list(value.shape)}, declared {self.kind()}"]
         for axis, (found, declared) in enumerate(zip(value.shape, self.shape, strict=True)):
@@ -144,9 +153,18 @@ class Connector:
     def kind(self) -> str:
         """The declared type as text, e.g. `float64[vehicle, 3]` or `binary`."""
         if self.is_binary:
-            return f"binary ({self.mime_type})"
+            return "text" if self.is_text else f"binary ({self.mime_type})"
         axes = ", ".join(map(str, self.shape))
         return f"{np.dtype(self.dtype)}[{axes}]"
+
+
+def text_problems(value: bytes) -> list[str]:
+    """Why these bytes are no text: not UTF-8, or a NUL, which ends texts in FMI and C."""
+    try:
+        value.decode()
+    except UnicodeDecodeError as error:
+        return [f"is no text in UTF-8: {value[error.start : error.start + 4]!r} at {error.start}"]
+    return [f"has a NUL character at {value.index(0)}"] if 0 in value else []
 
 
 def along(shape: tuple[int | str, ...]) -> list[int | str]:

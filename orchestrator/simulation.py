@@ -1,15 +1,19 @@
 """The simulation loop."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from time import perf_counter_ns
+
+from typing_extensions import TypeVarTuple
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.exchange import Exchange, Schedule
 from orchestrator.algorithm.looked_at import looked_at
+from orchestrator.algorithm.requests import EndedWithinStep
 from orchestrator.algorithm.start import initialise
 from orchestrator.branching import Branching
-from orchestrator.ending import ending
+from orchestrator.early_end import EarlyEnd
+from orchestrator.ending import Ending, ending
 from orchestrator.last_call import NOWHERE, LastCall
 from orchestrator.observer import Observer, SimulationResult, WallTime
 from orchestrator.plan.plan import RunPlan, plan_of
@@ -17,6 +21,8 @@ from orchestrator.signal import Signals
 from orchestrator.stretch import Stretch
 from orchestrator.system import Endpoint, System
 from orchestrator.timebase import Time, seconds
+
+Values = TypeVarTuple("Values")
 
 
 def simulate(
@@ -31,7 +37,10 @@ def simulate(
     compiled: bool = True,
     last_call: LastCall = NOWHERE,
 ) -> SimulationResult:
-    """Simulate `system` from `start` to `stop`, or until an output is true.
+    """Simulate `system` from `start` to `stop`, or until an output is true or a component asks.
+
+    A component that asks for the end (`EndRequesting`) ends the run where its request is published.
+    One that did not come to the end of its step ends it at the last communication point before.
 
     Whatever happens, every component is closed, then every observer that began is ended. An
     error raised meanwhile does not hide an earlier one; it becomes a note on it. Observers see
@@ -86,10 +95,11 @@ def simulate(
         while True:
             due = schedule.at(t)
             exchange.sources.now = t
-            if t != start:
-                stepping.arrive(t, due)
+            if t != start and not run.completes(stepping.arrive, t, due):
+                branching.arrive(run.time, is_last=True)
+                break
             run.time = t
-            is_last = t == stop or early.is_reached(exchange.values)
+            is_last = t == stop or run.ends_early(early)
             branching.arrive(t, is_last=is_last)
             if branching.is_trunk:
                 audience.observe(t, due.names, exchange.values)
@@ -98,8 +108,7 @@ def simulate(
                 stretch = plan.run(t, end)
                 run.time = t = stretch.time
                 audience.observe_stretch(stretch)
-                plan.check()
-                is_last = t == stop or early.is_reached(exchange.values)
+                is_last = not run.completes(plan.check) or t == stop or run.ends_early(early)
             if is_last:
                 break
             stepping.depart(t, schedule.at(t))
@@ -168,6 +177,7 @@ class _Run:
     def __init__(self, exchange: Exchange, start: Time) -> None:
         self.time = start
         self.error: BaseException | None = None
+        self._early_end: EarlyEnd | None = None
         self._exchange = exchange
         self._start = start
         self._began_at_ns = perf_counter_ns()
@@ -184,6 +194,25 @@ class _Run:
                 kind = type(error).__name__
                 self.error.add_note(f"then, while {doing}, {kind}: {error}")
 
+    def completes(self, steps: Callable[[*Values], None], *of: *Values) -> bool:
+        """Complete `steps`; `False` if a component ends the run within one of them."""
+        try:
+            steps(*of)
+        except EndedWithinStep as end:
+            self._early_end = EarlyEnd.within_step(end.component, end.request, self.time)
+            return False
+        return True
+
+    def ends_early(self, early: Ending) -> bool:
+        """Whether the run ends at the point that it has reached, whatever its stop time."""
+        if early.is_reached(self._exchange.values):
+            self._early_end = early.early_end(self.time)
+            return True
+        requests = self._exchange.requests.published
+        if requests:
+            self._early_end = EarlyEnd.behind_steps(requests)
+        return bool(requests)
+
     def result(self, observers_ns: int) -> SimulationResult:
         total = seconds(perf_counter_ns() - self._began_at_ns)
         participants = self._exchange.participants
@@ -199,4 +228,5 @@ class _Run:
                 orchestrator=total - observers - sum(components.values()),
             ),
             error=self.error,
+            early_end=self._early_end if self.error is None else None,
         )

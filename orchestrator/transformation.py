@@ -29,6 +29,8 @@ class Transformation:
         sample: values are read at multiples of this since the start of the run, and held in
             between [ns]; 0 stands for whenever the target reads.
         adds: whether the value is added to that of the connection before it to the same elements.
+        converts: whether the unit of the output is converted to that of the input; if not, the
+            number is taken as it is, whatever the units.
     """
 
     picked: Elements = WHOLE
@@ -38,6 +40,7 @@ class Transformation:
     delay: Duration = 0
     sample: StepSize = 0
     adds: bool = False
+    converts: bool = True
 
     @property
     def arithmetic(self) -> tuple[Operation, ...]:
@@ -46,6 +49,15 @@ class Transformation:
             *([multiply(self.gain)] if self.gain != 1.0 else []),
             *([add(self.offset)] if self.offset else []),
         )
+
+    def operations(self, output: Connector, input_: Connector) -> tuple[Operation, ...]:
+        """From values of an output to what an input sees.
+
+        Raises:
+            UnitsDifferError: the units of both cannot be converted.
+        """
+        units = conversion(output, input_) if self.converts else ()
+        return (*units, *self.arithmetic)
 
 
 PLAIN: Final = Transformation()
@@ -115,7 +127,7 @@ def term(
         ends: the output and the input, between which `problems` finds nothing.
         way: from one to the other.
     """
-    operations = (*conversion(*ends), *way.arithmetic)
+    operations = way.operations(*ends)
     return Term(component, output, way.picked, operations, way.delay, way.sample)
 
 
@@ -154,10 +166,12 @@ def problems(
 def described(output: Connector, input_: Connector, way: Transformation) -> str:
     """What happens on the way, as text: `* 5 / 18, 20 ms later`; empty if nothing does."""
     is_wider = not output.is_binary and np.dtype(output.dtype) != np.dtype(input_.dtype)
-    operations = () if output.is_binary else (*conversion(output, input_), *way.arithmetic)
+    operations = () if output.is_binary else way.operations(output, input_)
+    is_kept = not way.converts and output.unit != input_.unit
     said = [
         *(["added"] if way.adds else []),
         *([spelled(operations)] if operations else []),
+        *(["unit not converted"] if is_kept else []),
         *([f"as {np.dtype(input_.dtype)}"] if is_wider else []),
         *([f"{format_duration(way.delay)} later"] if way.delay else []),
         *([f"sampled every {format_duration(way.sample)}"] if way.sample else []),
@@ -202,7 +216,7 @@ def _type_problems(output: Connector, input_: Connector, way: Transformation) ->
     if not is_widening(source, target):
         yield f"types differ: {output.kind()} and {input_.kind()}"
     try:
-        units = conversion(output, input_)
+        units = conversion(output, input_) if way.converts else ()
     except UnitsDifferError as error:
         yield str(error)
         return

@@ -1,4 +1,4 @@
-"""The archive of an FMU: opened only if it can be unpacked without harm."""
+"""The archive of an FMU, or of a package: opened only if it can be unpacked without harm."""
 
 import io
 import stat
@@ -36,8 +36,12 @@ _QUOTED: Final = 5
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[zipfile.ZipFile]:
+def opened(path: Path, kind: str = "FMU") -> Iterator[zipfile.ZipFile]:
     """The archive at `path`, for reading; nothing of it was unpacked so far.
+
+    Args:
+        path: of the file.
+        kind: what it should be, for messages.
 
     Raises:
         ComponentTypeError: there is none, or it is refused; all reasons in one text.
@@ -47,7 +51,7 @@ def opened(path: Path) -> Iterator[zipfile.ZipFile]:
     try:
         archive = zipfile.ZipFile(path)
     except (zipfile.BadZipFile, NotImplementedError, UnicodeDecodeError) as error:
-        raise ComponentTypeError(f"{path}: is no ZIP archive, so no FMU ({error})") from error
+        raise ComponentTypeError(f"{path}: is no ZIP archive, so no {kind} ({error})") from error
     except OSError as error:
         raise ComponentTypeError(f"{path}: cannot be read: {error}") from error
     with archive:

@@ -1,8 +1,8 @@
 """An FMU as a component."""
 
+import math
 import weakref
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -10,33 +10,32 @@ from typing_extensions import override
 
 from adapters.fmi.block import shape_of
 from adapters.fmi.connectors import SEED, connectors, is_seed
+from adapters.fmi.derivatives import derivatives
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import FmuInstance
+from adapters.fmi.portable import PortableFmu
 from adapters.fmi.sizes import Sizes
+from adapters.fmi.state import FmuState
+from adapters.fmi.stepping import Stepper
 from adapters.fmi.variable import DTYPES, FmuVariable
-from orchestrator.capabilities import InitialEvaluation, OutputSelection
+from orchestrator.algorithm.outputs import same
+from orchestrator.capabilities import (
+    EndRequest,
+    EndRequesting,
+    InitialEvaluation,
+    OutputSelection,
+)
 from orchestrator.component import Capability, Component, WrappedRestorableComponent
 from orchestrator.native import NativeOwner, NativeUnit
-from orchestrator.signal import Causality, Connector, Signal, Signals
+from orchestrator.signal import Causality, Connector, Signal, Signals, Variability
 from orchestrator.timebase import CommunicationGrid, Duration, Time, seconds
 
 Instantiate: TypeAlias = Callable[[], FmuInstance]
 """Makes a new instance of the FMU, with its own folder and library."""
 
 
-@dataclass(frozen=True, eq=False)
-class FmuState:
-    """A stored state of one instance, and what the importer knew then."""
-
-    instance: FmuInstance
-    address: int
-    lengths: Mapping[str, int]
-    written: Mapping[str, Signal]
-    read: Signals
-
-
-class FmuComponent(Component, NativeOwner, InitialEvaluation, OutputSelection):
+class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, OutputSelection):
     """An FMU in this process.
 
     Inputs that are the objects they were at the last step are not set again. When the length
@@ -47,6 +46,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, OutputSelection):
         description: of the FMU.
         values: of parameters, and start values of what is neither parameter nor input.
         instantiate: makes the instance.
+        stepper: takes its steps.
         tolerance: relative, for the solver of the FMU; `None`: its own.
     """
 
@@ -56,17 +56,33 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, OutputSelection):
         values: Mapping[str, Any],
         instantiate: Instantiate,
         *,
+        stepper: Stepper,
         tolerance: float | None,
     ) -> None:
         self._description = description
         self._values = values
         self._tolerance = tolerance
+        self._stepper = stepper
         self._instantiate = instantiate
         self._sizes = Sizes(description, values)
         self._connectors = connectors(description, self._sizes.start)
         self._inputs = [
             name for name, c in self._connectors.items() if c.causality is Causality.INPUT
         ]
+        own = {e: v for v in description.of("input") for e in v.elements}
+        self._input_clocks = [n for n in self._inputs if own[n].clock is not None]
+        self._inputs = [n for n in self._inputs if own[n].clock is None]
+        self._jumping = {
+            n
+            for n in self._inputs
+            if self._connectors[n].variability is not Variability.CONTINUOUS
+            and not own[n].is_clocked  # those wait for their clock
+        }
+        self._offered = derivatives(description, self._running)
+        if description.can_restore and description.can_serialize and not description.has_clocks:
+            self._offered.append(PortableFmu(description, self, self._running))
+        arrays = [v for v in description.of("input") if v.is_bytes and v.axes]
+        self._siblings = {name: v.elements for v in arrays for name in v.elements}
         self._instance: FmuInstance | None = None
         self._finalizer: weakref.finalize[..., FmuComponent] | None = None
         self._lengths: dict[str, int] = {}
@@ -76,6 +92,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, OutputSelection):
         self._start: Time = 0
         self._grid: CommunicationGrid | None = None
         self._is_initialising = False
+        self._end_request: EndRequest | None = None
 
     @property
     @override
@@ -92,7 +109,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, OutputSelection):
         self._start = start
         self._seed = self._draw_seed(rng)
         self._instance = self._instantiate()
-        self._is_initialising = False
+        self._is_initialising, self._end_request = False, None
         # also at interpreter exit, when `close` was never called
         self._finalizer = weakref.finalize(self, self._instance.free)
 
@@ -115,6 +132,9 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, OutputSelection):
     def capability(self, kind: type[Capability]) -> Capability | None:
         if kind is InitialEvaluation and self._sizes.may_change:
             return None  # sizes are set before initialisation, once
+        for each in self._offered:
+            if isinstance(each, kind):
+                return each
         return super().capability(kind)
 
     @override
@@ -129,7 +149,8 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, OutputSelection):
         instance = self._running()
         self._enter_initialisation(instance, inputs)
         self._write_inputs(instance, inputs)
-        instance.exit_initialisation()
+        if instance.exit_initialisation(seconds(self._start)):
+            self._end_request = self._stepper.request(self._start)
         self._read = instance.read()
 
     def _enter_initialisation(self, instance: FmuInstance, inputs: Signals) -> None:
@@ -154,8 +175,13 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, OutputSelection):
         values = {n: v for n, v in self._values.items() if n not in self._lengths}
         if self._seed is not None:
             values[SEED] = self._seed
-        texts = {name: value for name, value in values.items() if isinstance(value, str)}
-        instance.write_text(texts)
+        variables = self._description.variables
+        texts = {
+            name: (value,) if isinstance(value, str) else tuple(value)
+            for name, value in values.items()
+            if variables[name].type == "String"
+        }
+        instance.write_text(self._whole(texts))
         instance.write(
             {
                 name: self._as_array(self._description.variables[name], value)
@@ -163,6 +189,13 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, OutputSelection):
                 if name not in texts
             }
         )
+
+    def _whole(self, texts: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+        """All elements of arrays of which one stands for all."""
+        counts = {
+            n: math.prod(shape_of(self._description.variables[n], self._lengths)) for n in texts
+        }
+        return {n: t * counts[n] if len(t) == 1 else t for n, t in texts.items()}
 
     def _as_array(self, variable: FmuVariable, value: Any) -> Signal:
         """A parameter value in the element type and the shape of its variable.
@@ -177,28 +210,58 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, OutputSelection):
         shape = shape_of(variable, self._lengths)
         return np.full(shape, elements) if elements.size == 1 else elements.reshape(shape)
 
-    def _write_inputs(self, instance: FmuInstance, inputs: Signals) -> None:
+    def _write_inputs(
+        self, instance: FmuInstance, inputs: Signals, begin: float | None = None
+    ) -> bool:
+        """Set what is new; at the time `begin` [s], some of it may jump.
+
+        Returns:
+            Whether the FMU asks to end the simulation.
+        """
         written = self._written
+        is_jumping = begin is not None and instance.uses_events
         changed = {}
         for name in self._inputs:
-            value = inputs[name]
-            if value is not written.get(name):
+            value, old = inputs[name], written.get(name)
+            if value is not old:
                 written[name] = value
+                if is_jumping and old is not None and name in self._jumping and same(value, old):
+                    continue  # no event
                 changed[name] = self._sizes.fill(name, value, self._lengths)
+                for other in self._siblings.get(name, ()):
+                    changed[other] = inputs[other]
+        if begin is not None and is_jumping:
+            ticking = {n: inputs[n] for n in self._input_clocks if np.any(inputs[n])}
+            if ticking or not self._jumping.isdisjoint(changed):
+                return instance.write_jumps(changed | ticking, begin)
         if changed:
             instance.write(changed)
+        return False
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
         instance = self._running()
         if self._sizes.may_have_changed(inputs, self._written):
             self._resize(instance, inputs)
-        self._write_inputs(instance, inputs)
+        begin, length = self._span(t, h)
+        instance.begin_step()
+        if self._write_inputs(instance, inputs, begin):
+            self._end_request = self._stepper.request(t)
+            return
+        self._end_request = self._stepper.make(instance, begin, length, t + h)
+        if self._end_request is None or self._end_request.time == t + h:
+            self._read = instance.read()
+
+    def _span(self, t: Time, h: Duration) -> tuple[float, float]:
+        """Where the step from `t` to `t + h` begins, and its length [s]."""
         if self._grid is None:
-            instance.step(seconds(t), seconds(h))
-        else:
-            instance.step(self._grid.seconds(t), self._grid.length(t, h))
-        self._read = instance.read()
+            return seconds(t), seconds(h)
+        return self._grid.seconds(t), self._grid.length(t, h)
+
+    @property
+    @override
+    def end_request(self) -> EndRequest | None:
+        return self._end_request
 
     def _resize(self, instance: FmuInstance, inputs: Signals) -> None:
         lengths = self._sizes.measure(inputs)
@@ -224,9 +287,10 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, OutputSelection):
 
     @override
     def native(self) -> NativeUnit | None:
-        if self._sizes.may_change:
+        instance = self._running()
+        if self._sizes.may_change or self._stepper.keeps_states or instance.uses_events:
             return None
-        return self._running().native(self._connectors, self)
+        return instance.native(self._connectors, self)
 
     @override
     def count_calls(self, address: int | None) -> None:
@@ -248,8 +312,11 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, OutputSelection):
         self._running().setting_failed(type_, names, status)
 
     @override
-    def step_failed(self, status: int, t: Time, h: Duration) -> None:
-        self._running().judge_step(status, seconds(t), seconds(h))
+    def complete_step(self, status: int, t: Time, h: Duration) -> None:
+        instance = self._running()
+        begin, length = self._span(t, h)
+        outcome = instance.outcome(status, begin)
+        self._end_request = self._stepper.go_on(instance, outcome, begin, length, t + h)
 
     @override
     def getting_failed(self, type_: str, status: int) -> None:
@@ -257,6 +324,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, OutputSelection):
 
     @override
     def close(self) -> None:
+        self._stepper.account()
         if self._finalizer is not None:
             self._finalizer()
         self._finalizer = None

@@ -15,11 +15,20 @@ from adapters.fmi.fmi2 import Fmi2Instance
 from adapters.fmi.fmi3 import Fmi3Instance
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.messages import MessageLog
-from adapters.fmi.options import Said, option_parameters, with_locals
+from adapters.fmi.options import (
+    RETRY_HINT,
+    Options,
+    Said,
+    may_retry,
+    option_parameters,
+    with_intermediate,
+    with_locals,
+)
 from adapters.fmi.settings import settings, start_settings
 from adapters.fmi.sizes import Sizes
 from adapters.fmi.starts import start_parameters, started
 from adapters.fmi.step_size import step_problem
+from adapters.fmi.stepping import Stepper
 from adapters.fmi.unpacked import check_binary
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
@@ -34,7 +43,7 @@ class FmuComponentType(ComponentType):
     an input. A structural parameter `n_vehicle` is the axis `vehicle` of its arrays; if it is
     tunable and an input has the axis, it follows that input. An Enumeration is set by the name
     of an item. An integer parameter `seed` that is not set is drawn from the component's random
-    stream. Inputs and outputs of the types String, Clock, and clocked ones, are not offered.
+    stream. A triggered clock is a Boolean that says whether it ticks.
     """
 
     def __init__(self, path: Path) -> None:
@@ -79,6 +88,7 @@ class FmuComponentType(ComponentType):
             raise ComponentTypeError(f"{self._fmu.path}: there is no parameter `{unknown[0]}`")
         said = Said.of(self._fmu, values)
         fmu = with_locals(self._fmu, said.options.locals)
+        fmu = with_intermediate(fmu, said.options.intermediate)
         native = settings(fmu, said.parameters)
         starts = start_settings(fmu, said.parameters, said.starts)
         fmu = started(fmu, starts)
@@ -90,14 +100,29 @@ class FmuComponentType(ComponentType):
         component = FmuComponent(
             fmu,
             native,
-            functools.partial(_instantiate, fmu, name, log, may_restore=may_restore),
+            functools.partial(
+                _instantiate, fmu, name, log, may_restore=may_restore, options=said.options
+            ),
+            stepper=_stepper(fmu, log, said.options),
             tolerance=said.options.tolerance,
         )
         return RestorableFmuComponent(component) if may_restore else component
 
 
+def _stepper(fmu: FmuDescription, log: MessageLog, options: Options) -> Stepper:
+    return Stepper(
+        log,
+        asking="`fmi2Terminated`" if fmu.version == 2 else "`terminateSimulation`",
+        may_vary=fmu.has_variable_steps,
+        smallest=options.smallest_step,
+        hint=RETRY_HINT if may_retry(fmu) else "",
+    )
+
+
 def _instantiate(
-    fmu: FmuDescription, name: str, log: MessageLog, *, may_restore: bool
+    fmu: FmuDescription, name: str, log: MessageLog, *, may_restore: bool, options: Options
 ) -> FmuInstance:
-    instance = Fmi2Instance if fmu.version == 2 else Fmi3Instance
-    return instance(fmu, name, log, may_restore=may_restore)
+    if fmu.version == 2:
+        return Fmi2Instance(fmu, name, log, may_restore=may_restore)
+    uses_events = fmu.has_event_mode and (options.event_mode or fmu.has_clocks)
+    return Fmi3Instance(fmu, name, log, may_restore=may_restore, uses_events=uses_events)

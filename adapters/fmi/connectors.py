@@ -5,12 +5,13 @@ from collections.abc import Mapping
 from typing import Any, Final, Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from adapters.fmi.block import shape_of, size_text
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.parameters import DRAWN, REQUIRED, Parameter
-from orchestrator.signal import Causality, Connector, Signal, Variability
+from orchestrator.signal import TEXT, Causality, Connector, Signal, Variability
 
 SEED: Final = "seed"
 """An integer parameter of this name that the scenario does not set is drawn from the
@@ -32,39 +33,63 @@ def connectors(description: FmuDescription, lengths: Mapping[str, int]) -> dict[
         description: the FMU.
         lengths: of the structural parameters, before the first inputs arrive.
     """
-    inputs = frozenset(v.name for v in description.of("input") if v.is_signal)
+    inputs = {v.name: v.elements for v in description.of("input") if v.is_signal}
     return {
-        variable.name: _connector(variable, inputs, lengths)
+        name: _connector(variable, name, inputs, lengths)
         for variable in description.of("input", "output")
         if variable.is_signal
+        for name in variable.elements
     }
 
 
 def left_out(description: FmuDescription) -> list[str]:
     """Inputs and outputs that cannot be connected, with the reason."""
+    silent = [v for v in description.of("input", "output") if not v.is_signal]
     return [
-        f"`{v.name}` ({'clocked' if v.is_clocked else v.type})"
-        for v in description.of("input", "output")
-        if not v.is_signal
+        *(f"`{v.name}` ({_reason(v)})" for v in silent if v.clock is None or v.axes),
+        *(f"`{name}` (clocks need `hasEventMode`)" for name in description.lost),
     ]
 
 
+def _dtype(variable: FmuVariable) -> npt.DTypeLike:
+    """A clock is a truth: it ticks."""
+    return np.bool_ if variable.clock is not None else DTYPES[variable.type]
+
+
+def _reason(variable: FmuVariable) -> str:
+    return f"{variable.type} of variable size" if variable.is_bytes else variable.type
+
+
 def _connector(
-    variable: FmuVariable, inputs: frozenset[str], lengths: Mapping[str, int]
+    variable: FmuVariable,
+    name: str,
+    inputs: Mapping[str, tuple[str, ...]],
+    lengths: Mapping[str, int],
 ) -> Connector:
+    """One connector of a variable.
+
+    Args:
+        variable: of the FMU.
+        name: of the connector.
+        inputs: the connectors of each input.
+        lengths: of the structural parameters.
+    """
     is_input = variable.causality == "input"
-    feedthrough = inputs if variable.dependencies is None else inputs & variable.dependencies
+    known = variable.dependencies
+    feedthrough = frozenset(
+        e for n, es in inputs.items() if known is None or n in known for e in es
+    )
     variability = {"continuous": Variability.CONTINUOUS, "constant": Variability.FIXED}
     return Connector(
         causality=Causality.INPUT if is_input else Causality.OUTPUT,
-        dtype=None if variable.type == "Binary" else DTYPES[variable.type],
-        shape=tuple(axis.name or axis.length for axis in variable.axes),
+        dtype=None if variable.is_bytes else _dtype(variable),
+        shape=() if variable.is_bytes else tuple(a.name or a.length for a in variable.axes),
         unit=variable.unit,
         definition=variable.definition,
         is_relative=variable.is_relative,
         variability=variability.get(variable.variability, Variability.DISCRETE),
-        start=start_value(variable, lengths) if is_input else None,
-        mime_type=variable.mime_type,
+        start=start_value(variable, lengths, variable.elements.index(name)) if is_input else None,
+        mime_type=TEXT if variable.type == "String" else variable.mime_type,
         feedthrough=frozenset() if is_input else feedthrough,
         description=variable.description + _legend(variable),
     )
@@ -76,12 +101,14 @@ def _legend(variable: FmuVariable) -> str:
     return f" ({listed})" if listed else ""
 
 
-def start_value(variable: FmuVariable, lengths: Mapping[str, int]) -> Signal:
-    """The start value of `variable` in the shape it has for `lengths`."""
-    if variable.type == "Binary":
-        return variable.start[0] if variable.start else b""
+def start_value(variable: FmuVariable, lengths: Mapping[str, int], element: int = 0) -> Signal:
+    """The start value of `variable` in the shape it has for `lengths`, or of one text or Binary."""
+    if variable.is_bytes:
+        start = variable.start or ("",)
+        value = start[element if len(start) > 1 else 0]
+        return value.encode() if isinstance(value, str) else bytes(value)
     shape = shape_of(variable, lengths)
-    values = np.array(variable.start or (0,), dtype=DTYPES[variable.type])
+    values = np.array(variable.start or (0,), dtype=_dtype(variable))
     if values.size == 1:
         return np.full(shape, values[0], dtype=values.dtype)
     if values.size == math.prod(shape):
@@ -112,8 +139,11 @@ def is_seed(variable: FmuVariable) -> bool:
 def is_offered(variable: FmuVariable, chosen: frozenset[str]) -> bool:
     """Whether a scenario can set it; not if its length follows the inputs during the run."""
     structural = {axis.structural for axis in variable.axes} - {None}
-    has_type = variable.type in DTYPES or (variable.type == "String" and not variable.axes)
-    return has_type and not variable.is_clocked and structural <= chosen
+    return (
+        (variable.type in DTYPES or variable.type == "String")
+        and not variable.is_clocked
+        and structural <= chosen
+    )
 
 
 def _parameter(variable: FmuVariable) -> Parameter:

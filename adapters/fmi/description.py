@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 from xml.etree import ElementTree as ET
 
 import fmpy.model_description
@@ -17,6 +17,8 @@ from adapters.fmi.reading import variables
 from adapters.fmi.step_size import internal_step
 from adapters.fmi.variable import FmuVariable
 from orchestrator.errors import ComponentTypeError
+
+_EARLY: Final = ("mightReturnEarlyFromDoStep", "canReturnEarlyAfterIntermediateUpdate")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,7 +32,16 @@ class FmuDescription:
         identifier: file name of the binary without suffix.
         token: instantiation token (FMI 2.0: guid).
         variables: by name, in the order of the file.
+        lost: names of inputs and outputs that cannot be used: clocks and clocked ones without event
+            mode, which the standard does not allow.
+        unknowns: names of the outputs, as the model structure lists them.
         can_restore: it can return to an earlier state.
+        can_serialize: it can turn such a state into bytes and back.
+        has_directional, has_adjoint: it knows these derivatives of its outputs.
+        has_variable_steps: its steps may differ in length.
+        may_return_early: FMI 3.0: a step can be left before its end.
+        has_event_mode: FMI 3.0: the importer may handle its events.
+        intermediate: FMI 3.0: names of the variables that are shown within a step.
         is_once_per_process: two instances of it cannot be in one process.
         internal_step: FMI 3.0: the fixed step of its solver [s], exactly as in the file, positive;
             `None` if it does not say one.
@@ -44,10 +55,24 @@ class FmuDescription:
     identifier: str
     token: str
     variables: Mapping[str, FmuVariable]
+    lost: tuple[str, ...]
+    unknowns: frozenset[str]
     can_restore: bool
+    can_serialize: bool
+    has_directional: bool
+    has_adjoint: bool
+    has_variable_steps: bool
+    may_return_early: bool
+    has_event_mode: bool
+    intermediate: tuple[str, ...]
     is_once_per_process: bool
     internal_step: Fraction | None
     log_categories: tuple[str, ...]
+
+    @property
+    def has_clocks(self) -> bool:
+        """Whether it has clocks, which tick in event mode."""
+        return any(v.clock is not None for v in self.variables.values())
 
     def of(self, *causalities: str) -> tuple[FmuVariable, ...]:
         """The variables of these causalities."""
@@ -77,6 +102,11 @@ def read_description(path: Path) -> FmuDescription:
         )
     element = root.find("CoSimulation")
     flags = {} if element is None else element.attrib
+    every = variables(parsed, root)
+    is_lost = {
+        n: (v.clock is not None or v.is_clocked) and not _flag(flags, "hasEventMode")
+        for n, v in every.items()
+    }
     return FmuDescription(
         path=path,
         version=int(version[0]),
@@ -84,8 +114,21 @@ def read_description(path: Path) -> FmuDescription:
         description=parsed.description or parsed.modelName,
         identifier=kind.modelIdentifier,
         token=parsed.guid,
-        variables=variables(parsed, root),
-        can_restore=_flag(flags, "canGetAndSetFMUState") or _flag(flags, "canGetAndSetFMUstate"),
+        variables={n: v for n, v in every.items() if not is_lost[n]},
+        lost=tuple(
+            n for n, v in every.items() if is_lost[n] and v.causality in {"input", "output"}
+        ),
+        unknowns=frozenset(each.variable.name for each in parsed.outputs),
+        can_restore=_flag(flags, "canGetAndSetFMUState", "canGetAndSetFMUstate"),
+        can_serialize=_flag(flags, "canSerializeFMUState", "canSerializeFMUstate"),
+        has_directional=_flag(
+            flags, "providesDirectionalDerivatives", "providesDirectionalDerivative"
+        ),
+        has_adjoint=_flag(flags, "providesAdjointDerivatives"),
+        has_variable_steps=_flag(flags, "canHandleVariableCommunicationStepSize"),
+        has_event_mode=_flag(flags, "hasEventMode"),
+        may_return_early=_flag(flags, *_EARLY),
+        intermediate=_intermediate(root) if _flag(flags, "providesIntermediateUpdate") else (),
         is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),
         internal_step=internal_step(flags.get("fixedInternalStepSize")),
         log_categories=tuple(category.name for category in parsed.logCategories),
@@ -117,5 +160,14 @@ def _parse(path: Path, xml: bytes) -> ET.Element:
         raise ComponentTypeError(f"{path}: modelDescription.xml is no XML: {error}") from error
 
 
-def _flag(attributes: Mapping[str, str], name: str) -> bool:
-    return attributes.get(name) in {"true", "1"}
+def _intermediate(root: ET.Element) -> tuple[str, ...]:
+    return tuple(
+        element.get("name", "")
+        for element in root.iterfind("ModelVariables/*")
+        if _flag(element.attrib, "intermediateUpdate")
+    )
+
+
+def _flag(attributes: Mapping[str, str], *names: str) -> bool:
+    """Whether one of these is true; FMI 2.0 and 3.0 spell them differently."""
+    return any(attributes.get(name) in {"true", "1"} for name in names)

@@ -3,7 +3,7 @@
 import ctypes
 import itertools
 import weakref
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from ctypes import c_double, c_int, c_size_t, c_void_p
 from typing import Any, Final
 
@@ -14,15 +14,18 @@ import numpy.typing as npt
 from typing_extensions import override
 
 from adapters.fmi.block import Block
-from adapters.fmi.errors import FmuError
+from adapters.fmi.errors import FmuError, listed
 from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
+from adapters.fmi.outcome import MADE, StepOutcome
+from adapters.fmi.parcels import Parcel
 from adapters.fmi.unpacked import LoadedFmu
 
 _VALUES: Final = (c_void_p, c_void_p, c_size_t, c_void_p)
 _STEP: Final = (c_void_p, c_double, c_double, c_int)
+_DERIVATIVE: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, c_void_p, c_void_p)
 _DTYPES: Final[Mapping[str, npt.DTypeLike]] = {
     "Real": np.float64,
     "Integer": np.int32,
@@ -48,7 +51,13 @@ def _on_message(
 class Fmi2Instance(LoadedInstance):
     """FMI 2.0.4, section 4.2: scalars only, synchronous steps."""
 
-    names = FunctionNames(prefix="fmi2", instantiate="fmi2Instantiate", state="FMUstate")
+    names = FunctionNames(
+        prefix="fmi2",
+        instantiate="fmi2Instantiate",
+        state="FMUstate",
+        deserialize="fmi2DeSerializeFMUstate",
+        directional="fmi2GetDirectionalDerivative",
+    )
     dtypes = _DTYPES
 
     @override
@@ -86,12 +95,30 @@ class Fmi2Instance(LoadedInstance):
         for references, count, address, _ in block.calls(names):
             status = function(self._instance, references, count, address)
             if status != OK:
-                listed = ", ".join(f"`{name}`" for name in names)
-                self._guard.check(f"fmi2Set{block.kind} of {listed}", status)
+                self._guard.check(f"fmi2Set{block.kind} of {listed(names)}", status)
 
     @override
-    def _write_string(self, reference: Any, pointer: Any) -> None:
-        self._handle.call("fmi2SetString", reference, 1, pointer)
+    def _write_parcel(self, parcel: Parcel, elements: Sequence[bytes]) -> None:
+        pointers = (ctypes.c_char_p * len(elements))(*elements)
+        self._move("fmi2SetString", parcel, pointers)
+
+    @override
+    def _read_parcel(self, parcel: Parcel) -> list[bytes]:
+        pointers = (ctypes.c_char_p * len(parcel.names))()
+        self._move("fmi2GetString", parcel, pointers)
+        return [text or b"" for text in pointers]
+
+    def _move(self, name: str, parcel: Parcel, pointers: Any) -> None:
+        function = self._fmu.function(name, _VALUES)
+        status = function(self._instance, parcel.references, len(pointers), pointers)
+        if status != OK:
+            self._guard.check(f"{name} of {listed(parcel.names)}", status)
+
+    @override
+    def _call_derivative(self, function: str, arguments: Sequence[Any]) -> None:
+        unknowns, knowns, (seed, _, found, _) = arguments[:2], arguments[2:4], arguments[4:]
+        entry = self._fmu.function(function, _DERIVATIVE)
+        self._guard.check(function, entry(self._instance, *unknowns, *knowns, seed, found))
 
     @override
     def enter_initialisation(
@@ -108,28 +135,26 @@ class Fmi2Instance(LoadedInstance):
         self._handle.call("fmi2EnterInitializationMode")
 
     @override
-    def step(self, t: float, h: float) -> None:
+    def step(self, t: float, h: float) -> StepOutcome:
         self._log.recent.clear()
         function = self._fmu.function("fmi2DoStep", _STEP)
         status = function(self._instance, t, h, int(not self._may_restore))
-        self.judge_step(status, t, h)
+        return MADE if status == OK else self.outcome(status, t)
 
     @override
-    def judge_step(self, status: int, t: float, h: float) -> None:
-        if status == DISCARD:
-            self._guard.refuse("fmi2DoStep", status, self._progress())
-        if status != OK:
+    def outcome(self, status: int, t: float) -> StepOutcome:
+        if status != DISCARD:
             self._guard.check("fmi2DoStep", status)
-
-    def _progress(self) -> str:
-        """Why a step was discarded, as far as the FMU tells."""
-        time, is_over = c_double(), c_int()
-        self._fmu.call(
-            "fmi2GetRealStatus", self._instance, _LAST_SUCCESSFUL_TIME, ctypes.byref(time)
-        )
-        self._fmu.call("fmi2GetBooleanStatus", self._instance, _TERMINATED, ctypes.byref(is_over))
-        ends = "; the FMU asks to end the simulation" if is_over.value else ""
-        return f" (the last successful time is {time.value:.9g} s{ends})"
+            return MADE
+        time, is_over = c_double(t), c_int()
+        for kind, function, value in (
+            (_LAST_SUCCESSFUL_TIME, "fmi2GetRealStatus", time),
+            (_TERMINATED, "fmi2GetBooleanStatus", is_over),
+        ):
+            before = value.value
+            if self._fmu.call(function, self._instance, kind, ctypes.byref(value)) != OK:
+                value.value = before  # an FMU need not know
+        return StepOutcome(time=time.value, is_discarded=True, wants_end=bool(is_over.value))
 
     @override
     def _read_block(self, block: Block, elements: Any) -> None:

@@ -1,7 +1,9 @@
 """One instance of an FMI 3.0 co-simulation FMU."""
 
 import ctypes
-from collections.abc import Collection, Iterable, Mapping
+import functools
+import struct
+from collections.abc import Mapping, Sequence
 from ctypes import c_bool, c_double, c_size_t, c_void_p
 from typing import Any, Final
 
@@ -10,38 +12,79 @@ import fmpy.fmi3
 import numpy as np
 from typing_extensions import override
 
-from adapters.fmi.block import Block
+from adapters.fmi.block import Block, blocks
+from adapters.fmi.clocks import Clocks, Memory
 from adapters.fmi.description import FmuDescription
-from adapters.fmi.errors import FmuError
+from adapters.fmi.errors import FmuError, listed
+from adapters.fmi.event_mode import EventMode
 from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
+from adapters.fmi.intermediate import IntermediateUpdates
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
+from adapters.fmi.outcome import MADE, StepOutcome
+from adapters.fmi.parcels import Parcel, parcels
 from adapters.fmi.unpacked import LoadedFmu
 from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.signal import Signal
 
+_TIME: Final = struct.Struct("<d")
 _ARRAYS: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)
 _BINARIES: Final = (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_size_t)
+_DERIVATIVE: Final = (c_void_p, *(c_void_p, c_size_t) * 4)
 _STEP: Final = (c_void_p, c_double, c_double, c_bool, c_void_p, c_void_p, c_void_p, c_void_p)
 
 
 class Fmi3Instance(LoadedInstance):
-    """FMI 3.0.2, sections 2.2 and 4.2, without event mode, clocks and early return."""
+    """FMI 3.0.2, sections 2.2 and 4.2.
+
+    Args:
+        description: of the FMU.
+        name: of the instance.
+        log: receives what the FMU says.
+        may_restore: whether a step may be followed by a return to a state before it.
+        uses_events: whether its events are handled with it.
+    """
 
     names = FunctionNames(
-        prefix="fmi3", instantiate="fmi3InstantiateCoSimulation", state="FMUState"
+        prefix="fmi3",
+        instantiate="fmi3InstantiateCoSimulation",
+        state="FMUState",
+        deserialize="fmi3DeserializeFMUState",
+        directional="fmi3GetDirectionalDerivative",
     )
     dtypes = DTYPES
 
     def __init__(
-        self, description: FmuDescription, name: str, log: MessageLog, *, may_restore: bool
+        self,
+        description: FmuDescription,
+        name: str,
+        log: MessageLog,
+        *,
+        may_restore: bool,
+        uses_events: bool = False,
     ) -> None:
+        # a step that returned early is followed by a shorter one
+        may_vary = description.has_variable_steps
+        self._may_return_early = (description.may_return_early or uses_events) and may_vary
+        self._uses_events = uses_events
+        self._is_clocked = False  # clocked inputs are set as all others until initialisation ends
+        self._clocked = {e for v in description.of("input") if v.is_clocked for e in v.elements}
+        self._updates = IntermediateUpdates(
+            [description.variables[n] for n in description.intermediate],
+            self.dtypes,
+            log,
+            self._read_block,
+        )
         super().__init__(description, name, log, may_restore=may_restore)
+        self._clocks = Clocks(
+            description.variables.values(), self._handle, self._read_variables, super().write
+        )
+        self._events = EventMode(self._handle, self._do_step, self._clocks, may_vary=may_vary)
+        self._memories: dict[int, tuple[float, Memory]] = {}
         self._flags = [c_bool(), c_bool(), c_bool()]
         self._last_time = c_double()
         self._step_results = [*map(ctypes.byref, self._flags), ctypes.byref(self._last_time)]
-        self._binary_outputs = self._binaries_among(None)
         categories = [c for c in description.log_categories if c.startswith("logStatus")]
         if categories and not log.is_verbose:
             names = (ctypes.c_char_p * len(categories))(*(c.encode() for c in categories))
@@ -65,15 +108,20 @@ class Fmi3Instance(LoadedInstance):
             f"{resources}/".encode() if resources.is_dir() else None,
             False,  # noqa: FBT003  (visible)
             is_verbose,
-            False,  # noqa: FBT003  (event mode)
-            False,  # noqa: FBT003  (early return)
-            None,
-            0,
+            self._uses_events,
+            self._may_return_early,
+            self._updates.references if self._updates.count else None,
+            self._updates.count,
             None,
             self._callback,
-            fmpy.fmi3.fmi3IntermediateUpdateCallback(),
+            self._updates.callback,
         )
         return instance
+
+    @override
+    def _resize_blocks(self) -> None:
+        super()._resize_blocks()
+        self._updates.resize(self._lengths)
 
     @override
     def configure(self, lengths: Mapping[str, int]) -> None:
@@ -84,36 +132,44 @@ class Fmi3Instance(LoadedInstance):
         self._resize_blocks()
 
     @override
-    def write(self, values: Mapping[str, Signal]) -> None:
-        binaries = {name: value for name, value in values.items() if isinstance(value, bytes)}
-        super().write(
-            {n: v for n, v in values.items() if n not in binaries} if binaries else values
-        )
-        if binaries:
-            self._write_binaries(binaries)
-
-    @override
     def _write_block(self, block: Block, names: list[str]) -> None:
         function = self._fmu.function(f"fmi3Set{block.kind}", _ARRAYS)
         for references, count, address, size in block.calls(names):
             status = function(self._instance, references, count, address, size)
             if status != OK:
-                self._guard.check(f"fmi3Set{block.kind} of {_listed(names)}", status)
-
-    def _write_binaries(self, values: Mapping[str, bytes]) -> None:
-        variables = self._description.variables
-        count = len(values)
-        references = (ctypes.c_uint32 * count)(*(variables[name].reference for name in values))
-        sizes = (c_size_t * count)(*map(len, values.values()))
-        pointers = (ctypes.c_char_p * count)(*values.values())
-        status = self._fmu.function("fmi3SetBinary", _BINARIES)(
-            self._instance, references, count, sizes, pointers, count
-        )
-        self._guard.check(f"fmi3SetBinary of {_listed(values)}", status)
+                self._guard.check(f"fmi3Set{block.kind} of {listed(names)}", status)
 
     @override
-    def _write_string(self, reference: Any, pointer: Any) -> None:
-        self._handle.call("fmi3SetString", reference, 1, pointer, 1)
+    def _write_parcel(self, parcel: Parcel, elements: Sequence[bytes]) -> None:
+        sizes = (c_size_t * len(elements))(*map(len, elements))
+        pointers = (ctypes.c_char_p * len(elements))(*elements)
+        self._move("Set", parcel, sizes, pointers)
+
+    @override
+    def _read_parcel(self, parcel: Parcel) -> list[bytes]:
+        count = len(parcel.names)
+        sizes, pointers = (c_size_t * count)(), (c_void_p * count)()
+        self._move("Get", parcel, sizes, pointers)
+        is_text = parcel.kind == "String"
+        return [  # copied at once: the FMU may reuse its memory at the next call
+            b"" if not pointer else ctypes.string_at(pointer, -1 if is_text else size)
+            for pointer, size in zip(pointers, sizes, strict=True)
+        ]
+
+    def _move(self, what: str, parcel: Parcel, sizes: Any, pointers: Any) -> None:
+        name, count = f"fmi3{what}{parcel.kind}", len(pointers)
+        references = (self._instance, parcel.references, len(parcel.references))
+        if parcel.kind == "String":
+            status = self._fmu.function(name, _ARRAYS)(*references, pointers, count)
+        else:
+            status = self._fmu.function(name, _BINARIES)(*references, sizes, pointers, count)
+        if status != OK:
+            self._guard.check(f"{name} of {listed(parcel.names)}", status)
+
+    @override
+    def _call_derivative(self, function: str, arguments: Sequence[Any]) -> None:
+        status = self._fmu.function(function, _DERIVATIVE)(self._instance, *arguments)
+        self._guard.check(function, status)
 
     @override
     def enter_initialisation(
@@ -128,29 +184,113 @@ class Fmi3Instance(LoadedInstance):
             stop or 0.0,
         )
 
+    @property
     @override
-    def step(self, t: float, h: float) -> None:
+    def uses_events(self) -> bool:
+        return self._uses_events
+
+    @override
+    def exit_initialisation(self, t: float) -> bool:
+        self._clocks.start(t)
+        super().exit_initialisation(t)
+        self._is_clocked = True
+        return self._uses_events and self._events.begin(t)
+
+    @override
+    def begin_step(self) -> None:
+        self._clocks.forget_ticks()
+
+    @override
+    def write(self, values: Mapping[str, Signal]) -> None:
+        if self._is_clocked and not self._clocked.isdisjoint(values):
+            self._clocks.offer({n: v for n, v in values.items() if n in self._clocked})
+            values = {n: v for n, v in values.items() if n not in self._clocked}
+        super().write(values)
+
+    @override
+    def write_jumps(self, values: Mapping[str, Signal], t: float) -> bool:
+        if not self._uses_events:
+            return super().write_jumps(values, t)
+        clocks = self._clocks.triggered(values)
+        plain = {n: v for n, v in values.items() if self._variable_of[n].clock is None}
+        return self._events.handle(t, functools.partial(self.write, plain), clocks)
+
+    @override
+    def read(self) -> dict[str, Signal]:
+        clocked = {n: v for n, v in self._clocks.values().items() if self._is_selected(n)}
+        return super().read() | clocked
+
+    def _read_variables(self, variables: Sequence[FmuVariable]) -> dict[str, Signal]:
+        """Get some of the outputs only."""
+        found: dict[str, Signal] = {}
+        for block in blocks(variables, self.dtypes):
+            block.resize(self._lengths)
+            found.update(self._read_elements(block))
+        for parcel in parcels(variables):
+            found.update(zip(parcel.names, self._read_parcel(parcel), strict=True))
+        return found
+
+    @override
+    def save(self) -> int:
+        state = super().save()
+        self._memories[state] = self._events.announced, self._clocks.remember()
+        return state
+
+    @override
+    def restore(self, state: int, lengths: Mapping[str, int] | None) -> None:
+        super().restore(state, lengths)
+        self._events.announced, memory = self._memories[state]
+        self._clocks.recall(memory)
+
+    @override
+    def serialize(self, state: int) -> bytes:
+        return _TIME.pack(self._memories[state][0]) + super().serialize(state)
+
+    @override
+    def deserialize(self, content: bytes) -> int:
+        state = super().deserialize(content[_TIME.size :])
+        (announced,) = _TIME.unpack_from(content)
+        self._memories[state] = announced, self._clocks.remember()
+        return state
+
+    @override
+    def forget(self, state: int) -> None:
+        super().forget(state)
+        self._memories.pop(state, None)
+
+    @override
+    def step(self, t: float, h: float) -> StepOutcome:
+        return self._events.step(t, h) if self._uses_events else self._do_step(t, h)
+
+    def _do_step(self, t: float, h: float) -> StepOutcome:
         self._log.recent.clear()
         function = self._fmu.function("fmi3DoStep", _STEP)
         self._last_time.value = t
         status = function(self._instance, t, h, not self._may_restore, *self._step_results)
-        self.judge_step(status, t, h)
+        needs_event, is_over, is_early = self._flags
+        is_event = needs_event.value and self._uses_events
+        if status == OK and not (is_over.value or is_early.value or is_event):
+            return MADE
+        return self.outcome(status, t)
 
     @override
-    def judge_step(self, status: int, t: float, h: float) -> None:
-        if status == DISCARD:
-            reached = f" (the last successful time is {self._last_time.value:.9g} s)"
-            self._guard.refuse("fmi3DoStep", status, reached)
-        if status > OK:
+    def outcome(self, status: int, t: float) -> StepOutcome:
+        is_discarded = status == DISCARD
+        if status > OK and not is_discarded:
             self._guard.check("fmi3DoStep", status)
-        _, is_over, is_early = self._flags
-        if is_early.value:
+        needs_event, is_over, is_early = (flag.value for flag in self._flags)
+        reached = self._last_time.value
+        if is_early and not self._may_return_early:
             raise FmuError(
-                f"fmi3DoStep returned early, at {self._last_time.value:.9g} s, although that was "
-                "not allowed"
+                f"fmi3DoStep returned early, at {reached:.9g} s, although that was not allowed"
             )
-        if is_over.value:
-            raise FmuError(f"the FMU asks to end the simulation at {t + h:.9g} s")
+        return StepOutcome(
+            time=reached if is_discarded or is_early else None,
+            is_discarded=is_discarded,
+            is_early=is_early and not is_discarded,
+            wants_end=is_over,
+            needs_event=needs_event,
+        )
 
     @override
     def _flag_addresses(self) -> tuple[int, ...]:
@@ -167,39 +307,3 @@ class Fmi3Instance(LoadedInstance):
         status = function(self._instance, block.references, count, elements, block.size)
         if status != OK:
             self._guard.check(f"fmi3Get{block.kind}", status)
-
-    @override
-    def select(self, names: Collection[str] | None) -> None:
-        super().select(names)
-        self._binary_outputs = self._binaries_among(names)
-
-    def _binaries_among(self, names: Collection[str] | None) -> list[FmuVariable]:
-        return [
-            v
-            for v in self._description.of("output")
-            if v.type == "Binary" and v.is_signal and (names is None or v.name in names)
-        ]
-
-    @override
-    def read(self) -> dict[str, Signal]:
-        found = super().read()
-        if self._binary_outputs:
-            found.update(self._read_binaries())
-        return found
-
-    def _read_binaries(self) -> dict[str, bytes]:
-        count = len(self._binary_outputs)
-        references = (ctypes.c_uint32 * count)(*(v.reference for v in self._binary_outputs))
-        sizes, pointers = (c_size_t * count)(), (c_void_p * count)()
-        status = self._fmu.function("fmi3GetBinary", _BINARIES)(
-            self._instance, references, count, sizes, pointers, count
-        )
-        self._guard.check("fmi3GetBinary", status)
-        return {  # copied at once: the FMU may reuse its memory at the next call
-            variable.name: ctypes.string_at(pointer, size) if pointer and size else b""
-            for variable, pointer, size in zip(self._binary_outputs, pointers, sizes, strict=True)
-        }
-
-
-def _listed(names: Iterable[str]) -> str:
-    return ", ".join(f"`{name}`" for name in names)

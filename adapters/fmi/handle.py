@@ -2,14 +2,17 @@
 
 import ctypes
 from collections.abc import Callable
-from ctypes import c_void_p
+from ctypes import c_char_p, c_size_t, c_void_p
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, Final, cast
 
 from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import Guard
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.unpacked import LoadedFmu
+
+_OUT: Final = (c_void_p, c_void_p, c_char_p, c_size_t)
+_IN: Final = (c_void_p, c_char_p, c_size_t, c_void_p)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,11 +23,15 @@ class FunctionNames:
         prefix: of all of them.
         instantiate: makes an instance.
         state: what they call an FMU state.
+        deserialize: makes such a state of bytes.
+        directional: gets directional derivatives.
     """
 
     prefix: str
     instantiate: str
     state: str
+    deserialize: str
+    directional: str
 
 
 class Handle:
@@ -98,6 +105,31 @@ class Handle:
         """Return to a stored state; a failed instance is sound again."""
         self.call(f"{self._names.prefix}Set{self._names.state}", c_void_p(state))
         self.guard.has_failed = False
+
+    def serialize(self, state: int) -> bytes:
+        """A stored state as bytes."""
+        prefix, name = self._names.prefix, self._names.state
+        pointer, size = c_void_p(state), c_size_t()
+        self.call(f"{prefix}Serialized{name}Size", pointer, ctypes.byref(size))
+        content = ctypes.create_string_buffer(size.value)
+        self._pass(f"{prefix}Serialize{name}", _OUT, pointer, content, size)
+        return content.raw
+
+    def deserialize(self, content: bytes) -> int:
+        """A stored state made of bytes; an address for `restore` and `forget`.
+
+        Raises:
+            FmuError: the FMU does not take them.
+        """
+        state = c_void_p()
+        self._pass(self._names.deserialize, _IN, content, len(content), ctypes.byref(state))
+        address = cast("int", state.value)
+        self._states.add(address)
+        return address
+
+    def _pass(self, name: str, types: tuple[Any, ...], *arguments: Any) -> None:
+        """Call a function that takes bytes, which FMPy types as one character."""
+        self.guard.check(name, self.fmu.function(name, types)(self.address, *arguments))
 
     def forget(self, state: int) -> None:
         """Free a stored state; harmless after `free`."""

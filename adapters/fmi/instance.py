@@ -2,11 +2,13 @@
 
 import abc
 from collections.abc import Collection, Mapping, Sequence
+from typing import NoReturn
 
 from adapters.fmi.errors import failure
 from adapters.fmi.messages import STATUS_NAMES, MessageLog
+from adapters.fmi.outcome import StepOutcome
 from orchestrator.native import NativeOwner, NativeUnit
-from orchestrator.signal import Connector, Signal
+from orchestrator.signal import Array, Connector, Signal
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 
@@ -35,12 +37,12 @@ class Guard:
             return
         self.refuse(function, status)
 
-    def refuse(self, function: str, status: int, remark: str = "") -> None:
-        """Raise the error for `status`, with what the FMU logged."""
+    def refuse(self, function: str, status: int, remark: str = "", hint: str = "") -> NoReturn:
+        """Raise the error for `status`, with what the FMU logged between `remark` and `hint`."""
         self.is_dead = self.is_dead or status == FATAL
         self.has_failed = self.has_failed or status in {DISCARD, ERROR}
         name = STATUS_NAMES[status] if status < len(STATUS_NAMES) else str(status)
-        raise failure(function, name + remark, self._log.recent)
+        raise failure(function, name + remark, self._log.recent, hint)
 
 
 class FmuInstance(abc.ABC):
@@ -56,11 +58,34 @@ class FmuInstance(abc.ABC):
 
     @abc.abstractmethod
     def write(self, values: Mapping[str, Signal]) -> None:
-        """Set parameters or inputs; arrays have the lengths that `configure` said."""
+        """Set parameters or inputs; arrays have the lengths that `configure` said.
+
+        Args:
+            values: by name. Those of an array of texts or Binaries come together.
+        """
+
+    @property
+    @abc.abstractmethod
+    def uses_events(self) -> bool:
+        """Whether its events are handled with it: FMI 3.0, `eventModeUsed`."""
 
     @abc.abstractmethod
-    def write_text(self, values: Mapping[str, str]) -> None:
-        """Set parameters that are strings."""
+    def begin_step(self) -> None:
+        """Hear that a communication step begins."""
+
+    @abc.abstractmethod
+    def write_jumps(self, values: Mapping[str, Signal], t: float) -> bool:
+        """Set inputs some of which jump at `t` [s]; as an event where events are handled.
+
+        Input clocks among them are triggered, whatever their value.
+
+        Returns:
+            Whether the FMU asks to end the simulation.
+        """
+
+    @abc.abstractmethod
+    def write_text(self, values: Mapping[str, Sequence[str]]) -> None:
+        """Set parameters of the type String, by name, to all of their elements."""
 
     @abc.abstractmethod
     def enter_initialisation(
@@ -75,12 +100,20 @@ class FmuInstance(abc.ABC):
         """
 
     @abc.abstractmethod
-    def exit_initialisation(self) -> None:
-        """Leave initialisation mode."""
+    def exit_initialisation(self, t: float) -> bool:
+        """Leave initialisation mode at `t` [s], and handle the events there.
+
+        Returns:
+            Whether the FMU asks to end the simulation.
+        """
 
     @abc.abstractmethod
-    def step(self, t: float, h: float) -> None:
-        """Advance from `t` to `t + h` [s]."""
+    def step(self, t: float, h: float) -> StepOutcome:
+        """Ask for a step from `t` to `t + h` [s], and say what came of it.
+
+        Raises:
+            FmuError: it failed.
+        """
 
     @abc.abstractmethod
     def native(self, connectors: Mapping[str, Connector], owner: NativeOwner) -> NativeUnit | None:
@@ -104,11 +137,24 @@ class FmuInstance(abc.ABC):
         """
 
     @abc.abstractmethod
-    def judge_step(self, status: int, t: float, h: float) -> None:
-        """Judge the step from `t` to `t + h` [s]; -1: what it said beside an OK.
+    def outcome(self, status: int, t: float) -> StepOutcome:
+        """What came of the step from `t` [s] that was asked for last, elsewhere.
+
+        Args:
+            status: that it returned; -1: it was OK or a warning, and more was said beside it.
+            t: where the step began [s].
 
         Raises:
-            FmuError: it failed, was discarded, or asks to end the simulation.
+            FmuError: it failed.
+        """
+
+    @abc.abstractmethod
+    def discarded(self, reached: float, hint: str) -> NoReturn:
+        """Raise what is wrong with a discarded step.
+
+        Args:
+            reached: the last successful time [s].
+            hint: what to say behind it.
         """
 
     @abc.abstractmethod
@@ -127,13 +173,61 @@ class FmuInstance(abc.ABC):
     def read(self) -> dict[str, Signal]:
         """The selected outputs; arrays are new and read-only."""
 
+    @property
+    @abc.abstractmethod
+    def lengths(self) -> Mapping[str, int]:
+        """The values of the structural parameters."""
+
+    @abc.abstractmethod
+    def directional(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Array) -> Array:
+        """The derivatives of `unknowns` along a change of `knowns`.
+
+        Args:
+            unknowns: outputs.
+            knowns: inputs.
+            seed: their changes one after the other, float64, shape (elements of knowns,).
+
+        Returns:
+            Float64, shape (elements of unknowns,).
+        """
+
+    @abc.abstractmethod
+    def adjoint(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Array) -> Array:
+        """The gradient by `knowns` of `unknowns` that are weighted.
+
+        Args:
+            unknowns: outputs.
+            knowns: inputs.
+            seed: weights one after the other, float64, shape (elements of unknowns,).
+
+        Returns:
+            Float64, shape (elements of knowns,).
+        """
+
     @abc.abstractmethod
     def save(self) -> int:
         """Store the FMU state; an address for `restore` and `forget`."""
 
     @abc.abstractmethod
-    def restore(self, state: int, lengths: Mapping[str, int]) -> None:
-        """Return to a stored state, in which structural parameters have the values `lengths`."""
+    def restore(self, state: int, lengths: Mapping[str, int] | None) -> None:
+        """Return to a stored state.
+
+        Args:
+            state: which one.
+            lengths: the values that structural parameters have in it; `None`: as now.
+        """
+
+    @abc.abstractmethod
+    def serialize(self, state: int) -> bytes:
+        """A stored state as bytes."""
+
+    @abc.abstractmethod
+    def deserialize(self, content: bytes) -> int:
+        """A stored state made of bytes; an address for `restore` and `forget`.
+
+        Raises:
+            FmuError: the FMU does not take them.
+        """
 
     @abc.abstractmethod
     def forget(self, state: int) -> None:

@@ -3,22 +3,26 @@
 import abc
 import ctypes
 import functools
+import math
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any, ClassVar
+from ctypes import c_void_p
+from typing import Any, ClassVar, NoReturn
 
+import numpy as np
 import numpy.typing as npt
 from typing_extensions import override
 
 from adapters.fmi.block import Block, address_of, blocks, shape_of
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.handle import FunctionNames, Handle
-from adapters.fmi.instance import FmuInstance
+from adapters.fmi.instance import DISCARD, FmuInstance
 from adapters.fmi.messages import MessageLog
+from adapters.fmi.parcels import Parcel, packed, parcels
 from adapters.fmi.starts import startable
 from adapters.fmi.unpacked import LoadedFmu
 from orchestrator.native import NativeKind, NativeOwner, NativeUnit, NativeVariable
-from orchestrator.signal import Connector, Signal
+from orchestrator.signal import Array, Connector, Signal
 
 
 class LoadedInstance(FmuInstance):
@@ -55,7 +59,12 @@ class LoadedInstance(FmuInstance):
             *blocks((v for v in startable(description) if v.causality != "input"), self.dtypes),
         ]
         self._block_of = {v.name: block for block in self._blocks for v in block.variables}
-        self._output_blocks = blocks(description.of("output"), self.dtypes)
+        outputs = [v for v in description.of("output") if not v.is_clocked]
+        self._output_blocks = blocks(outputs, self.dtypes)
+        self._output_parcels = parcels(outputs)
+        self._selected: frozenset[str] | None = None
+        self._has_bytes = any(v.is_bytes for v in description.variables.values())
+        self._variable_of = {e: v for v in description.variables.values() for e in v.elements}
         self._resize_blocks()
 
     @abc.abstractmethod
@@ -71,8 +80,12 @@ class LoadedInstance(FmuInstance):
         """Get the values of a block into the memory at the address `elements`."""
 
     @abc.abstractmethod
-    def _write_string(self, reference: Any, pointer: Any) -> None:
-        """Set one variable, by pointers to its reference and to its text."""
+    def _write_parcel(self, parcel: Parcel, elements: Sequence[bytes]) -> None:
+        """Set the variables of a parcel."""
+
+    @abc.abstractmethod
+    def _read_parcel(self, parcel: Parcel) -> list[bytes]:
+        """Get the elements of a parcel."""
 
     def _resize_blocks(self) -> None:
         for block in (*self._blocks, *self._output_blocks):
@@ -82,34 +95,59 @@ class LoadedInstance(FmuInstance):
 
     @override
     def write(self, values: Mapping[str, Signal]) -> None:
+        numbers = self._write_bytes(values) if self._has_bytes else values
         groups: defaultdict[Block, list[str]] = defaultdict(list)
-        for name, value in values.items():
+        for name, value in numbers.items():
             block = self._block_of[name]
             block.views[name][...] = value
             groups[block].append(name)
         for block, names in groups.items():
             self._write_block(block, names)
 
+    def _write_bytes(self, values: Mapping[str, Signal]) -> Mapping[str, Signal]:
+        """Set texts and Binaries; the rest of `values`."""
+        moved, numbers = packed(self._variable_of, values)
+        for parcel, elements in moved:
+            self._write_parcel(parcel, elements)
+        return numbers
+
     @override
     def select(self, names: Collection[str] | None) -> None:
-        chosen = (v for v in self._description.of("output") if names is None or v.name in names)
+        self._selected = None if names is None else frozenset(names)
+        chosen = [
+            v
+            for v in self._description.of("output")
+            if not v.is_clocked and any(map(self._is_selected, v.elements))
+        ]
         self._output_blocks = blocks(chosen, self.dtypes)
+        self._output_parcels = parcels(chosen)
         for block in self._output_blocks:
             block.resize(self._lengths)
+
+    def _is_selected(self, name: str) -> bool:
+        """Whether anybody looks at the output of this name."""
+        return self._selected is None or name in self._selected
 
     @override
     def read(self) -> dict[str, Signal]:
         found: dict[str, Signal] = {}
         for block in self._output_blocks:
-            elements = block.fresh()
-            self._read_block(block, address_of(elements))
-            found.update(block.split(elements != 0 if block.kind == "Boolean" else elements))
+            found.update(self._read_elements(block))
+        for parcel in self._output_parcels:
+            texts = zip(parcel.names, self._read_parcel(parcel), strict=True)
+            found.update({name: text for name, text in texts if self._is_selected(name)})
         return found
+
+    def _read_elements(self, block: Block) -> dict[str, Array]:
+        """The values of a block, by variable."""
+        elements = block.fresh()
+        self._read_block(block, address_of(elements))
+        return block.split(elements != 0 if block.kind == "Boolean" else elements)
 
     @override
     def native(self, connectors: Mapping[str, Connector], owner: NativeOwner) -> NativeUnit | None:
-        variables = {name: self._description.variables[name] for name in connectors}
-        if any(v.type == "Binary" and v.axes for v in variables.values()):
+        variables = {name: self._variable_of[name] for name in connectors}
+        if any(v.is_bytes and v.axes for v in variables.values()):
             return None
         types = {v.type for v in variables.values()}
         version = self._description.version
@@ -155,30 +193,99 @@ class LoadedInstance(FmuInstance):
         self._guard.check(f"{self.names.prefix}Set{type_} of {listed}", status)
 
     @override
+    def discarded(self, reached: float, hint: str) -> NoReturn:
+        remark = f" (the last successful time is {reached:.9g} s)"
+        self._guard.refuse(f"{self.names.prefix}DoStep", DISCARD, remark, hint)
+
+    @override
     def getting_failed(self, type_: str, status: int) -> None:
         self._guard.check(f"{self.names.prefix}Get{type_}", status)
 
     @override
-    def write_text(self, values: Mapping[str, str]) -> None:
-        for name, text in values.items():
-            reference = ctypes.c_uint32(self._description.variables[name].reference)
-            pointer = (ctypes.c_char_p * 1)(text.encode())
-            self._write_string(ctypes.byref(reference), pointer)
+    def write_text(self, values: Mapping[str, Sequence[str]]) -> None:
+        for name, texts in values.items():
+            reference = (ctypes.c_uint32 * 1)(self._description.variables[name].reference)
+            parcel = Parcel("String", (name,) * len(texts), reference)
+            self._write_parcel(parcel, [text.encode() for text in texts])
+
+    @property
+    @override
+    def uses_events(self) -> bool:
+        return False
 
     @override
-    def exit_initialisation(self) -> None:
+    def begin_step(self) -> None:
+        pass
+
+    @override
+    def write_jumps(self, values: Mapping[str, Signal], t: float) -> bool:
+        self.write(values)
+        return False
+
+    @override
+    def exit_initialisation(self, t: float) -> bool:
         self._handle.exit_initialisation()
+        return False
+
+    @property
+    @override
+    def lengths(self) -> Mapping[str, int]:
+        return self._lengths
+
+    @override
+    def directional(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Array) -> Array:
+        found = np.zeros(self._count(unknowns))
+        self._differentiate(self.names.directional, unknowns, knowns, (seed, found))
+        return found
+
+    @override
+    def adjoint(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Array) -> Array:
+        found = np.zeros(self._count(knowns))
+        self._differentiate("fmi3GetAdjointDerivative", unknowns, knowns, (seed, found))
+        return found
+
+    def _count(self, names: Sequence[str]) -> int:
+        variables = self._description.variables
+        return sum(math.prod(shape_of(variables[name], self._lengths)) for name in names)
+
+    def _differentiate(
+        self,
+        function: str,
+        unknowns: Sequence[str],
+        knowns: Sequence[str],
+        values: tuple[Array, Array],
+    ) -> None:
+        """Call a function for derivatives with `values`, its seed and what it fills in."""
+        arguments: list[Any] = []
+        for names in (unknowns, knowns):
+            references = [self._description.variables[name].reference for name in names]
+            arguments += [(ctypes.c_uint32 * len(names))(*references), len(names)]
+        for each in values:
+            arguments += [c_void_p(each.ctypes.data), each.size]
+        self._call_derivative(function, arguments)
+
+    @abc.abstractmethod
+    def _call_derivative(self, function: str, arguments: Sequence[Any]) -> None:
+        """Call it with the unknowns, the knowns, the seed and the result, each with its size."""
 
     @override
     def save(self) -> int:
         return self._handle.save()
 
     @override
-    def restore(self, state: int, lengths: Mapping[str, int]) -> None:
+    def restore(self, state: int, lengths: Mapping[str, int] | None) -> None:
         self._handle.restore(state)
-        if lengths != self._lengths:
+        if lengths is not None and lengths != self._lengths:
             self._lengths = dict(lengths)
             self._resize_blocks()
+
+    @override
+    def serialize(self, state: int) -> bytes:
+        return self._handle.serialize(state)
+
+    @override
+    def deserialize(self, content: bytes) -> int:
+        return self._handle.deserialize(content)
 
     @override
     def forget(self, state: int) -> None:
@@ -197,5 +304,6 @@ def _kind(type_: str, version: int) -> NativeKind:
         "Float64": NativeKind.FLOAT64,
         "Float32": NativeKind.FLOAT32,
         "Binary": NativeKind.BINARY,
+        "String": NativeKind.TEXT,
     }
     return kinds.get(type_, NativeKind.PLAIN)

@@ -49,6 +49,10 @@ class MessageLog:
         """Log a remark of the importer's own."""
         self._logger.info("%s", text)
 
+    def warn(self, text: str) -> None:
+        """Log a warning of the importer's own."""
+        self._logger.warning("%s", text)
+
     def receive(self, status: int, category: bytes | None, message: bytes | None) -> None:
         """Take one message; called by the FMU, so it must not raise."""
         known = status if 0 <= status < len(_LEVELS) else 3

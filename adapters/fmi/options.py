@@ -1,6 +1,6 @@
 """What a scenario may say about how an FMU is run: parameters `fmi.*` of the component."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from types import MappingProxyType
@@ -8,12 +8,15 @@ from typing import Any, Final
 
 from adapters.fmi import starts as starts_
 from adapters.fmi.description import FmuDescription
-from adapters.fmi.variable import FmuVariable
+from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.errors import ParameterError
 from orchestrator.parameters import Parameter, ParameterProblem
 from orchestrator.suggestion import suggestion
 
 PREFIX: Final = "fmi."
+
+RETRY_HINT: Final = "; `fmi.smallest_step` lets it be tried again, in shorter steps"
+"""What the error of a discarded step adds, where the FMU could make it in several."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,10 +26,17 @@ class Options:
     Attributes:
         tolerance: relative, for the solver of the FMU; `None`: its own.
         locals: names or patterns of variables that are outputs of the component, too.
+        intermediate: names or patterns of variables that are logged within steps.
+        smallest_step: that a discarded step may be cut down to [s]; `None`: it is not.
+        event_mode: whether the events of an FMU that lets us are handled here; those of an FMU
+            with clocks always are.
     """
 
     tolerance: float | None = None
     locals: tuple[str, ...] = ()
+    intermediate: tuple[str, ...] = ()
+    smallest_step: float | None = None
+    event_mode: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,8 +85,39 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             doc="variables inside that become outputs: names, or patterns with `*` and `?`",
             is_optional=True,
         )
+    if _shown(description):
+        found["intermediate"] = Parameter(
+            type=tuple[str, ...],
+            default=(),
+            doc="variables that are logged whenever the FMU shows them within a step: names, or "
+            "patterns with `*` and `?`",
+            is_optional=True,
+        )
+    if may_retry(description):
+        found["smallest_step"] = Parameter(
+            type=float | None,
+            unit="s",
+            default=None,
+            minimum=1e-9,
+            doc="a step that the FMU discards is made again in shorter ones, down to this; its "
+            "state is kept before each step for that, so it is not done by default",
+            is_optional=True,
+        )
+    if description.has_event_mode and not description.has_clocks:
+        found["event_mode"] = Parameter(
+            type=bool,
+            default=False,
+            doc="its events are handled with it: discrete inputs jump in event mode, steps end at "
+            "events; by default it handles them alone, which is quicker",
+            is_optional=True,
+        )
     named = {PREFIX + name: parameter for name, parameter in found.items()}
     return {n: p for n, p in named.items() if n not in description.variables}
+
+
+def may_retry(description: FmuDescription) -> bool:
+    """Whether a step that the FMU discards can be made again in several."""
+    return description.can_restore and description.has_variable_steps
 
 
 def with_locals(description: FmuDescription, wanted: tuple[str, ...]) -> FmuDescription:
@@ -90,19 +131,52 @@ def with_locals(description: FmuDescription, wanted: tuple[str, ...]) -> FmuDesc
         ParameterError: a pattern matches nothing.
     """
     offered = _recordable(description)
+    chosen = _matching("locals", "no variable inside", offered, wanted)
+    if not chosen:
+        return description
+    changed = {n: replace(offered[n], causality="output", dependencies=None) for n in chosen}
+    return replace(description, variables=MappingProxyType({**description.variables, **changed}))
+
+
+def with_intermediate(description: FmuDescription, wanted: tuple[str, ...]) -> FmuDescription:
+    """The FMU as it shows only some of what it would show within steps.
+
+    Args:
+        description: the FMU.
+        wanted: names or patterns.
+
+    Raises:
+        ParameterError: a pattern matches nothing.
+    """
+    offered = _shown(description)
+    chosen = _matching("intermediate", "nothing that is shown within steps", offered, wanted)
+    return replace(description, intermediate=tuple(n for n in offered if n in chosen))
+
+
+def _matching(
+    option: str, nothing: str, offered: Collection[str], wanted: tuple[str, ...]
+) -> set[str]:
+    """Those of the names that match a pattern at least."""
     problems, chosen = [], set()
     for k, pattern in enumerate(wanted):
         found = {n for n in offered if n == pattern or fnmatchcase(n, pattern)}
         chosen |= found
         if not found:
-            what = f"no variable inside matches `{pattern}`; {suggestion(pattern, offered)}"
-            problems.append(ParameterProblem((PREFIX + "locals", k), what))
+            what = f"{nothing} matches `{pattern}`; {suggestion(pattern, offered)}"
+            problems.append(ParameterProblem((PREFIX + option, k), what))
     if problems:
         raise ParameterError(problems)
-    if not chosen:
-        return description
-    changed = {n: replace(offered[n], causality="output", dependencies=None) for n in chosen}
-    return replace(description, variables=MappingProxyType({**description.variables, **changed}))
+    return chosen
+
+
+def _shown(description: FmuDescription) -> tuple[str, ...]:
+    """The variables that can be logged within steps."""
+    variables = description.variables
+    return tuple(
+        name
+        for name in description.intermediate
+        if variables[name].type in DTYPES and not variables[name].is_clocked
+    )
 
 
 def _recordable(description: FmuDescription) -> dict[str, FmuVariable]:

@@ -2,12 +2,15 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from fractions import Fraction
+from typing import Any, Final
 from xml.etree import ElementTree as ET
 
 from adapters.fmi.unit_definitions import read_definitions
-from adapters.fmi.variable import Axis, FmuVariable
+from adapters.fmi.variable import Axis, Clock, ClockKind, FmuVariable
 from orchestrator.units import Unit
+
+_CLOCK_KINDS: Final = {kind.value: kind for kind in ClockKind}
 
 
 def variables(parsed: Any, root: ET.Element) -> dict[str, FmuVariable]:
@@ -19,6 +22,7 @@ def variables(parsed: Any, root: ET.Element) -> dict[str, FmuVariable]:
     """
     enumeration = "Integer" if parsed.fmiVersion == "2.0" else "Int64"
     raw = _raw_attributes(root)
+    listed = _listed_starts(root)
     dependencies = {
         unknown.variable.name: unknown.dependencies
         for unknown in parsed.outputs
@@ -30,6 +34,7 @@ def variables(parsed: Any, root: ET.Element) -> dict[str, FmuVariable]:
             variable,
             raw.get(variable.name, {}),
             dependencies,
+            listed=listed,
             enumeration=enumeration,
             definitions=definitions,
         )
@@ -46,11 +51,22 @@ def _raw_attributes(root: ET.Element) -> dict[str, Mapping[str, str]]:
     return found
 
 
+def _listed_starts(root: ET.Element) -> dict[str, tuple[Any, ...]]:
+    """The start values of FMI 3.0 that are elements, of which FMPy reads the first only."""
+    found: dict[str, tuple[Any, ...]] = {}
+    for element in root.iterfind("ModelVariables/*"):
+        values = tuple(start.get("value", "") for start in element.iterfind("Start"))
+        is_text = element.tag == "String"
+        found[element.get("name", "")] = values if is_text else tuple(map(bytes.fromhex, values))
+    return found
+
+
 def _variable(
     parsed: Any,
     raw: Mapping[str, str],
     dependencies: Mapping[str, list[Any]],
     *,
+    listed: Mapping[str, tuple[Any, ...]],
     enumeration: str,
     definitions: Mapping[str, Unit],
 ) -> FmuVariable:
@@ -71,16 +87,36 @@ def _variable(
         unit=unit,
         definition=definitions.get(unit),
         is_relative=_is_relative(raw, declared),
-        start=_start(parsed),
+        start=listed.get(parsed.name) or _start(parsed),
         minimum=minimum,
         maximum=maximum,
         items=_items(declared, minimum, maximum) if parsed.type == "Enumeration" else {},
         axes=tuple(map(_axis, parsed.dimensions)),
         dependencies=None if known is None else frozenset(v.name for v in known),
         mime_type=raw.get("mimeType", "application/octet-stream"),
+        clock=_clock(raw) if parsed.type == "Clock" else None,
         clocks=tuple(int(each) for each in raw.get("clocks", "").split()),
         derivative_of=None if parsed.derivative is None else parsed.derivative.name,
         description=parsed.description or "",
+    )
+
+
+def _clock(raw: Mapping[str, str]) -> Clock:
+    """FMI 3.0.2, 2.4.7.5: a fraction counts, if there is one, else the decimal."""
+    said = raw.get("intervalVariability", "")
+    resolution = int(raw.get("resolution", "1"))
+
+    def time(name: str) -> Fraction | None:
+        if f"{name}Counter" in raw and "resolution" in raw:
+            return Fraction(int(raw[f"{name}Counter"]), resolution)
+        return Fraction(raw[f"{name}Decimal"]) if f"{name}Decimal" in raw else None
+
+    return Clock(
+        kind=_CLOCK_KINDS.get(said, ClockKind.PERIODIC),
+        interval=time("interval"),
+        shift=time("shift") or Fraction(0),
+        priority=int(raw.get("priority", "0")),
+        is_fraction=raw.get("supportsFraction") in {"true", "1"},
     )
 
 

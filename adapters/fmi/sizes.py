@@ -15,8 +15,8 @@ from orchestrator.signal import Array, Signal, Signals
 class Sizes:
     """The structural parameters of one FMU, and how inputs determine them.
 
-    A tunable structural parameter that is the length of an input follows that input; every
-    other one is a parameter of the component and keeps its value over the run.
+    A tunable structural parameter that is the length of an input, and of no parameter, follows
+    that input; every other one is a parameter of the component and keeps its value over the run.
 
     Attributes:
         start: the values before the first inputs arrive; those of `chosen` stay.
@@ -31,7 +31,8 @@ class Sizes:
             if v.is_signal and any(axis.structural for axis in v.axes)
         }
         self._users = _users(self._arrays.values())
-        following = {n for n in self._users if structural[n].variability == "tunable"}
+        settled = {axis.structural for v in description.of("parameter") for axis in v.axes}
+        following = {n for n in self._users if structural[n].variability == "tunable"} - settled
         self.chosen = frozenset(structural) - following
         self._bounds = {name: structural[name] for name in following}
         self.start = {

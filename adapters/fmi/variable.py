@@ -1,7 +1,10 @@
 """One variable of an FMU, as modelDescription.xml declares it."""
 
+import enum
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, Final
 
 import numpy as np
@@ -25,7 +28,10 @@ DTYPES: Final[Mapping[str, npt.DTypeLike]] = {
     "Real": np.float64,
     "Integer": np.int32,
 }
-"""Element types of the variables that can be signals, besides Binary."""
+"""Element types of the variables whose signals are arrays."""
+
+BYTES: Final = frozenset({"Binary", "String"})
+"""Types of the variables whose signals are bytes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,6 +50,41 @@ class Axis:
     def name(self) -> str | None:
         """What connectors call the axis: the structural parameter without a leading `n_`."""
         return None if self.structural is None else self.structural.removeprefix("n_")
+
+
+class ClockKind(enum.Enum):
+    """What decides when a clock ticks (`intervalVariability`; FMI 3.0.2, section 2.2.8.2)."""
+
+    PERIODIC = "periodic"
+    """The importer, at equal intervals: `constant`, `fixed`, `tunable`."""
+
+    CHANGING = "changing"
+    """The importer; each tick says when the next one comes."""
+
+    COUNTDOWN = "countdown"
+    """The importer; any event may say when the next one comes."""
+
+    TRIGGERED = "triggered"
+    """Somebody else."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Clock:
+    """What a Clock has that other variables have not.
+
+    Attributes:
+        kind: what decides when it ticks.
+        interval: of a periodic one [s], exactly; `None`: the FMU is asked for it.
+        shift: of the first tick [s], exactly.
+        priority: of several that tick at once, the lowest goes first.
+        is_fraction: whether the FMU tells times as fractions (`supportsFraction`).
+    """
+
+    kind: ClockKind
+    interval: Fraction | None
+    shift: Fraction
+    priority: int
+    is_fraction: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,6 +108,7 @@ class FmuVariable:
             `None` stands for all.
         mime_type: contents of a Binary.
         clocks: the value references of the clocks while which tick it can be used; none: always.
+        clock: what it is besides, if it is a Clock.
         derivative_of: the variable whose derivative it is, or none.
         description: one sentence.
     """
@@ -88,6 +130,7 @@ class FmuVariable:
     dependencies: frozenset[str] | None
     mime_type: str
     clocks: tuple[int, ...]
+    clock: Clock | None
     derivative_of: str | None
     description: str
 
@@ -97,6 +140,25 @@ class FmuVariable:
         return bool(self.clocks)
 
     @property
+    def is_bytes(self) -> bool:
+        """Whether its signals are bytes, one for each element."""
+        return self.type in BYTES
+
+    @property
     def is_signal(self) -> bool:
-        """Whether a connector can carry it."""
-        return (self.type in DTYPES or self.type == "Binary") and not self.is_clocked
+        """Whether connectors can carry it."""
+        if self.clock is not None:
+            return self.clock.kind is ClockKind.TRIGGERED and not self.axes
+        is_fixed = all(axis.structural is None for axis in self.axes)
+        return self.type in DTYPES or (self.is_bytes and is_fixed)
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """The names of its connectors: one for an array of numbers, one for each text or Binary.
+
+        Indices count from 0, as those of connections do.
+        """
+        if not self.axes or not self.is_bytes:
+            return (self.name,)
+        indices = itertools.product(*(range(axis.length) for axis in self.axes))
+        return tuple(f"{self.name}[{', '.join(map(str, index))}]" for index in indices)

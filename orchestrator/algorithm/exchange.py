@@ -10,6 +10,7 @@ from orchestrator.algorithm.history import InputCourses, approximated
 from orchestrator.algorithm.mixing import MixSources
 from orchestrator.algorithm.participant import Participant
 from orchestrator.algorithm.participants import participant
+from orchestrator.algorithm.requests import Requests
 from orchestrator.branching import Branching
 from orchestrator.errors import SystemStructureError
 from orchestrator.last_call import LastCall
@@ -83,10 +84,11 @@ class Exchange:
         participants: by name, in the order of the system.
         values: the published outputs of each component: a view of the present, which the next
             communication point changes in place. The signals themselves never change.
+        requests: where components ask for the end of the run.
         sources: what inputs that are made of several outputs, or late, see of them.
     """
 
-    __slots__ = ("participants", "sources", "values")
+    __slots__ = ("participants", "requests", "sources", "values")
 
     def __init__(self, system: System, branching: Branching, last_call: LastCall) -> None:
         self.participants: Mapping[str, Participant] = {
@@ -99,8 +101,9 @@ class Exchange:
             for name, component in system.components.items()
         }
         last_call.begin(list(self.participants))
+        self.requests = Requests()
         for number, each in enumerate(self.participants.values()):
-            each.notes = last_call.notes_of(number)
+            each.notes, each.asking.requests = last_call.notes_of(number), self.requests
         published = {name: each.published for name, each in self.participants.items()}
         for name, each in self.participants.items():
             each.connect(system.feeds[name], published)

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from orchestrator.signal import Causality, Connector, Signal, Signals, Variability
+from orchestrator.signal import Causality, Connector, Signal, Signals, Variability, text_problems
 from orchestrator.suggestion import suggestion
 
 Accepts: TypeAlias = Callable[[Any], bool]
@@ -113,6 +113,8 @@ def _acceptance(connector: Connector) -> Accepts:
     """A quick test of a value; `False` means "look again", not "wrong"."""
     if connector.variability is Variability.FIXED:
         return lambda _: False
+    if connector.is_text:
+        return lambda value: type(value) is bytes and not text_problems(value)
     if connector.is_binary:
         return lambda value: type(value) is bytes
     if connector.shape == () and np.dtype(connector.dtype).kind == "f":

@@ -11,6 +11,7 @@ from orchestrator.algorithm.history import History, InputCourses, is_approximate
 from orchestrator.algorithm.looked_at import LookedAt
 from orchestrator.algorithm.mixing import MixedInput, MixSources, PastValues
 from orchestrator.algorithm.pieces import Piece, Pieces
+from orchestrator.algorithm.requests import Asking
 from orchestrator.capabilities import InitialEvaluation, OutputSlopes, PointEvaluation
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, CosimError
@@ -32,6 +33,7 @@ class Participant(abc.ABC):
 
     Attributes:
         name: of the component in its system.
+        asking: whether it asks for the end of the run.
         step_size: communication step size [ns].
         is_concurrent: whether the step runs elsewhere between `begin` and `finish`.
         notes: where calls of the component are noted.
@@ -45,8 +47,8 @@ class Participant(abc.ABC):
 
     __slots__ = ("_component", "_continuous", "_evaluation", "_feeds", "_grid", "_history",
                  "_looked_at", "_past", "_pending", "_pieces", "_reached", "_starts",
-                 "_used", "is_begun", "mixed", "name", "notes", "published", "reads", "sources",
-                 "step_size", "wall_time_ns")  # fmt: skip
+                 "_used", "asking", "is_begun", "mixed", "name", "notes", "published", "reads",
+                 "sources", "step_size", "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
 
@@ -58,6 +60,7 @@ class Participant(abc.ABC):
         step_size: StepSize,
     ) -> None:
         self.name: Final = name
+        self.asking: Final = Asking(name, component)
         self.step_size: Final = step_size
         self.published: Final[dict[str, Signal]] = {}
         self.sources: frozenset[str] = frozenset()
@@ -128,7 +131,8 @@ class Participant(abc.ABC):
             self._component.initialise(inputs)
             outputs = self._component.outputs()
             self.wall_time_ns += perf_counter_ns() - before
-            self._accept(outputs, start)
+            self.accept(outputs, start)
+            self.asking.is_within(start)
         except Exception as error:
             raise self.failure(start, error) from error
         self._used, self._reached = inputs, start
@@ -162,7 +166,7 @@ class Participant(abc.ABC):
             inputs = self._known_inputs()
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
-            self._accept(outputs, start)
+            self.accept(outputs, start)
         except Exception as error:
             raise self.failure(start, error) from error
         self.published.update(self._pending)
@@ -200,7 +204,7 @@ class Participant(abc.ABC):
         try:
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
-            self._accept(outputs, t)
+            self.accept(outputs, t)
         except Exception as error:
             raise self.failure(t, error) from error
         self._used = inputs
@@ -229,11 +233,15 @@ class Participant(abc.ABC):
 
     @abc.abstractmethod
     def finish(self) -> None:
-        """Wait until the step that was begun is done, and check its outputs."""
+        """Wait until the step that was begun is done, and check its outputs.
+
+        Raises `EndedWithinStep`, if it was not made and the run is to end.
+        """
 
     def publish(self) -> None:
         """Show the outputs of the step finished last to others."""
         self.published.update(self._pending)
+        self.asking.publish()
         for past in self._past:
             past.note()
         if self._history is not None:
@@ -374,16 +382,8 @@ class Participant(abc.ABC):
         self._pending, self._reached = pending, reached
         self.wall_time_ns += spent_ns
 
-    def check(self, outputs: Signals, t: Time) -> None:
-        """Check outputs of a step from `t` that was not made here.
-
-        Raises:
-            ComponentError: they break the declaration of the connectors.
-        """
-        self._accept(outputs, t)
-
-    def _accept(self, outputs: Signals, t: Time) -> None:
-        """Keep `outputs` for `publish`, or raise what is wrong with them."""
+    def accept(self, outputs: Signals, t: Time) -> None:
+        """Keep `outputs` of a step from `t` for `publish`, or raise what is wrong with them."""
         problems = self._looked_at.problems(outputs, self.published)
         if problems:
             raise ComponentError(self.name, t, "; ".join(problems))

@@ -32,9 +32,12 @@ class LocalParticipant(Participant):
             for piece in self._begun(t, h):
                 self._follow(piece)
                 self._component.step(piece.inputs, piece.t, piece.h)
+                if self.asking.is_within(piece.t + piece.h):
+                    self.wall_time_ns += perf_counter_ns() - before
+                    return
             outputs = self._outputs()
             self.wall_time_ns += perf_counter_ns() - before
-            self._accept(outputs, t)
+            self.accept(outputs, t)
         except Exception as error:
             raise self.failure(t, error) from error
 
@@ -44,7 +47,7 @@ class LocalParticipant(Participant):
 
     @override
     def finish(self) -> None:
-        pass
+        self.asking.check()
 
     @override
     def settle(self) -> None:
@@ -54,7 +57,7 @@ class LocalParticipant(Participant):
 class ConcurrentParticipant(Participant):
     """A component that steps elsewhere between `begin` and `finish`."""
 
-    __slots__ = ("_begun_at", "_concurrent", "_is_ahead")
+    __slots__ = ("_begun_at", "_concurrent", "_is_ahead", "_is_stepping")
 
     is_concurrent = True
 
@@ -69,6 +72,7 @@ class ConcurrentParticipant(Participant):
         self._concurrent = component
         self._begun_at: Time = 0
         self._is_ahead = False
+        self._is_stepping = False
 
     @override
     def begin(self, t: Time, h: Duration | None = None) -> None:
@@ -79,8 +83,12 @@ class ConcurrentParticipant(Participant):
             for piece in whole:
                 self._follow(piece)
                 self._concurrent.step(piece.inputs, piece.t, piece.h)
-            self._follow(last)
-            self._concurrent.begin_step(last.inputs, last.t, last.h)
+                if self.asking.is_within(piece.t + piece.h):
+                    break
+            else:
+                self._follow(last)
+                self._concurrent.begin_step(last.inputs, last.t, last.h)
+                self._is_stepping = True
         except Exception as error:
             raise self.failure(t, error) from error
         self.is_begun, self._is_ahead = True, False
@@ -88,13 +96,23 @@ class ConcurrentParticipant(Participant):
 
     @override
     def finish(self) -> None:
+        self._complete()
+        self.asking.check()
+
+    def _complete(self) -> None:
         self.is_begun = False
+        if not self._is_stepping:
+            return
+        self._is_stepping = False
         before = perf_counter_ns()
         try:
             self._concurrent.finish_step()
+            if self.asking.is_within(self._reached):
+                self.wall_time_ns += perf_counter_ns() - before
+                return
             outputs = self._outputs()
             self.wall_time_ns += perf_counter_ns() - before
-            self._accept(outputs, self._begun_at)
+            self.accept(outputs, self._begun_at)
         except Exception as error:
             raise self.failure(self._begun_at, error) from error
 
@@ -108,7 +126,7 @@ class ConcurrentParticipant(Participant):
     def settle(self) -> None:
         if self.is_begun:
             with suppress(ComponentError) if self._is_ahead else nullcontext():
-                self.finish()
+                self._complete()
 
 
 def participant(

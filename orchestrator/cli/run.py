@@ -59,11 +59,12 @@ def _report_failed(error: ReportFailedError) -> Outcome:
 
 
 def _success(outcome: RunOutcome) -> Outcome:
-    wall = outcome.wall_time
+    wall, early = outcome.wall_time, outcome.early_end
     speed = f"{outcome.simulated:g} s simulated in {wall.total:.2f} s"
     speed += f" ({outcome.speed:.3g} simulated seconds per second)"
     lines = [
         *([outcome.summary.rstrip(), ""] if outcome.summary else []),
+        *([] if early is None else [f"ended early: {early.text}"]),
         speed,
         *_time_table(wall),
         _recorded(outcome.recorded),
@@ -77,6 +78,7 @@ def _success(outcome: RunOutcome) -> Outcome:
             "out": str(outcome.directory),
             "sim_seconds_per_wall_second": outcome.speed,
             "simulated_s": outcome.simulated,
+            "ended_early": None if early is None else {"by": early.by, "why": early.text},
             "wall_s": wall.total,
             "wall_time_s": _shares(wall),
             "metrics": dict(outcome.metrics),

@@ -2,8 +2,8 @@
  *
  * A plan is a table of units and of what is to be called for each of them at a step: values that are
  * set, the step, values that are got. `plan_run` works through it until the end of a stretch, and
- * stops before whatever needs Python: a call that returned neither OK nor Warning, a value that is not finite, an
- * output that ends the run. Nothing here knows what is connected or recorded beyond addresses. */
+ * stops before whatever needs Python: a call that failed, a value that is not finite, the end of the run. A step that
+ * says more than OK is completed in Python (`attend`). Nothing here knows what is connected beyond addresses. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -26,15 +26,16 @@ typedef int (*Get2)(void *, const uint32_t *, size_t, void *);
 typedef int (*Get3)(void *, const uint32_t *, size_t, void *, size_t);
 typedef int (*GetBinary)(void *, const uint32_t *, size_t, size_t *, const uint8_t **, size_t);
 typedef int (*SetBinary)(void *, const uint32_t *, size_t, const size_t *, const uint8_t *const *, size_t);
+typedef int (*Attend)(int status, int64_t from); /* makes the rest of a step that said more than OK */
 typedef int (*Step2)(void *, double, double, int);
 typedef int (*Step3)(void *, double, double, bool, bool *, bool *, bool *, double *);
 
 enum { STATUS_OK = 0, STATUS_WARNING = 1 };
 
 /* How elements lie in the memory of an FMU and in a signal, which has a byte for a Boolean. */
-typedef enum { PLAIN, FLOAT32, FLOAT64, BOOLEAN8, BOOLEAN32 } Kind;
+typedef enum { PLAIN, FLOAT32, FLOAT64, BOOLEAN8, BOOLEAN32, BINARY, TEXT } Kind;
 
-/* A value of type Binary; `data` is ours. */
+/* A value of type Binary or String; `data` is ours, and ends with a zero that does not count. */
 typedef struct {
     uint8_t *data;
     size_t size, capacity;
@@ -108,10 +109,13 @@ typedef struct {
     double spent;     /* wall time of this stretch [ns], from samples */
     bool *flag[3];    /* results of a step, FMI 3.0: event, end, early return */
     double *last_time;
+    Attend attend; int64_t ending; /* what the last step asks for, an `Ending` */
 } Unit;
 
+/* `attend`: the step was made; and the run ends behind it; it was not made, and the run ends before it; it failed. */
+typedef enum { GOES_ON, ENDS_BEHIND, ENDS_WITHIN, HAS_FAILED } Ending;
 typedef enum { ALL_DONE, SET_FAILED, STEP_FAILED, GET_FAILED, NOT_FINITE, NO_MEMORY, RUN_ENDS,
-               MIX_NOT_FINITE } Outcome;
+               MIX_NOT_FINITE, RUN_ENDED } Outcome;
 
 typedef struct {
     Unit *unit; /* in the order of their turns */
@@ -151,8 +155,9 @@ static int bytes_reserve(Bytes *b, size_t size) {
 }
 
 static int bytes_assign(Bytes *b, const uint8_t *data, size_t size) {
-    if (bytes_reserve(b, size)) return 1;
+    if (bytes_reserve(b, size + 1)) return 1;
     if (size > 0) memcpy(b->data, data, size);
+    b->data[size] = 0;
     b->size = size;
     return 0;
 }
@@ -191,15 +196,19 @@ static bool gather(Setting *s) {
     return is_new;
 }
 
-/* The newest values of a call of type Binary; several sources have several versions, all are set. */
+/* The newest values of a call of bytes; several sources have several versions, all are set. */
 static int set_binary(const Unit *u, Setting *s) {
     size_t *size = s->elements;
     const uint8_t **data = (const uint8_t **)(size + s->references);
     for (size_t k = 0; k < s->copies; k++) {
         const Bytes *b = seen_at(&s->copy[k].from);
         size[k] = b->size;
-        data[k] = b->data;
+        data[k] = b->data || s->kind != TEXT ? b->data : (const uint8_t *)"";
     }
+    if (s->kind == TEXT && u->version == 2)
+        return ((Set2)s->function)(u->instance, s->reference, s->references, data);
+    if (s->kind == TEXT)
+        return ((Set3)s->function)(u->instance, s->reference, s->references, data, s->references);
     return ((SetBinary)s->function)(u->instance, s->reference, s->references, size, data, s->references);
 }
 
@@ -221,6 +230,10 @@ static int step(Unit *u, int64_t from) {
 }
 
 static int get(const Unit *u, Getting *g) {
+    if (g->kind == TEXT && u->version == 2)
+        return ((Get2)g->function)(u->instance, g->reference, g->references, g->pointers);
+    if (g->kind == TEXT)
+        return ((Get3)g->function)(u->instance, g->reference, g->references, g->pointers, g->references);
     if (g->is_binary)
         return ((GetBinary)g->function)(u->instance, g->reference, g->references, g->sizes,
                                         g->pointers, g->references);
@@ -229,12 +242,31 @@ static int get(const Unit *u, Getting *g) {
     return ((Get3)g->function)(u->instance, g->reference, g->references, elements, g->count);
 }
 
+/* Whether a text is one (RFC 3629, section 4). */
+static bool is_utf8(const uint8_t *text, size_t size) {
+    for (size_t k = 0; k < size;) {
+        uint8_t first = text[k++];
+        if (first < 0x80) continue;
+        size_t more = first >= 0xf0 ? 3 : first >= 0xe0 ? 2 : 1;
+        uint8_t low = first == 0xe0 ? 0xa0 : first == 0xf0 ? 0x90 : 0x80;
+        uint8_t high = first == 0xed ? 0x9f : first == 0xf4 ? 0x8f : 0xbf;
+        if (first < 0xc2 || first > 0xf4 || more > size - k) return false;
+        for (; more > 0; more--, low = 0x80, high = 0xbf)
+            if (text[k] < low || text[k++] > high) return false;
+    }
+    return true;
+}
+
 /* Make signals of what was got. */
 static Outcome adopt(const Unit *u, Getting *g) {
     if (g->is_binary) {
         Bytes *b = (Bytes *)(u->pending_bytes + g->signal);
-        for (size_t k = 0; k < g->references; k++)
-            if (bytes_assign(&b[k], g->pointers[k], g->pointers[k] ? g->sizes[k] : 0)) return NO_MEMORY;
+        for (size_t k = 0; k < g->references; k++) {
+            const uint8_t *data = g->pointers[k];
+            size_t size = !data ? 0 : g->kind == TEXT ? strlen((const char *)data) : g->sizes[k];
+            if (bytes_assign(&b[k], data, size)) return NO_MEMORY;
+            if (g->kind == TEXT && !is_utf8(data, size)) return NOT_FINITE;
+        }
         return ALL_DONE;
     }
     uint8_t *signal = u->pending + g->signal;
@@ -247,7 +279,9 @@ static Outcome adopt(const Unit *u, Getting *g) {
     case BOOLEAN32:
         for (size_t k = 0; k < g->count; k++) signal[k] = ((const int32_t *)g->elements)[k] != 0;
         return ALL_DONE;
-    case PLAIN: break;
+    case PLAIN:
+    case BINARY:
+    case TEXT: break;
     }
     return ALL_DONE;
 }
@@ -267,7 +301,8 @@ static Outcome make_step(Plan *p, Unit *u, int64_t from) {
         Setting *s = &u->setting[p->call];
         if (gather(s) && is_failure(p, u, set(u, s))) return SET_FAILED;
     }
-    if (is_failure(p, u, step(u, from))) return STEP_FAILED;
+    u->ending = is_failure(p, u, step(u, from)) ? u->attend(p->status, from) : GOES_ON;
+    if (u->ending >= ENDS_WITHIN) return u->ending == HAS_FAILED ? STEP_FAILED : ALL_DONE; /* no outputs */
     for (p->call = 0; p->call < u->gettings; p->call++)
         if (is_failure(p, u, get(u, &u->getting[p->call]))) return GET_FAILED;
     for (p->call = 0; p->call < u->gettings; p->call++) {
@@ -339,6 +374,7 @@ static Outcome arrive(Plan *p, int64_t t, bool is_sample, double weight) {
         p->failed_from = t - u->step_size;
         Outcome outcome =
             p->is_parallel ? ALL_DONE : make_timed_step(p, u, t - u->step_size, is_sample, weight);
+        if (outcome == ALL_DONE && u->ending == ENDS_WITHIN) outcome = RUN_ENDED;
         if (outcome != ALL_DONE) return outcome;
         publish(u, t);
     }
@@ -356,15 +392,17 @@ static Outcome go_on(Plan *p) {
         if (outcome != ALL_DONE) return outcome;
         int64_t t = next_point(p);
         if ((outcome = arrive(p, t, is_sample, weight)) != ALL_DONE) return outcome;
+        bool ends = false;
         for (size_t k = 0; k < p->units; k++) {
             Unit *u = &p->unit[k];
             if (u->due != t) continue;
+            ends |= u->ending == ENDS_BEHIND;
             if ((outcome = record(u)) != ALL_DONE) return outcome;
             u->due += u->step_size;
         }
         p->now = t;
         p->points++;
-        if (p->until.base && *(const uint8_t *)seen_at(&p->until)) return RUN_ENDS;
+        if (ends || (p->until.base && *(const uint8_t *)seen_at(&p->until))) return RUN_ENDS;
         if (p->points == p->most || next_point(p) > p->end) return ALL_DONE;
     }
 }
@@ -384,8 +422,7 @@ EXPORT int plan_run(Plan *p) {
     for (size_t k = 0; k < p->units; k++) {
         Unit *u = &p->unit[k];
         u->due = p->now + u->step_size - (p->now - p->start) % u->step_size;
-        u->rows = 0;
-        u->spent = 0;
+        u->rows = 0, u->spent = 0;
         for (size_t i = 0; i < u->tracks; i++) u->track[i].bytes.size = 0;
     }
     return go_on(p);

@@ -10,9 +10,16 @@ from typing import Any, Final
 import numpy as np
 
 (
-    ALL_DONE, SET_FAILED, STEP_FAILED, GET_FAILED, NOT_FINITE, NO_MEMORY, RUN_ENDS, MIX_NOT_FINITE
-) = range(8)  # fmt: skip
+    ALL_DONE, SET_FAILED, STEP_FAILED, GET_FAILED, NOT_FINITE, NO_MEMORY, RUN_ENDS, MIX_NOT_FINITE,
+    RUN_ENDED,
+) = range(9)  # fmt: skip
 """What `plan_run` returns."""
+
+GOES_ON, ENDS_BEHIND, ENDS_WITHIN, HAS_FAILED = range(4)
+"""What `attend` returns."""
+
+Attend = ctypes.CFUNCTYPE(c_int, c_int, c_int64)
+"""Makes the rest of a step: takes its status and where it begins [ns]."""
 
 
 TYPES: Final = {
@@ -127,6 +134,7 @@ class Unit(ctypes.Structure):
         ("past", POINTER(POINTER(Past))), ("pasts", c_size_t), ("track", POINTER(Track)),
         ("tracks", c_size_t), ("due", c_int64), ("rows", c_size_t), ("publications", c_uint64),
         ("calls", c_uint64), ("spent", c_double), ("flag", c_void_p * 3), ("last_time", c_void_p),
+        ("attend", c_void_p), ("ending", c_int64),
     )  # fmt: skip
 
 

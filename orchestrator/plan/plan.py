@@ -14,6 +14,7 @@ import numpy as np
 
 from orchestrator.algorithm.base import Pattern
 from orchestrator.algorithm.exchange import Exchange
+from orchestrator.algorithm.requests import Asking
 from orchestrator.errors import ComponentError
 from orchestrator.last_call import LastCall
 from orchestrator.native import NativeUnit
@@ -172,6 +173,7 @@ class RunPlan:
         self._mixing = exchange.sources
         self._most, self._room = 64, 0
         self._failure: ComponentError | None = None
+        self._ended: Asking | None = None
         # the engine has there which unit it calls, and from when
         self._plan = last_call.place(layouts.Plan)
         last_call.compiled(
@@ -219,7 +221,9 @@ class RunPlan:
         for unit in self._units.values():
             unit.leave(plan.now, self._values)
         self._mixing.now = plan.now
-        if outcome not in {layouts.ALL_DONE, layouts.RUN_ENDS}:
+        if outcome == layouts.RUN_ENDED:
+            self._ended = list(self._units.values())[plan.failed].participant.asking
+        elif outcome not in {layouts.ALL_DONE, layouts.RUN_ENDS}:
             failed = list(self._units.values())[plan.failed]
             self._failure = failed.fail(outcome, plan.call, plan.status, plan.failed_from)
         times: dict[Duration, Array] = {}  # the same of units with the same step
@@ -238,7 +242,10 @@ class RunPlan:
 
         Raises:
             ComponentError: a component failed, or broke its contract.
+            EndedWithinStep: a component asks for the end of the run, within a step.
         """
+        if self._ended is not None:
+            self._ended.check()
         if self._failure is not None:
             raise self._failure
 

@@ -14,6 +14,7 @@ from orchestrator.algorithm.participant import Participant
 from orchestrator.errors import ComponentError
 from orchestrator.native import NativeKind, NativeUnit, NativeVariable
 from orchestrator.plan import layouts
+from orchestrator.plan.attendance import Attendance
 from orchestrator.plan.memory import Outputs
 from orchestrator.plan.mixes import UnitMixes
 from orchestrator.plan.past import Past
@@ -30,6 +31,7 @@ _IN_MEMORY: Final[Mapping[NativeKind, np.dtype[Any]]] = {
 """Element types in the memory of an FMU where they are not those of the signal."""
 
 
+_BYTES: Final = frozenset({NativeKind.BINARY, NativeKind.TEXT})
 _CACHE_LINE: Final = 64
 
 
@@ -83,6 +85,7 @@ class UnitPlan(Readable):
         self._setting_names: list[tuple[str, list[str]]] = []
         self._rings: dict[str, Array] = {}
         self._start: Time = 0
+        self._attendance = Attendance(participant, unit.owner)
         self._describe(table, unit)
         unit.owner.count_calls(ctypes.addressof(table) + layouts.Unit.calls.offset)
 
@@ -137,6 +140,7 @@ class UnitPlan(Readable):
         table.pending, table.pending_bytes = self._outputs[1].bases
         table.flag = (ctypes.c_void_p * 3)(*unit.flags)
         table.last_time = unit.last_time
+        table.attend = self._attendance.address
         gettings = [self._getting(type_, names) for type_, names in self._groups.items()]
         table.getting = self._kept((layouts.Getting * len(gettings))(*gettings))
         table.gettings = len(gettings)
@@ -171,7 +175,7 @@ class UnitPlan(Readable):
             kind=kind,
             signal=self._outputs[0].offset(names[0]),
         )
-        if kind is NativeKind.BINARY:
+        if kind in _BYTES:
             call.is_binary = True
             call.sizes = self._kept(np.zeros(len(names), np.uintp)).ctypes.data
             call.pointers = self._kept(np.zeros(len(names), np.uintp)).ctypes.data
@@ -226,13 +230,13 @@ class UnitPlan(Readable):
             kind=kind,
             copy=copies,
             copies=len(names),
-            count=0 if kind is NativeKind.BINARY else sum(counts),
+            count=0 if kind in _BYTES else sum(counts),
         )
         for copy, name, count in zip(copies, names, counts, strict=True):
             copy.source = sources[name]
             copy.size = count if kind is NativeKind.BOOLEAN32 else count * dtype.itemsize
             self._copies.append((name, feeds.get(name), copy))
-        if kind is NativeKind.BINARY:
+        if kind in _BYTES:
             call.is_binary = True
             call.elements = self._kept(np.zeros(2 * len(names), np.uintp)).ctypes.data
         elif kind is NativeKind.BOOLEAN32 or not _are_adjacent(copies):
@@ -271,6 +275,7 @@ class UnitPlan(Readable):
         if self._is_parallel and self._is_under_way(t):
             for name, value in self.participant.pending.items():
                 self._pending.put(name, value, self._library)
+        self._table.ending = self._attendance.ending
         owner = self._unit.owner
         for name, feed, copy in self._copies:
             is_set = feed is not None and owner.is_written(
@@ -311,6 +316,7 @@ class UnitPlan(Readable):
         }
         under_way = self._is_under_way(t)
         read = self.participant.pending if under_way else self.participant.published
+        self._attendance.publish(is_reached=not under_way)
         self._unit.owner.adopt([name for name, _, _ in self._copies], written, dict(read))
         self._mixes.leave()
         for past in self._pasts.values():
@@ -345,15 +351,15 @@ class UnitPlan(Readable):
         owner = self._unit.owner
         if outcome == layouts.MIX_NOT_FINITE:
             return self.participant.failure(t, not_finite(self._mixes.inputs[call]))
+        if outcome == layouts.STEP_FAILED and (error := self._attendance.error(t)) is not None:
+            return error
         try:
             if outcome == layouts.SET_FAILED:
                 owner.setting_failed(*self._setting_names[call], status)
-            elif outcome == layouts.STEP_FAILED:
-                owner.step_failed(status, t, self.step_size)
             elif outcome == layouts.GET_FAILED:
                 owner.getting_failed(list(self._groups)[call], status)
             elif outcome == layouts.NOT_FINITE:
-                self.participant.check(self._pending.values(), t)
+                self.participant.accept(self._pending.values(), t)
         except Exception as error:
             return self.participant.failure(t, error)
         return ComponentError(self.participant.name, t, "there is no room for its outputs")

@@ -164,7 +164,8 @@ class Recorder(Observer):
             return  # the directory holds somebody else's recording
         for component in self._components.values():
             component.close()
-        wall_time = result.wall_time
+        wall_time, end = result.wall_time, result.early_end
+        early = None if end is None else {"by": list(end.by), "why": end.text}
         write_manifest(
             self._directory,
             {
@@ -173,6 +174,7 @@ class Recorder(Observer):
                 "status": result.status,
                 "error": None if result.error is None else str(result.error),
                 "reached_ns": result.time,
+                "ended_early": early,
                 "fingerprint": self.fingerprint,
                 "recorded_bytes": dict(self.sizes),
                 "wall_time_s": {

@@ -20,7 +20,13 @@ from typing import Any, Final, NoReturn
 import numpy as np
 from typing_extensions import Buffer, override
 
-from orchestrator.capabilities import PointEvaluation, VariableSteps
+from orchestrator.capabilities import (
+    EndRequest,
+    EndRequesting,
+    PointEvaluation,
+    PortableState,
+    VariableSteps,
+)
 from orchestrator.component import Capability, ConcurrentComponent, WrappedRestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError
 from orchestrator.limits import USUAL, Deadlines, Limits
@@ -32,6 +38,7 @@ from orchestrator.remote.protocol import (
     connectors_from_message,
     generator_to_document,
     grid_to_document,
+    request_from_document,
 )
 from orchestrator.remote.sharing import SharedMemory
 from orchestrator.remote.transport import Link, LinkLostError, Transport
@@ -159,7 +166,9 @@ class RemoteState:
         self.values = values
 
 
-class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
+class RemoteComponent(
+    ConcurrentComponent, EndRequesting, PointEvaluation, PortableState, VariableSteps
+):
     """A component hosted at the other end of a link; `launch` creates it."""
 
     def __init__(self, dialogue: _Dialogue, created: _Reply, deadlines: Deadlines) -> None:
@@ -171,6 +180,7 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
         self._inputs = SignalEncoder({})
         self._outputs = SignalDecoder({})
         self._values: Signals = {}
+        self._end_request: EndRequest | None = None
         offered = created.message.document.get("capabilities", ())
         self._capabilities = {CAPABILITIES[name] for name in offered}
         self._is_set_up = False
@@ -215,6 +225,17 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
         self._accept(self._dialogue.answer(self._deadlines.create))
 
     @override
+    def dump(self) -> bytes:
+        self._dialogue.ask(Kind.DUMP)
+        reply = self._dialogue.answer(self._deadlines.step)
+        return reply.raw[reply.offset :]
+
+    @override
+    def load(self, content: bytes) -> None:
+        self._dialogue.ask(Kind.LOAD, block=[content])
+        self._accept(self._dialogue.answer(self._deadlines.step))
+
+    @override
     def begin_step(self, inputs: Signals, t: Time, h: Duration) -> None:
         self._dialogue.ask(Kind.STEP, t=t, h=h, block=self._inputs.parts(inputs))
 
@@ -225,6 +246,11 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
     @override
     def outputs(self) -> Signals:
         return self._values
+
+    @property
+    @override
+    def end_request(self) -> EndRequest | None:
+        return self._end_request
 
     @override
     def close(self) -> None:
@@ -257,6 +283,7 @@ class RemoteComponent(ConcurrentComponent, PointEvaluation, VariableSteps):
         return {n: c for n, c in self._connectors.items() if c.causality is causality}
 
     def _accept(self, reply: _Reply) -> None:
+        self._end_request = request_from_document(reply.message.document)
         self._values = self._outputs.decode(reply.raw, reply.offset)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from typing_extensions import Buffer
 
 from orchestrator import registry
-from orchestrator.capabilities import InitialEvaluation
+from orchestrator.capabilities import EndRequesting, InitialEvaluation, PortableState
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError, CosimError
 from orchestrator.local_module import local_type
@@ -29,6 +29,7 @@ from orchestrator.remote.protocol import (
     connectors_to_message,
     generator_from_document,
     grid_from_document,
+    request_to_document,
 )
 from orchestrator.remote.sharing import NOTHING_SHARED, SharedMemory
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
@@ -101,6 +102,7 @@ class ComponentHost:
         self._logs = logs
         self._memory = memory
         self._component: Component | None = None
+        self._asking: EndRequesting | None = None
         self._needs_close = False
         self._states: dict[int, Any] = {}
         self._connectors: dict[Causality, dict[str, Connector]] = {}
@@ -115,6 +117,8 @@ class ComponentHost:
             Kind.SAVE: self._save,
             Kind.RESTORE: self._restore,
             Kind.EVALUATE: self._evaluate,
+            Kind.DUMP: self._dump,
+            Kind.LOAD: self._load,
         }
 
     def handle(self, message: bytes) -> bytes:
@@ -144,6 +148,7 @@ class ComponentHost:
         del message, offset
         spec = ComponentSpec.from_document(command.document)
         self._component = component_type_of(spec).create(spec.name, spec.values)
+        self._asking = self._component.capability(EndRequesting)  # type: ignore[type-abstract]
         connectors = dict(self._component.connectors)
         self._connectors = {
             causality: {n: c for n, c in connectors.items() if c.causality is causality}
@@ -177,7 +182,7 @@ class ComponentHost:
 
     def _initialise(self, command: Message, message: bytes, offset: int) -> bytes:
         self._created().initialise(self._inputs.decode(message, offset))
-        return self._done(command).encode(self._output_block())
+        return self._reached(command).encode(self._output_block())
 
     def _evaluate(self, command: Message, message: bytes, offset: int) -> bytes:
         component = self._created()
@@ -189,7 +194,7 @@ class ComponentHost:
 
     def _step(self, command: Message, message: bytes, offset: int) -> bytes:
         self._created().step(self._inputs.decode(message, offset), command.t, command.h)
-        return self._done(command).encode(self._output_block())
+        return self._reached(command).encode(self._output_block())
 
     def _close(self, command: Message, message: bytes, offset: int) -> bytes:
         del message, offset
@@ -213,6 +218,20 @@ class ComponentHost:
             raise WireError(f"there is no state {number} of this run")
         self._restorable().restore(self._states[number])
         return self._done(command).encode()
+
+    def _dump(self, command: Message, message: bytes, offset: int) -> bytes:
+        del message, offset
+        return self._done(command).encode([self._portable().dump()])
+
+    def _load(self, command: Message, message: bytes, offset: int) -> bytes:
+        self._portable().load(message[offset:])
+        return self._done(command).encode(self._output_block())
+
+    def _portable(self) -> PortableState:
+        found = self._created().capability(PortableState)  # type: ignore[type-abstract]
+        if found is None:
+            raise WireError("the state of the component cannot leave its process")
+        return found
 
     def _restorable(self) -> RestorableComponent[Any]:
         component = self._created()
@@ -240,6 +259,11 @@ class ComponentHost:
 
     def _done(self, command: Message) -> Message:
         return command.reply(Kind.DONE, self._log_document())
+
+    def _reached(self, command: Message) -> Message:
+        """`_done` behind a step, with what the component asks for."""
+        request = None if self._asking is None else self._asking.end_request
+        return command.reply(Kind.DONE, {**self._log_document(), **request_to_document(request)})
 
     def _log_document(self) -> dict[str, Any]:
         records = self._logs()

@@ -24,7 +24,14 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from typing_extensions import Buffer
 
-from orchestrator.capabilities import InitialEvaluation, PointEvaluation, VariableSteps
+from orchestrator.capabilities import (
+    EndRequest,
+    EndRequesting,
+    InitialEvaluation,
+    PointEvaluation,
+    PortableState,
+    VariableSteps,
+)
 from orchestrator.errors import ComponentTypeError
 from orchestrator.kinds import FrozenMapping
 from orchestrator.local_module import local_type
@@ -40,7 +47,14 @@ _VERSION: Final = 3
 
 
 CAPABILITIES: Final[Mapping[str, type]] = {
-    each.__name__: each for each in (InitialEvaluation, PointEvaluation, VariableSteps)
+    each.__name__: each
+    for each in (
+        EndRequesting,
+        InitialEvaluation,
+        PointEvaluation,
+        PortableState,
+        VariableSteps,
+    )
 }
 """What a component in another process can do as well as here, by name."""
 
@@ -56,6 +70,8 @@ class Kind(enum.IntEnum):
     SAVE = 6
     RESTORE = 7
     EVALUATE = 8
+    DUMP = 9
+    LOAD = 10
     DONE = 16
     FAILED = 17
 
@@ -196,6 +212,16 @@ def connectors_from_message(
     return {
         name: _connector(d, start=starts.get(name)) for name, d in document["connectors"].items()
     }
+
+
+def request_to_document(request: EndRequest | None) -> dict[str, Any]:
+    """What a reply says of a request for the end of the run; nothing, if there is none."""
+    return {} if request is None else {"end": {"time": request.time, "why": request.why}}
+
+
+def request_from_document(document: Mapping[str, Any]) -> EndRequest | None:
+    """What `request_to_document` described."""
+    return EndRequest(**document["end"]) if "end" in document else None
 
 
 def generator_to_document(rng: np.random.Generator) -> dict[str, Any]:

@@ -20,6 +20,9 @@ MAXIMUM_VALUES: Final = 100_000
 MAXIMUM_DEPTH: Final = 60
 """Levels of nesting; a scenario needs fewer than ten."""
 
+_ARCHIVE: Final = b"PK\x03\x04"
+"""How ZIP archives begin."""
+
 
 @dataclass(frozen=True, slots=True)
 class Place:
@@ -62,6 +65,9 @@ class Document:
         except OSError as error:
             reason = "there is no such file" if not path.exists() else error.strerror
             raise _failure(str(path), 1, 1, f"cannot be read: {reason}") from None
+        if raw.startswith(_ARCHIVE):
+            what = "is an archive; `nlosim ssp import` makes a scenario of an SSP package"
+            raise _failure(str(path), 1, 1, what)
         try:
             text = raw.decode("utf-8-sig")
         except UnicodeDecodeError as error:

@@ -236,6 +236,7 @@ def _source(use: ConnectionUse) -> dict[str, Any]:
         "from": use.source,
         **({} if way.gain == 1.0 else {"gain": way.gain}),
         **({} if way.offset == 0.0 else {"offset": way.offset}),
+        **({} if way.converts else {"convert": False}),
         **({"delay": format_duration(way.delay)} if way.delay else {}),
         **({"sample": format_duration(way.sample)} if way.sample else {}),
     }

@@ -62,4 +62,5 @@ def _way(entry: Way, *, adds: bool) -> Transformation:
         delay=entry.delay,
         sample=entry.sample,
         adds=adds,
+        converts=entry.convert,
     )

@@ -167,6 +167,10 @@ class Way(_Mapping):
     offset: float = 0.0
     """Added after the gain, in the unit of the input."""
 
+    convert: bool = True
+    """Whether the unit of the output is converted to that of the input. If not, numbers are taken
+    as they are, whatever the units say."""
+
     delay: Annotated[int, BeforeValidator(not_negative), time_schema("20 ms")] = 0
     """How old a value is at least when it is read. Before the first such value the input keeps its
     start value."""

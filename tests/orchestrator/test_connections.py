@@ -40,6 +40,18 @@ def test_a_gain_follows_the_conversion_of_units(tmp_path: Path) -> None:
     assert seen(path, "w").tolist() == [2000 * k + 0.5 for k in POINTS]
 
 
+@pytest.mark.parametrize("units", [("km", "m"), ("V", "m")])
+def test_units_that_are_not_converted_may_be_any(tmp_path: Path, units: tuple[str, str]) -> None:
+    entry = "{from: a.n, to: b.v, convert: false, gain: 3, offset: 0.5}"
+    path = wired(tmp_path, entry, a=f"unit: {units[0]}", b=f"unit: {units[1]}")
+    assert seen(path, "w").tolist() == [3 * k + 0.5 for k in POINTS]
+    scenario = load_scenario(path)
+    (written,) = scenario.resolved()["connections"]
+    assert written == {"from": "a.n", "to": "b.v", "gain": 3.0, "offset": 0.5, "convert": False}
+    (edge,) = graph_of(scenario, assemble(scenario)).edges
+    assert "* 3 + 0.5, unit not converted" in str(edge)
+
+
 def test_whole_numbers_become_floats(tmp_path: Path) -> None:
     path = wired(tmp_path, "{from: a.x, to: b.u}", a="dtype: int32")
     assert seen(path).dtype == np.float64

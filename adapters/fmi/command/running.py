@@ -29,6 +29,7 @@ from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.cli.watch import WATCH
 from orchestrator.component import Component
+from orchestrator.early_end import EarlyEnd
 from orchestrator.errors import CosimError
 from orchestrator.last_call import noting
 from orchestrator.observer import NoProgress, Observer, progress_meter
@@ -74,11 +75,13 @@ class Simulated:
 
     Attributes:
         results: of the outputs; up to where it failed, if it did.
-        error: what ended it early.
+        error: what it failed of.
+        early_end: why it ended before its stop time without failing.
     """
 
     results: Results
     error: BaseException | None
+    early_end: EarlyEnd | None = None
 
 
 def run(arguments: Namespace) -> Outcome:
@@ -114,13 +117,15 @@ def run(arguments: Namespace) -> Outcome:
         outcome = outcome_of(simulated.error)
         until = f"\nresults until then: {', '.join(map(str, files))}" if files else ""
         return Outcome(text=outcome.text + until, data=outcome.data, exit_code=outcome.exit_code)
-    rows = len(results.times)
+    rows, early = len(results.times), simulated.early_end
     lines += [summary(results), "", f"{rows} rows, {_steps_text(span)}"]
+    lines += [] if early is None else [f"ended early: {early.text}"]
     lines += [f"wrote {', '.join(map(str, files))}"] if files else []
     data = {
         "start_s": span.start / 1e9,
         "stop_s": span.stop / 1e9,
         "step_s": span.step / 1e9,
+        "ended_early": None if early is None else early.text,
         "rows": rows,
         "last": {name: np.asarray(c[-1]).tolist() for name, c in results.columns.items()},
         "files": [str(path) for path in files],
@@ -242,8 +247,9 @@ def simulated_fmu(
         recorder = Recorder(folder, include=[f"{_FMU}.{output}" for output in outputs])
         observers: list[Observer] = [recorder, meter, stop]
         error: BaseException | None = None
+        early_end: EarlyEnd | None = None
         try:
-            simulate(
+            early_end = simulate(
                 system,
                 Jacobi(),
                 start=span.start,
@@ -251,10 +257,10 @@ def simulated_fmu(
                 seed=0,
                 observers=observers,
                 last_call=last_call,
-            )
+            ).early_end
         except (CosimError, KeyboardInterrupt) as raised:
             error = raised
-        return Simulated(_results(folder, outputs, component.connectors), error)
+        return Simulated(_results(folder, outputs, component.connectors), error, early_end)
 
 
 def _start_values(

@@ -1,10 +1,10 @@
-/* The functions of FMI 3.0 that nobody calls, but that a library must have; they return Error. */
+/* The functions of FMI 3.0 that a library must have; they return Error unless the FMU has its own. */
 #if defined(_WIN32)
 #define EXPORT __declspec(dllexport)
 #else
 #define EXPORT __attribute__((visibility("default")))
 #endif
-#define ABSENT(name) EXPORT int fmi3##name(void) { return 3; }
+#define ABSENT(name) EXPORT __attribute__((weak)) int fmi3##name(void) { return 3; }
 
 ABSENT(ActivateModelPartition)
 ABSENT(CompletedIntegratorStep)
@@ -26,6 +26,7 @@ ABSENT(GetDirectionalDerivative)
 ABSENT(GetEventIndicators)
 ABSENT(GetFMUState)
 ABSENT(GetFloat32)
+ABSENT(GetFloat64)
 ABSENT(GetInt16)
 ABSENT(GetInt32)
 ABSENT(GetInt64)
@@ -58,7 +59,9 @@ ABSENT(SetContinuousStates)
 ABSENT(SetDebugLogging)
 ABSENT(SetFMUState)
 ABSENT(SetFloat32)
+ABSENT(SetFloat64)
 ABSENT(SetInt16)
+ABSENT(SetInt32)
 ABSENT(SetInt64)
 ABSENT(SetInt8)
 ABSENT(SetIntervalDecimal)

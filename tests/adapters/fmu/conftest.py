@@ -49,3 +49,33 @@ def ends3(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def starts3(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The FMI 3.0 FMU in the folder `starts3`: it shows what it was told before the first step."""
     return built("starts3", 3, tmp_path_factory.mktemp("starts3"))
+
+
+@pytest.fixture(scope="session")
+def bilinear3(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMI 3.0 FMU in the folder `bilinear3`: it knows its derivatives and stores its state."""
+    return built("bilinear3", 3, tmp_path_factory.mktemp("bilinear3"))
+
+
+@pytest.fixture(scope="session")
+def product2(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMI 2.0 FMU in the folder `product2`: as `bilinear3`, and a text."""
+    return built("product2", 2, tmp_path_factory.mktemp("product2"))
+
+
+@pytest.fixture(scope="session")
+def words3(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMI 3.0 FMU in the folder `words3`: it gives texts and Binaries back."""
+    return built("words3", 3, tmp_path_factory.mktemp("words3"))
+
+
+@pytest.fixture(scope="session")
+def events3(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMI 3.0 FMU in the folder `events3`: events of all kinds."""
+    return built("events3", 3, tmp_path_factory.mktemp("events3"))
+
+
+@pytest.fixture(scope="session")
+def clocks3(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMI 3.0 FMU in the folder `clocks3`: clocks of all kinds."""
+    return built("clocks3", 3, tmp_path_factory.mktemp("clocks3"))

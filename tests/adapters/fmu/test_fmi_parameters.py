@@ -110,8 +110,8 @@ def test_start_values_that_do_not_fit_the_size_must_be_set(fmu: Fmu, tmp_path: P
     kind.create("table", {"n_sample": 3, "sample.gain": (1.0,)})
 
 
-def test_arrays_as_long_as_an_input_are_no_parameters(fmu: Fmu, tmp_path: Path) -> None:
-    """They would lose their values whenever the input changes its length."""
+def test_a_length_of_an_input_and_of_parameters_is_chosen(fmu: Fmu, tmp_path: Path) -> None:
+    """They would lose their values if it followed the input."""
     inputs = ("n_sample", 'variability="fixed"', 'causality="input"')
     with zipfile.ZipFile(fmu("table")) as archive:
         text = archive.read("modelDescription.xml").decode()
@@ -125,4 +125,7 @@ def test_arrays_as_long_as_an_input_are_no_parameters(fmu: Fmu, tmp_path: Path) 
         (position, longer),
     )
     offered = {n for n in FmuComponentType(path).parameters if not n.startswith("fmi.")}
-    assert offered == {"interpolation"}
+    assert offered == {
+        *("interpolation", "n_sample", "start.position"),
+        *("sample.gain", "sample.corner", "sample.colour"),
+    }

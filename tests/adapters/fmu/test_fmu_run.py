@@ -211,3 +211,15 @@ def test_nothing_in_common_is_no_agreement(tmp_path: Path) -> None:
     assert execute("compare", one, other).exit_code is Exit.NOT_PASSED
     other.write_text("time,y\n5,0\n")
     assert execute("compare", one, other).exit_code is Exit.NOT_PASSED
+
+
+def test_an_fmu_that_asks_for_the_end_has_results_until_then(lag2: Path, tmp_path: Path) -> None:
+    """Exit code 0, and the reason."""
+    out = tmp_path / "out.csv"
+    starts = ("--start-value", "fail_at=0.35", "--start-value", "fail_as=14")
+    outcome = run(lag2, *SPAN, *starts, "--output", out)
+    assert outcome.exit_code is Exit.DONE, outcome.text
+    text = "`fmu` asks for the end (`fmi2Terminated`) at t = 0.4 s"
+    assert f"5 rows, 0 to 4 s in 40 steps of 0.1 s\nended early: {text}\n" in outcome.text
+    assert outcome.data["ended_early"] == text
+    assert table(out)["time"] == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4])

@@ -9,7 +9,7 @@
 typedef struct {
     fmi2Real time_constant, fail_at, u, x, stop, tolerance, t;
     fmi2Integer fail_as, count, method;
-    fmi2Boolean flag, rollback;
+    fmi2Boolean flag, rollback, terminated;
     const fmi2CallbackFunctions *callbacks;
 } Lag;
 
@@ -136,8 +136,25 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     return fmi2Error;
 }
 
+static fmi2Status advance(Lag *lag, fmi2Real t, fmi2Real h) {
+    fmi2Real rate = h / lag->time_constant;
+    lag->x = lag->u + (lag->x - lag->u) * (lag->method == 5 ? 1 - rate : exp(-rate));
+    lag->t = t + h;
+    return fmi2OK;
+}
+/* A step behind `fail_at`, see misbehave.h. */
+static fmi2Status discard(Lag *lag, fmi2Real t, fmi2Real h) {
+    fmi2Boolean is_behind = t >= lag->fail_at;
+    if (lag->fail_as == ONLY_SHORT && h > SHORT) return fmi2Discard;
+    if (lag->fail_as == ONLY_SHORT || (lag->fail_as == PAUSES && is_behind)) return advance(lag, t, h);
+    lag->terminated = lag->fail_as != PAUSES;
+    advance(lag, t, lag->fail_as == ENDS_BEHIND ? h : lag->fail_at - t);
+    return fmi2Discard;
+}
+
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_set_state) {
     Lag *lag = c;
+    if (t + h > lag->fail_at && lag->fail_as >= ENDS_WITHIN) return discard(lag, t, h);
     if (t + h > lag->fail_at && lag->fail_as > fmi2Pending) misbehave(lag->fail_as);
     else if (t + h > lag->fail_at) {
         lag->callbacks->logger(lag->callbacks->componentEnvironment, "lag", lag->fail_as,
@@ -145,10 +162,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_se
         return lag->fail_as;
     }
     lag->rollback = !no_set_state;
-    fmi2Real rate = h / lag->time_constant;
-    lag->x = lag->u + (lag->x - lag->u) * (lag->method == 5 ? 1 - rate : exp(-rate));
-    lag->t = t + h;
-    return fmi2OK;
+    return advance(lag, t, h);
 }
 fmi2Status fmi2CancelStep(fmi2Component c) { (void)c; return fmi2Error; }
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind k, fmi2Status *v) {
@@ -165,8 +179,8 @@ fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind k, fmi2Int
     return fmi2Discard;
 }
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind k, fmi2Boolean *v) {
-    (void)c, (void)k;
-    *v = fmi2True;
+    (void)k;
+    *v = ((Lag *)c)->terminated;
     return fmi2OK;
 }
 fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind k, fmi2String *v) {
