@@ -13,7 +13,7 @@ from orchestrator.scenario.inputs import check_inputs
 from orchestrator.scenario.installed import scenario_path
 from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import Scenario
-from orchestrator.scenario.processes import crowding
+from orchestrator.scenario.processes import crowding, uncopied
 from orchestrator.scenario.wiring import Assembly, assemble
 
 
@@ -32,7 +32,8 @@ def execute(arguments: Namespace) -> Outcome:
     components, connections = len(scenario.components), len(assembly.system.connections)
     together = {n: u for n, u in scenario.components.items() if u.process is not Isolation.ALWAYS}
     crowded = once(scenario.document, crowding(scenario.document, together))
-    found = (*scenario.remarks, *file_remarks, *assembly.remarks, *crowded)
+    not_copied = uncopied(scenario.document, scenario.components)
+    found = (*scenario.remarks, *file_remarks, *assembly.remarks, *crowded, *not_copied)
     remarks = [problem_data(remark) for remark in found]
     lines = [
         *(f"{remark} (a remark)" for remark in found),
