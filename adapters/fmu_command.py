@@ -15,8 +15,11 @@ ACTIONS: Final = "orchestrator.fmu_actions"
 """Entry points by name: a callable that adds parsers to the subparsers of `fmu`, each with the
 default `execute`, a callable from the parsed arguments to an `Outcome`."""
 
+KINDS: Final = ("co-simulation", "model-exchange", "scheduled-execution")
+SOLVERS: Final = ("cvode", "dopri5", "rk4", "euler")
+
 _INFO: Final = """\
-Also of FMUs that cannot be run here: of another platform, for Model Exchange, with broken rules.
+Also of FMUs that cannot be run here: of another platform, of other versions, with broken rules.
 
   nlosim fmu info controller.fmu
   nlosim fmu info controller.fmu --json | jq '.variables[].name'
@@ -36,10 +39,14 @@ Times that are not given are those of the default experiment of the FMU; without
 `time` and columns with the names of inputs (Reference FMUs: `_in.csv`): those that are continuous
 are interpolated, others keep their last value; two rows with the same time are a step. Inputs
 without a column keep their start values. Elements of an array stand in one field, with spaces.
-The result has a row for every communication point.
+The result has a row for every communication point. An FMU with both interfaces is run by
+Co-Simulation; --kind model-exchange, or a --solver, has it integrated here: by cvode or
+dopri5 to --tolerance, or by rk4 or euler with the longest step --solver-step.
 
   nlosim fmu run controller.fmu --stop-time 10 --step 0.01 --output result.csv --plot result.svg
   nlosim fmu run controller.fmu --start-value gain=2 --input inputs.csv --plot terminal
+  nlosim fmu run ball.fmu --solver cvode --tolerance 1e-8
+  nlosim fmu run ball.fmu --solver euler --solver-step 1e-4
 """
 _COMPARE: Final = """\
 A result is a CSV or Parquet file with a column `time`, a run directory of nlosim, or an FMU, which
@@ -75,7 +82,7 @@ def add_command(commands: Any) -> None:
 
 
 def _add_run_arguments(runner: argparse.ArgumentParser) -> None:
-    runner.add_argument("path", type=Path, metavar="FMU", help="FMI 2.0 or 3.0, Co-Simulation")
+    runner.add_argument("path", type=Path, metavar="FMU", help="FMI 2.0 or 3.0")
     runner.add_argument(
         "--start-value",
         action="append",
@@ -91,6 +98,13 @@ def _add_run_arguments(runner: argparse.ArgumentParser) -> None:
         ("step", "the communication step size [s]"),
     ):
         runner.add_argument(f"--{name}", metavar="SECONDS", help=what)
+    runner.add_argument("--kind", choices=KINDS, help="the interface of the FMU that is used")
+    runner.add_argument("--solver", choices=SOLVERS, help="of Model Exchange (default: cvode)")
+    for name, metavar, what in (
+        ("tolerance", "NUMBER", "relative tolerance for the solver"),
+        ("solver-step", "SECONDS", "the longest step of the solver of Model Exchange [s]"),
+    ):
+        runner.add_argument(f"--{name}", metavar=metavar, help=what)
     runner.add_argument(
         "--record",
         action="append",

@@ -124,17 +124,32 @@ class ComponentType(abc.ABC):
         del values
         return None
 
-    def step_problem(self, step: StepSize) -> str | None:
-        """Why no instance can be stepped with this communication step size.
+    def step_problem(
+        self, step: StepSize, values: Mapping[str, Any] = MappingProxyType({})
+    ) -> str | None:
+        """Why an instance cannot be stepped with this communication step size.
 
         Args:
             step: [ns].
+            values: as for `create`.
 
         Returns:
             What is wrong with it, as a predicate; `None`, the default, if nothing is.
         """
-        del step
+        del step, values
         return None
+
+    def manner(self, values: Mapping[str, Any]) -> str:
+        """How an instance works, where that is worth a word, e.g. with which solver.
+
+        Args:
+            values: as for `create`.
+
+        Returns:
+            A few words for `nlosim check` and `graph`; nothing, by default.
+        """
+        del values
+        return ""
 
     def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:
         """Every file that an instance reads, each once; `values` as for `create`."""

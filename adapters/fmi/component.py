@@ -65,7 +65,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, Out
         self._stepper = stepper
         self._instantiate = instantiate
         self._sizes = Sizes(description, values)
-        self._connectors = connectors(description, self._sizes.start)
+        self._connectors = connectors(description, self._sizes.start, self._sizes.settled)
         self._inputs = [
             name for name, c in self._connectors.items() if c.causality is Causality.INPUT
         ]

@@ -1,4 +1,4 @@
-"""One instance of an FMI 2.0 co-simulation FMU."""
+"""One instance of an FMI 2.0 FMU; its steps are those of Co-Simulation."""
 
 import ctypes
 import itertools
@@ -17,6 +17,7 @@ from adapters.fmi.block import Block
 from adapters.fmi.errors import FmuError, listed
 from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
+from adapters.fmi.kind import Kind
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.outcome import MADE, StepOutcome
@@ -72,10 +73,11 @@ class Fmi2Instance(LoadedInstance):
         _format_messages(callbacks)
         self._callbacks = callbacks  # the FMU keeps the address
         resources = fmu.resources
+        is_stepped = self._description.kind is Kind.CO_SIMULATION
         instance: int | None = fmu.call(
             "fmi2Instantiate",
             name.encode(),
-            fmpy.fmi2.fmi2CoSimulation,
+            fmpy.fmi2.fmi2CoSimulation if is_stepped else fmpy.fmi2.fmi2ModelExchange,
             self._description.token.encode(),
             resources.as_uri().encode(),
             ctypes.byref(callbacks),

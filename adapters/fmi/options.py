@@ -1,13 +1,18 @@
 """What a scenario may say about how an FMU is run: parameters `fmi.*` of the component."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from fnmatch import fnmatchcase
 from types import MappingProxyType
 from typing import Any, Final
 
 from adapters.fmi import starts as starts_
 from adapters.fmi.description import FmuDescription
+from adapters.fmi.kind import Kind
+from adapters.fmi.model_exchange.options import (
+    parameters as integration_parameters,
+    problems as integration_problems,
+)
 from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.errors import ParameterError
 from orchestrator.parameters import Parameter, ParameterProblem
@@ -30,6 +35,9 @@ class Options:
         smallest_step: that a discarded step may be cut down to [s]; `None`: it is not.
         event_mode: whether the events of an FMU that lets us are handled here; those of an FMU
             with clocks always are.
+        kind: the interface that is used; `None`: what the FMU has.
+        solver: with Model Exchange, the name of a solver.
+        step: with Model Exchange, the longest step of the solver [s].
     """
 
     tolerance: float | None = None
@@ -37,6 +45,9 @@ class Options:
     intermediate: tuple[str, ...] = ()
     smallest_step: float | None = None
     event_mode: bool = False
+    kind: str | None = None
+    solver: str | None = None
+    step: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,6 +78,11 @@ class Said:
         return cls(parameters=own, starts=starts, options=Options(**options))
 
 
+def _default(description: FmuDescription) -> str:
+    is_integrated = Kind.MODEL_EXCHANGE in description.kinds
+    return ", with model-exchange that of its default experiment, or 1e-6" if is_integrated else ""
+
+
 def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
     """The options that make a difference to this FMU, by name."""
     found = {
@@ -74,7 +90,8 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             type=float | None,
             default=None,
             minimum=0.0,
-            doc="relative tolerance for its solver; its own choice by default",
+            doc="relative tolerance for its solver; its own choice by default"
+            + _default(description),
             is_optional=True,
         )
     }
@@ -111,8 +128,24 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             "events; by default it handles them alone, which is quicker",
             is_optional=True,
         )
+    found |= integration_parameters(description)
     named = {PREFIX + name: parameter for name, parameter in found.items()}
     return {n: p for n, p in named.items() if n not in description.variables}
+
+
+def check_options(kind: Kind, options: Options) -> None:
+    """Check what is said together with the interface that is used.
+
+    Raises:
+        ParameterError: an option does not fit it.
+    """
+    said = {each.name: getattr(options, each.name) for each in fields(options)}
+    nothing = Options()
+    said = {name: v for name, v in said.items() if v != getattr(nothing, name)}
+    found = integration_problems(kind, said)
+    problems = [ParameterProblem((PREFIX + name,), what) for name, what in found]
+    if problems:
+        raise ParameterError(problems)
 
 
 def may_retry(description: FmuDescription) -> bool:

@@ -33,6 +33,7 @@ PEERS: Final[Mapping[str, str]] = {
     "ecos": "ecos",
     "python": "our Python path",
     "c": "C loop",
+    "c-apart": "C loop, a library for each instance",
 }
 """What the participants are called in rows; the keys end the names of their cases."""
 
@@ -96,6 +97,7 @@ class ImporterBenchmark(Benchmark):
         for chain in CHAINS:
             found[f"{chain.name}/{OURS}"] = OursRun(chain=chain, steps=steps, compiled=True)
             found[f"{chain.name}/c"] = FloorRun(chain=chain, steps=steps)
+            found[f"{chain.name}/c-apart"] = FloorRun(chain=chain, steps=steps, is_shared=False)
             found[f"{chain.name}/fmpy"] = FmpyRun(chain=chain, steps=steps, prepared=True)
             found[f"{chain.name}/fmpy-methods"] = FmpyRun(chain=chain, steps=steps, prepared=False)
             if chain.version == 2 and not ecos.WHY_NOT:
@@ -139,7 +141,10 @@ def _rows(chain: Chain, measured: _Measured) -> Iterator[Row]:
 
 def _matrix(runs: Sequence[Measurement]) -> Iterator[Row]:
     spread = Spread.of(run["step_us"] for run in runs)
-    for key, name in (("numpy_us", "one numpy.copyto"), ("memcpy_us", "one memcpy")):
+    peers = (
+        ("floor_us", "C loop"), ("numpy_us", "one numpy.copyto"), ("memcpy_us", "one memcpy")
+    )  # fmt: skip
+    for key, name in peers:
         copy = Spread.of(run[key] for run in runs)
         yield Row.of(
             f"matrix/{SIDE}x{SIDE}/{key.removesuffix('_us')}",

@@ -15,6 +15,7 @@ Last: TypeAlias = Mapping[str, float]
 """What the last FMU published last: output by name."""
 
 _COUNTS: Final[Mapping[tuple[str, int], tuple[tuple[str, int], ...]]] = {
+    ("matrix", 3): (("Float64", 1),),
     ("gain", 2): (("Real", 1),),
     ("gain", 3): (("Float64", 1),),
     ("feedthrough", 2): (("Real", 2), ("Integer", 1), ("Boolean", 1)),
@@ -33,14 +34,16 @@ class Chain:
     """A chain.
 
     Attributes:
-        kind: of the models: `gain` or `feedthrough`.
+        kind: of the models: `gain`, `feedthrough` or `matrix`.
         version: of FMI, 2 or 3.
         length: FMUs, the source included, at least 2.
+        shape: of each variable.
     """
 
     kind: str
     version: int
     length: int
+    shape: tuple[int, ...] = ()
 
     @property
     def name(self) -> str:
@@ -52,14 +55,18 @@ class Chain:
         """The first model."""
         name = f"{self.kind}_source"
         counts = _COUNTS[self.kind, self.version]
-        return Model(name=name, version=self.version, counts=counts, is_source=True)
+        return Model(
+            name=name, version=self.version, counts=counts, is_source=True, shape=self.shape
+        )
 
     @property
     def follower(self) -> Model:
         """All other models."""
         factor = FACTOR if self.kind == "gain" else 1.0
         counts = _COUNTS[self.kind, self.version]
-        return Model(name=self.kind, version=self.version, counts=counts, factor=factor)
+        return Model(
+            name=self.kind, version=self.version, counts=counts, factor=factor, shape=self.shape
+        )
 
     @property
     def members(self) -> list[tuple[str, Model]]:

@@ -19,12 +19,12 @@ typedef int (*Step3)(void *, double, double, bool, bool *, bool *, bool *, doubl
 
 /* The variables of one type; what one FMU gets, the next one sets. */
 typedef struct {
-    void *set, *get;
+    void *set, *get; /* without get: nobody reads it */
     const uint32_t *input, *output;
     const void *from; /* NULL: there is nobody before */
     void *to;
-    size_t count, size; /* elements; bytes of them */
-    uint8_t *record;    /* `size` bytes for each step */
+    size_t references, count, size; /* variables; elements; bytes of them */
+    uint8_t *record;                /* `size` bytes for each step, or NULL */
 } Group;
 
 typedef struct {
@@ -40,16 +40,17 @@ static int run_member(const Member *m, int version, int64_t n, double t, double 
     for (size_t k = 0; k < m->groups; k++) {
         const Group *g = &m->group[k];
         if (!g->from) continue;
-        failed |= version == 2 ? ((Set2)g->set)(m->instance, g->input, g->count, g->from)
-                               : ((Set3)g->set)(m->instance, g->input, g->count, g->from, g->count);
+        failed |= version == 2 ? ((Set2)g->set)(m->instance, g->input, g->references, g->from)
+                               : ((Set3)g->set)(m->instance, g->input, g->references, g->from, g->count);
     }
     failed |= version == 2 ? ((Step2)m->step)(m->instance, t, h, 1)
                            : ((Step3)m->step)(m->instance, t, h, true, &flag[0], &flag[1], &flag[2], &last);
     for (size_t k = 0; k < m->groups; k++) {
         const Group *g = &m->group[k];
-        failed |= version == 2 ? ((Get2)g->get)(m->instance, g->output, g->count, g->to)
-                               : ((Get3)g->get)(m->instance, g->output, g->count, g->to, g->count);
-        memcpy(g->record + (size_t)n * g->size, g->to, g->size);
+        if (!g->get) continue;
+        failed |= version == 2 ? ((Get2)g->get)(m->instance, g->output, g->references, g->to)
+                               : ((Get3)g->get)(m->instance, g->output, g->references, g->to, g->count);
+        if (g->record) memcpy(g->record + (size_t)n * g->size, g->to, g->size);
     }
     return failed;
 }

@@ -18,6 +18,7 @@ from orchestrator.signal import Array
 class _Group(ctypes.Structure):
     _fields_: ClassVar = [
         *((name, ctypes.c_void_p) for name in ("set", "get", "input", "output", "source", "to")),
+        ("references", ctypes.c_size_t),
         ("count", ctypes.c_size_t),
         ("size", ctypes.c_size_t),
         ("record", ctypes.c_void_p),
@@ -40,10 +41,14 @@ class FloorRun(Case):
     Attributes:
         chain: of FMUs.
         steps: communication steps.
+        is_recorded: whether anything is stored; otherwise the last FMU is not asked for outputs.
+        is_shared: whether all instances use one library; each has its own in our importer.
     """
 
     chain: Chain
     steps: int
+    is_recorded: bool = True
+    is_shared: bool = True
 
     @override
     def measure(self) -> Measurement:
@@ -57,15 +62,19 @@ class FloorRun(Case):
             ctypes.POINTER(_Member), ctypes.c_size_t, ctypes.c_int, ctypes.c_int64, ctypes.c_double
         )  # fmt: skip
         keep: list[Any] = []
-        with instances(self.chain) as made:
-            members = [_member(each, self.chain.version, self.steps, keep) for each in made]
+        with instances(self.chain, is_shared=self.is_shared) as made:
+            steps = self.steps if self.is_recorded else 0
+            members = [_member(each, self.chain.version, steps, keep) for each in made]
+            if not self.is_recorded:
+                members[-1].group[0].get = None
             table = (_Member * len(members))(*members)
             before = process_time_ns()
             failed = library.floor_run(
                 table, len(members), self.chain.version, self.steps, STEP_NS * 1e-9
             )
             spent = process_time_ns() - before
-            self.chain.check("the C loop", {} if failed else made[-1].last(), self.steps)
+            if failed or self.is_recorded:
+                self.chain.check("the C loop", {} if failed else made[-1].last(), self.steps)
         return {"step_us": spent * 1e-3 / (self.steps * self.chain.length)}
 
 
@@ -78,11 +87,12 @@ def _member(instance: Instance, version: int, steps: int, keep: list[Any]) -> _M
     for table, group in zip(groups, instance.groups, strict=True):
         size = ctypes.sizeof(group.elements)
         record: Array = np.ones(steps * size, np.uint8)  # touched: pages are there already
+        table.references = len(group.outputs)
         table.set, table.get = function(f"Set{group.type}"), function(f"Get{group.type}")
         table.input, table.output = ctypes.addressof(group.inputs), ctypes.addressof(group.outputs)
         table.source = None if group.source is None else ctypes.addressof(group.source)
         table.to, table.count = ctypes.addressof(group.elements), len(group.elements)
-        table.size, table.record = size, record.ctypes.data
+        table.size, table.record = size, record.ctypes.data if steps else None
         keep += [record, groups]
     component = instance.slave.component
     address = ctypes.cast(component, ctypes.c_void_p).value

@@ -5,6 +5,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final
 
 import fmpy
@@ -63,17 +64,21 @@ class Instance:
 
 
 @contextmanager
-def instances(chain: Chain) -> Iterator[list[Instance]]:
-    """The FMUs of `chain`, initialised at 0 and connected by the memory of their elements."""
+def instances(chain: Chain, *, is_shared: bool = True) -> Iterator[list[Instance]]:
+    """The FMUs of `chain`, initialised at 0 and connected by the memory of their elements.
+
+    Args:
+        chain: of FMUs.
+        is_shared: whether all instances of a model use one library; otherwise each has a copy.
+    """
     made: list[Instance] = []
     with tempfile.TemporaryDirectory() as folder:
-        places = {}
-        for model in {model for _, model in chain.members}:
-            places[model] = f"{folder}/{model.name}"
-            fmpy.extract(str(fmu(model)), places[model])
         try:
             for name, model in chain.members:
-                slave = _instantiated(model, name, places[model])
+                place = Path(folder) / (model.name if is_shared else name)
+                if not place.exists():
+                    fmpy.extract(str(fmu(model)), str(place))
+                slave = _instantiated(model, name, str(place))
                 before = made[-1] if made else None
                 made.append(Instance(slave, _groups(model, before)))
             yield made
@@ -108,7 +113,7 @@ def _groups(model: Model, before: Instance | None) -> list[Group]:
                 inputs=_references(inputs),
                 outputs=_references(outputs),
                 source=None if before is None else before.groups[k].elements,
-                elements=(_element(model, type_) * len(outputs))(),
+                elements=(_element(model, type_) * (len(outputs) * model.length))(),
                 names=[each.name for each in outputs],
             )
         )

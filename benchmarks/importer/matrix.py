@@ -8,28 +8,25 @@ from typing import Final
 import numpy as np
 from typing_extensions import override
 
-from adapters.fmi import FmuComponentType
 from benchmarks.benchmark import Case, Measurement
-from benchmarks.importer.chain import STEP_NS, DifferentResultError
-from benchmarks.importer.model import Model, floor_library, fmu
-from benchmarks.importer.ours import Stopwatch
+from benchmarks.importer.chain import STEP_NS, Chain, DifferentResultError
+from benchmarks.importer.floor import FloorRun
+from benchmarks.importer.model import floor_library
+from benchmarks.importer.ours import Stopwatch, system_of
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.observer import NoProgress
 from orchestrator.signal import Array
 from orchestrator.simulation import simulate
-from orchestrator.system import Connection, Endpoint, System
 
-_COUNTS: Final = (("Float64", 1),)
 _OUTPUT: Final = "Float64_out_1"
-_INPUT: Final = "Float64_in_1"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MatrixRun(Case):
     """A source changes one element at each step, a second FMU copies its input to its output.
 
-    What the FMUs themselves do are three copies: the output of each is got, and the input is set;
-    a fourth is the step of the second one. Nothing is recorded.
+    The FMUs make three copies: the output of the first is got, the input of the second is set, and
+    the second steps. Nobody reads what it gives. The floor is a loop of C with the same calls.
 
     Attributes:
         side: rows and columns of the matrix.
@@ -41,23 +38,18 @@ class MatrixRun(Case):
 
     @override
     def measure(self) -> Measurement:
-        """Run once, then copy as often, by NumPy and by `memcpy`.
+        """Run once, then the loop of C, then copy as often by NumPy and by `memcpy`.
 
         Returns:
-            CPU times: `step_us` of both FMUs, `numpy_us` and `memcpy_us` of one copy.
+            CPU times: `step_us` and `floor_us` of both FMUs, ours and in the loop; `numpy_us` and
+            `memcpy_us` of one copy.
 
         Raises:
             DifferentResultError: the matrix that came out is not the one that went in.
         """
         shape = (self.side, self.side)
-        source = Model(name="matrix_source", version=3, counts=_COUNTS, is_source=True, shape=shape)
-        follower = Model(name="matrix", version=3, counts=_COUNTS, shape=shape)
-        components = {
-            "c0": FmuComponentType(fmu(source)).create("c0", {}),
-            "c1": FmuComponentType(fmu(follower)).create("c1", {}),
-        }
-        wire = Connection(Endpoint("c0", _OUTPUT), Endpoint("c1", _INPUT))
-        system = System(components, dict.fromkeys(components, STEP_NS), [wire])
+        chain = Chain("matrix", 3, 2, shape)
+        system = system_of(chain)
         watch = Stopwatch(NoProgress())
         stop = self.steps * STEP_NS
         result = simulate(
@@ -66,10 +58,12 @@ class MatrixRun(Case):
         values = np.asarray(result.values["c1"][_OUTPUT])
         if not np.array_equal(values, self._expected()):
             raise DifferentResultError(f"the matrix of {shape} came out as another one")
+        floor = FloorRun(chain=chain, steps=self.steps, is_recorded=False).measure()
         numpy_ns, memcpy_ns = _copies(values, self.steps)
         each = 1e-3 / self.steps
         return {
             "step_us": watch.spent_ns * each,
+            "floor_us": floor["step_us"] * chain.length,
             "numpy_us": numpy_ns * each,
             "memcpy_us": memcpy_ns * each,
         }

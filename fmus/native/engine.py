@@ -21,7 +21,7 @@ from fmus.native.unit import fmi_headers, source_text
 
 FOLDER: Final = Path(__file__).parents[2] / "orchestrator" / "plan"
 _SOURCE: Final = FOLDER / "engine.c"
-_HEADERS: Final = (FOLDER / "mixing.h", FOLDER / "numbers.h")
+_HEADERS: Final = ("bytes.h", "mixing.h", "numbers.h")
 _DIGEST: Final = ".digest"
 
 
@@ -68,7 +68,7 @@ def build_engine(
 
 
 def _digest(target: Target, cc: Sequence[str]) -> str:
-    sources = [source_text(path).decode() for path in (_SOURCE, *_HEADERS)]
+    sources = [source_text(path).decode() for path in (_SOURCE, *map(FOLDER.joinpath, _HEADERS))]
     parts = [*sources, compiler_version(cc), *cc, *COMMON_FLAGS, *ZIG_FLAGS]
     parts += [*target.zig, *target.flags]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()

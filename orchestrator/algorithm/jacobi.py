@@ -95,5 +95,10 @@ def _renewed(system: System, exchange: Exchange) -> list[Participant]:
     return [
         exchange.participants[name]
         for name in feedthrough_order(system)
-        if exchange.participants[name].can_refresh and has_feedthrough(system, name)
+        if is_renewed(system, exchange, name)
     ]
+
+
+def is_renewed(system: System, exchange: Exchange, name: str) -> bool:
+    """Whether the outputs of a component follow its inputs at the end of steps."""
+    return exchange.participants[name].can_refresh and has_feedthrough(system, name)

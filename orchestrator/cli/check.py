@@ -38,12 +38,24 @@ def execute(arguments: Namespace) -> Outcome:
     lines = [
         *(f"{remark} (a remark)" for remark in found),
         f"{arguments.scenario}: ok, {components} components, {connections} connections",
+        *_manners(scenario),
         *_marked(scenario),
     ]
     return Outcome(
         text="\n".join(lines),
         data={"problems": [], **({"remarks": remarks} if remarks else {})},
     )
+
+
+def _manners(scenario: Scenario) -> list[str]:
+    """How components work that have something to say about it."""
+    document = scenario.document
+    found = {name: use.type.manner(use.values) for name, use in scenario.components.items()}
+    return [
+        f"{document.key(('components', name))}: `{name}`: {manner}"
+        for name, manner in found.items()
+        if manner
+    ]
 
 
 _MEANING: Final = {

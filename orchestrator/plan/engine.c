@@ -11,6 +11,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "bytes.h"
 #include "mixing.h"
 
 #if defined(_WIN32)
@@ -34,12 +35,6 @@ enum { STATUS_OK = 0, STATUS_WARNING = 1 };
 
 /* How elements lie in the memory of an FMU and in a signal, which has a byte for a Boolean. */
 typedef enum { PLAIN, FLOAT32, FLOAT64, BOOLEAN8, BOOLEAN32, BINARY, TEXT } Kind;
-
-/* A value of type Binary or String; `data` is ours, and ends with a zero that does not count. */
-typedef struct {
-    uint8_t *data;
-    size_t size, capacity;
-} Bytes;
 
 /* ---- the plan; plan/layouts.py has the same layouts ---- */
 
@@ -144,31 +139,6 @@ static double clock_ns(void) {
 }
 
 /* ---- bytes ---- */
-static int bytes_reserve(Bytes *b, size_t size) {
-    if (size <= b->capacity) return 0;
-    size_t wanted = size + size / 2 + 64;
-    uint8_t *grown = realloc(b->data, wanted);
-    if (!grown) return 1;
-    b->data = grown;
-    b->capacity = wanted;
-    return 0;
-}
-
-static int bytes_assign(Bytes *b, const uint8_t *data, size_t size) {
-    if (bytes_reserve(b, size + 1)) return 1;
-    if (size > 0) memcpy(b->data, data, size);
-    b->data[size] = 0;
-    b->size = size;
-    return 0;
-}
-
-static int bytes_append(Bytes *b, const uint8_t *data, size_t size) {
-    if (bytes_reserve(b, b->size + size)) return 1;
-    if (size > 0) memcpy(b->data + b->size, data, size);
-    b->size += size;
-    return 0;
-}
-
 EXPORT int plan_assign(Bytes *b, const uint8_t *data, size_t size) { return bytes_assign(b, data, size); }
 
 EXPORT void plan_release(Bytes *b) {
@@ -185,19 +155,14 @@ static bool gather(Setting *s) {
         Copy *c = &s->copy[k];
         c->seen = *c->from.version;
         if (s->is_binary || !s->elements) continue;
-        if (s->kind == BOOLEAN32) {
-            const uint8_t *from = seen_at(&c->from);
-            int32_t *to = c->to;
-            for (size_t i = 0; i < c->size; i++) to[i] = from[i];
-        } else {
-            copy(c->to, seen_at(&c->from), c->size);
-        }
+        if (s->kind == BOOLEAN32) widen_truths(c->to, seen_at(&c->from), c->size);
+        else copy(c->to, seen_at(&c->from), c->size);
     }
     return is_new;
 }
 
 /* The newest values of a call of bytes; several sources have several versions, all are set. */
-static int set_binary(const Unit *u, Setting *s) {
+APART static int set_binary(const Unit *u, Setting *s) {
     size_t *size = s->elements;
     const uint8_t **data = (const uint8_t **)(size + s->references);
     for (size_t k = 0; k < s->copies; k++) {
@@ -242,21 +207,6 @@ static int get(const Unit *u, Getting *g) {
     return ((Get3)g->function)(u->instance, g->reference, g->references, elements, g->count);
 }
 
-/* Whether a text is one (RFC 3629, section 4). */
-static bool is_utf8(const uint8_t *text, size_t size) {
-    for (size_t k = 0; k < size;) {
-        uint8_t first = text[k++];
-        if (first < 0x80) continue;
-        size_t more = first >= 0xf0 ? 3 : first >= 0xe0 ? 2 : 1;
-        uint8_t low = first == 0xe0 ? 0xa0 : first == 0xf0 ? 0x90 : 0x80;
-        uint8_t high = first == 0xed ? 0x9f : first == 0xf4 ? 0x8f : 0xbf;
-        if (first < 0xc2 || first > 0xf4 || more > size - k) return false;
-        for (; more > 0; more--, low = 0x80, high = 0xbf)
-            if (text[k] < low || text[k++] > high) return false;
-    }
-    return true;
-}
-
 /* Make signals of what was got. */
 static Outcome adopt(const Unit *u, Getting *g) {
     if (g->is_binary) {
@@ -273,12 +223,8 @@ static Outcome adopt(const Unit *u, Getting *g) {
     switch ((Kind)g->kind) {
     case FLOAT64: return are_finite64((const double *)signal, g->count) ? ALL_DONE : NOT_FINITE;
     case FLOAT32: return are_finite32((const float *)signal, g->count) ? ALL_DONE : NOT_FINITE;
-    case BOOLEAN8:
-        for (size_t k = 0; k < g->count; k++) signal[k] = ((const uint8_t *)g->elements)[k] != 0;
-        return ALL_DONE;
-    case BOOLEAN32:
-        for (size_t k = 0; k < g->count; k++) signal[k] = ((const int32_t *)g->elements)[k] != 0;
-        return ALL_DONE;
+    case BOOLEAN8: truths8(signal, g->elements, g->count); return ALL_DONE;
+    case BOOLEAN32: truths32(signal, g->elements, g->count); return ALL_DONE;
     case PLAIN:
     case BINARY:
     case TEXT: break;

@@ -56,7 +56,7 @@ def can_remember(
         for term in (t for mix in mixes for t in mix.terms):
             if term.component == name and (term.delay or term.sample):
                 dtype = system.connectors[name][term.output].dtype
-                if dtype is None:
+                if dtype is None or np.dtype(dtype) not in layouts.TYPES:
                     return False
                 rows = rows_of(term.delay + term.sample, system.step_sizes[name])
                 size = np.dtype(dtype).itemsize * int(np.prod(shape_of(name, term.output)))

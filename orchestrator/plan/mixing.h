@@ -64,7 +64,7 @@ typedef struct {
 } Mix;
 
 /* ---- which value ---- */
-static void note(Past *p, int64_t now) {
+APART static void note(Past *p, int64_t now) {
     size_t k = (size_t)(p->count++ % p->rows);
     p->time[k] = now;
     copy(p->row + k * p->size, seen_at(&p->source), p->size);
@@ -183,7 +183,7 @@ static bool is_there(const Part *part) {
 }
 
 /* Bring an input up to date at `now`, in a run from `start`; false if it is not finite. */
-static bool mix(Mix *x, int64_t now, int64_t start) {
+APART static bool mix(Mix *x, int64_t now, int64_t start) {
     bool is_new = x->is_new, is_float = x->type == DOUBLE || x->type == FLOAT;
     for (size_t k = 0; k < x->parts; k++)
         for (size_t n = 0; n < x->part[k].terms; n++) {

@@ -26,17 +26,37 @@ static inline void copy(void *to, const void *from, size_t size) {
     }
 }
 
-/* The exponent of NaN and of infinity has all bits set: ONE more in its lowest place carries to the sign. */
-#define DEFINE_ARE_FINITE(name, type, word, EXPONENT, ONE)    \
-    static bool name(const type *value, size_t n) {           \
-        word carried = 0, bits;                               \
-        for (size_t k = 0; k < n; k++) {                      \
-            memcpy(&bits, &value[k], sizeof bits);            \
-            carried |= (bits & (EXPONENT)) + (ONE);           \
-        }                                                     \
-        return (carried & ~((EXPONENT) | ((ONE)-1))) == 0;    \
+/* Out of the way of what is called at every step, which is to stay in the first cache. */
+#define APART __attribute__((noinline))
+
+/* Booleans of an FMU, of one or four bytes each, and of signals. */
+#define DEFINE_TRUTHS(name, type)                                                     \
+    APART static void name(uint8_t *to, const type *from, size_t n) {                 \
+        for (size_t k = 0; k < n; k++) to[k] = from[k] != 0;                          \
     }
-DEFINE_ARE_FINITE(are_finite64, double, uint64_t, 0x7ff0000000000000u, 0x0010000000000000u)
-DEFINE_ARE_FINITE(are_finite32, float, uint32_t, 0x7f800000u, 0x00800000u)
+DEFINE_TRUTHS(truths8, uint8_t)
+DEFINE_TRUTHS(truths32, int32_t)
+APART static void widen_truths(int32_t *to, const uint8_t *from, size_t n) {
+    for (size_t k = 0; k < n; k++) to[k] = from[k];
+}
+
+/* Zero times a number is zero, and times infinity or NaN it is NaN, which stays in a sum; of many numbers there are
+ * eight sums, side by side. */
+#define DEFINE_ARE_FINITE(name, type)                                      \
+    APART static type name##_sum(const type *value, size_t n) {            \
+        enum { LANES = 8 };                                                \
+        type sum[LANES] = {0}, total = 0;                                  \
+        size_t k = 0;                                                      \
+        for (; k + LANES <= n; k += LANES)                                 \
+            for (size_t i = 0; i < LANES; i++) sum[i] += value[k + i] * 0; \
+        for (; k < n; k++) total += value[k] * 0;                          \
+        for (size_t i = 0; i < LANES; i++) total += sum[i];                \
+        return total;                                                      \
+    }                                                                      \
+    static inline bool name(const type *value, size_t n) {                 \
+        return (n == 1 ? *value * 0 : name##_sum(value, n)) == 0;          \
+    }
+DEFINE_ARE_FINITE(are_finite64, double)
+DEFINE_ARE_FINITE(are_finite32, float)
 
 #endif

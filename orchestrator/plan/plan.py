@@ -14,6 +14,7 @@ import numpy as np
 
 from orchestrator.algorithm.base import Pattern
 from orchestrator.algorithm.exchange import Exchange
+from orchestrator.algorithm.jacobi import is_renewed
 from orchestrator.algorithm.requests import Asking
 from orchestrator.errors import ComponentError
 from orchestrator.last_call import LastCall
@@ -69,7 +70,9 @@ def plan_of(
     units = {
         name: unit
         for name in order
-        if (unit := exchange.participants[name].native()) is not None and _may_change(system, name)
+        if (unit := exchange.participants[name].native()) is not None
+        and _may_change(system, name)
+        and not (pattern is Pattern.PARALLEL and is_renewed(system, exchange, name))
     }
     while unsuited := [name for name in units if not _suits(system, name, units)]:
         for name in unsuited:

@@ -3,7 +3,6 @@
 import ctypes
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
@@ -15,6 +14,7 @@ from orchestrator.errors import ComponentError
 from orchestrator.native import NativeKind, NativeUnit, NativeVariable
 from orchestrator.plan import layouts
 from orchestrator.plan.attendance import Attendance
+from orchestrator.plan.copies import are_adjacent, version_of
 from orchestrator.plan.memory import Outputs
 from orchestrator.plan.mixes import UnitMixes
 from orchestrator.plan.past import Past
@@ -239,7 +239,7 @@ class UnitPlan(Readable):
         if kind in _BYTES:
             call.is_binary = True
             call.elements = self._kept(np.zeros(2 * len(names), np.uintp)).ctypes.data
-        elif kind is NativeKind.BOOLEAN32 or not _are_adjacent(copies):
+        elif kind is NativeKind.BOOLEAN32 or not are_adjacent(copies):
             elements = self._kept(np.zeros(max(call.count, 1), dtype))
             call.elements = to = elements.ctypes.data
             for copy, count in zip(copies, counts, strict=True):
@@ -281,7 +281,7 @@ class UnitPlan(Readable):
             is_set = feed is not None and owner.is_written(
                 name, published[feed.component][feed.output]
             )
-            copy.seen = _version(copy) if is_set else _version(copy) - 1 & (1 << 64) - 1
+            copy.seen = version_of(copy) if is_set else version_of(copy) - 1 & (1 << 64) - 1
         self._mixes.enter()
         for past in self._pasts.values():
             past.enter()
@@ -300,9 +300,8 @@ class UnitPlan(Readable):
         """Let Python see what was published up to `t` [ns]; of its time, `scale` is true."""
         if self.rows:
             self._shown = dict(self.published.values())
-        pending = self._shown
-        if self._is_parallel:
-            pending = dict(self._pending.values())
+        is_ahead = self._is_parallel and self._is_under_way(t)
+        pending = dict(self._pending.values()) if is_ahead else self._shown
         self.participant.go_on(
             self._shown, pending, self._reached(t), int(self._table.spent * scale)
         )
@@ -312,7 +311,7 @@ class UnitPlan(Readable):
         written = {
             name: published[feed.component][feed.output]
             for name, feed, copy in self._copies
-            if feed is not None and copy.seen == _version(copy)
+            if feed is not None and copy.seen == version_of(copy)
         }
         under_way = self._is_under_way(t)
         read = self.participant.pending if under_way else self.participant.published
@@ -371,18 +370,6 @@ class UnitPlan(Readable):
             outputs.release(self._library)
         for track in self._tracks():
             self._library.plan_release(ctypes.byref(track.bytes))
-
-
-def _are_adjacent(copies: Sequence[layouts.Copy]) -> bool:
-    """Whether the sources lie one after the other in memory, as they are to be set."""
-    return all(
-        one.source.base == other.source.base and one.source.offset + one.size == other.source.offset
-        for one, other in pairwise(copies)
-    )
-
-
-def _version(copy: layouts.Copy) -> int:
-    return ctypes.c_uint64.from_address(copy.source.version).value
 
 
 def _room(size: int) -> int:

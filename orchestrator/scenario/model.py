@@ -75,8 +75,10 @@ class ComponentUse:
         return {**defaults, **self.values}
 
     def origin(self) -> str:
-        """The type's name, or the FMU's path."""
-        return self.type_name if self.type_name is not None else str(self.fmu)
+        """The type's name, or the FMU's path; and how it works, where that is worth a word."""
+        name = self.type_name if self.type_name is not None else str(self.fmu)
+        manner = self.type.manner(self.values)
+        return f"{name} ({manner})" if manner else name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from pathlib import Path
 
 import jsonschema  # type: ignore[import-untyped]
 import numpy as np
@@ -21,6 +22,7 @@ from benchmarks.importer.ours import OursRun
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.cli import main
 from orchestrator.errors import ComponentError
+from orchestrator.recording.recorder import Recorder
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
 from tests.benchmarks.schema import ONE
@@ -44,7 +46,8 @@ def test_all_participants_give_the_same(chain: Chain) -> None:
         assert 0.0 < found["recording_us"] < found["step_us"]
     for prepared in (True, False):
         check(FmpyRun(chain=chain, steps=STEPS, prepared=prepared))
-    check(FloorRun(chain=chain, steps=STEPS))
+    for is_shared in (True, False):
+        check(FloorRun(chain=chain, steps=STEPS, is_shared=is_shared))
 
 
 @needs_ecos
@@ -80,7 +83,7 @@ def test_fmus_offer_what_their_models_say(chain: Chain) -> None:
 
 @pytest.mark.parametrize("factor", [1e308, -1e308])
 @pytest.mark.parametrize("version", [2, 3])
-def test_infinity_ends_a_run_at_the_same_point(factor: float, version: int) -> None:
+def test_infinity_ends_a_run_at_the_same_point(tmp_path: Path, factor: float, version: int) -> None:
     """The source is at 1.797 after 1797 steps, and 1e308 times more than that is no double."""
     counts = Chain("gain", version, 2).source.counts
     name = f"overflow_{'down' if factor < 0 else 'up'}"
@@ -94,7 +97,7 @@ def test_infinity_ends_a_run_at_the_same_point(factor: float, version: int) -> N
         with pytest.raises(ComponentError, match=r"^component `b` at t = 1\.797 s: ") as caught:
             simulate(
                 system, GaussSeidel(("a", "b")), start=0, stop=2000 * STEP_NS, seed=0,
-                compiled=compiled,
+                compiled=compiled, observers=[Recorder(tmp_path / str(compiled))],
             )  # fmt: skip
         errors.append(str(caught.value))
     assert errors[0] == errors[1]
@@ -104,10 +107,11 @@ def test_a_matrix_is_measured_beside_copies() -> None:
     found = check(MatrixRun(side=20, steps=STEPS))
     assert 0.0 < found["memcpy_us"] < found["step_us"]
     assert 0.0 < found["numpy_us"] < found["step_us"]
+    assert 0.0 < found["floor_us"] < found["step_us"]
 
 
 def test_rows_compare_with_every_peer_that_was_measured() -> None:
-    one = {"recording_us": 0.1, "numpy_us": 10.0, "memcpy_us": 5.0}
+    one = {"recording_us": 0.1, "floor_us": 14.0, "numpy_us": 10.0, "memcpy_us": 5.0}
     measured: dict[str, list[Measurement]] = {
         name: [
             {**one, "step_us": n * (1.0 if name.endswith("/nlosim") else 8.0)} for n in (1, 2, 9)
@@ -117,7 +121,7 @@ def test_rows_compare_with_every_peer_that_was_measured() -> None:
     rows = {row.case: row for row in ImporterBenchmark().rows(measured)}
     assert set(rows) == {
         *(name for name in measured if not name.endswith("/nlosim") and "matrix" not in name),
-        *(f"matrix/{SIDE}x{SIDE}/{copy}" for copy in ("numpy", "memcpy")),
+        *(f"matrix/{SIDE}x{SIDE}/{copy}" for copy in ("floor", "numpy", "memcpy")),
     }
     for chain in CHAINS:
         row = rows[f"{chain.name}/fmpy"]

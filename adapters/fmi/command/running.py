@@ -6,12 +6,14 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from fractions import Fraction
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
 import yaml
 
 from adapters.fmi.command.inputs import Inputs, table_of_inputs
+from adapters.fmi.command.interface import RunError, interface_options, used_text
 from adapters.fmi.command.table import (
     Results,
     TableError,
@@ -51,10 +53,6 @@ _STEPS: Final = 500
 """How many there are in a run whose FMU does not say a step size."""
 
 
-class RunError(CosimError):
-    """What is asked for cannot be run; a line for each problem. Exit code 2."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Span:
     """Communication points of a run.
@@ -90,7 +88,8 @@ def run(arguments: Namespace) -> Outcome:
     if problems:
         return failure("usage", Exit.WRONG_INPUT, "\n".join(problems))
     try:
-        type_ = FmuComponentType(arguments.path)
+        type_ = FmuComponentType(arguments.path, never_returns=True)
+        options = interface_options(arguments, type_)
         found = default_experiment(arguments.path)
         given = (arguments.start_time, arguments.stop_time, arguments.step)
         span = span_of(found, *given)
@@ -98,6 +97,7 @@ def run(arguments: Namespace) -> Outcome:
             type_,
             span,
             starts=arguments.starts,
+            options=options,
             table=arguments.input,
             record=arguments.record,
             quiet=arguments.quiet,
@@ -118,7 +118,7 @@ def run(arguments: Namespace) -> Outcome:
         until = f"\nresults until then: {', '.join(map(str, files))}" if files else ""
         return Outcome(text=outcome.text + until, data=outcome.data, exit_code=outcome.exit_code)
     rows, early = len(results.times), simulated.early_end
-    lines += [summary(results), "", f"{rows} rows, {_steps_text(span)}"]
+    lines += [summary(results), "", f"{rows} rows, {_steps_text(span)}{used_text(type_, options)}"]
     lines += [] if early is None else [f"ended early: {early.text}"]
     lines += [f"wrote {', '.join(map(str, files))}"] if files else []
     data = {
@@ -207,6 +207,7 @@ def simulated_fmu(
     span: Span,
     *,
     starts: Sequence[str] = (),
+    options: Mapping[str, Any] = MappingProxyType({}),
     table: Path | None = None,
     record: Sequence[str] = (),
     quiet: bool = True,
@@ -217,6 +218,7 @@ def simulated_fmu(
         type_: of the FMU.
         span: its communication points.
         starts: `NAME=VALUE` of parameters and inputs.
+        options: further parameters, converted.
         table: of inputs over time.
         record: patterns of outputs; all if there are none.
         quiet: draw no progress bar.
@@ -227,7 +229,7 @@ def simulated_fmu(
         CosimError: the FMU cannot be run, or recorded.
     """
     values, held = _start_values(type_, starts)
-    component = type_.create(_FMU, values)
+    component = type_.create(_FMU, {**values, **options})
     outputs = _recorded(component.connectors, record)
     source = _source(component.connectors, held, table)
     components: dict[str, Component] = {_FMU: component}

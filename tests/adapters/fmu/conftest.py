@@ -79,3 +79,16 @@ def events3(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def clocks3(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The FMI 3.0 FMU in the folder `clocks3`: clocks of all kinds."""
     return built("clocks3", 3, tmp_path_factory.mktemp("clocks3"))
+
+
+@pytest.fixture(scope="session")
+def partitions3(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMI 3.0 FMU in the folder `partitions3`: Scheduled Execution."""
+    return built("partitions3", 3, tmp_path_factory.mktemp("partitions3"))
+
+
+@pytest.fixture(scope="session", params=[2, 3], ids=["fmi2", "fmi3"])
+def ball(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMUs for Model Exchange in the folders `ball2` and `ball3`, of one model."""
+    version: int = request.param
+    return built(f"ball{version}", version, tmp_path_factory.mktemp("ball"))

@@ -86,12 +86,12 @@ LAG2 = {
         'start="2" unit="s"',
     ),
     "bounds the wrong way round": (
-        ('<Integer start="3" min="0" max="12"/>', '<Integer start="3" min="11" max="10"/>'),
+        ('<Integer start="3" min="0" max="16"/>', '<Integer start="3" min="17" max="16"/>'),
         (
-            "`fail_as`: min 11 is greater than max 10",
-            "`fail_as`: the start value 3 is below min 11",
+            "`fail_as`: min 17 is greater than max 16",
+            "`fail_as`: the start value 3 is below min 17",
         ),
-        'min="11"',
+        'min="17"',
     ),
     "a unit that is not defined": (
         ('<Real start="0" unit="V"/>', '<Real start="0" unit="W"/>'),
@@ -209,7 +209,7 @@ ENDS3 = {
         "`three` has 2 start values for 3 elements",
     ),
     "a whole number that does not fit": (
-        ('start="0" min="0" max="5"', 'start="3000000000"'),
+        ('start="0" min="0" max="9"', 'start="3000000000"'),
         "`kind`: the start value 3000000000 does not fit Int32",
     ),
     "an experiment that ends before": (
