@@ -16,6 +16,7 @@ from orchestrator.scenario.diagnosis import once
 from orchestrator.scenario.isolation import IN_PROCESS, LOCAL, LOOPBACK, usual_transport
 from orchestrator.scenario.model import ComponentUse, Scenario
 from orchestrator.scenario.outputs import belonging_here
+from orchestrator.scenario.paths import anchored
 from orchestrator.scenario.processes import crowding, unlimited
 from orchestrator.scenario.wiring import Place, in_process
 
@@ -119,4 +120,4 @@ def _located(scenario: Scenario, errors: str) -> list[Problem]:
 def _spec(use: ComponentUse) -> ComponentSpec:
     source = use.reference() if use.fmu is None else use.fmu
     assert source is not None  # noqa: S101 - a component has one of the two
-    return ComponentSpec(name=use.name, type=source, values=use.values)
+    return ComponentSpec(name=use.name, type=source, values=anchored(use.values))

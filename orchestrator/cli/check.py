@@ -14,7 +14,7 @@ from orchestrator.scenario.installed import scenario_path
 from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.outputs import belonging_here
-from orchestrator.scenario.processes import crowding
+from orchestrator.scenario.processes import crowding, uncopied
 from orchestrator.scenario.wiring import Assembly, assemble
 
 
@@ -34,7 +34,8 @@ def execute(arguments: Namespace) -> Outcome:
     document, uses = scenario.document, scenario.components
     together = {n: u for n, u in uses.items() if u.process is not Isolation.ALWAYS}
     placed = once(document, [*crowding(document, together), *belonging_here(document, together)])
-    found = (*scenario.remarks, *file_remarks, *assembly.remarks, *placed)
+    not_copied = uncopied(document, uses)
+    found = (*scenario.remarks, *file_remarks, *assembly.remarks, *placed, *not_copied)
     remarks = [problem_data(remark) for remark in found]
     lines = [
         *(f"{remark} (a remark)" for remark in found),

@@ -26,7 +26,7 @@ def execute(arguments: Namespace) -> Outcome:
     """Load, check every combination, run, tabulate."""
     _check_options(arguments)
     given = None if arguments.seeds is None else _seeds(arguments.seeds)
-    experiment = load_experiment(Path(arguments.experiment))
+    experiment = load_experiment(Path(arguments.experiment), arguments.transport)
     if given is not None:
         experiment = replace(experiment, seeds=given)
     with stopping() as stop:

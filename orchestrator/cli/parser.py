@@ -252,6 +252,11 @@ def _add_experiment(commands: _Commands) -> None:
     experiment.add_argument(
         "--scheduler", metavar="ADDRESS", help="of a Dask scheduler, instead of own processes"
     )
+    experiment.add_argument(
+        "--transport",
+        metavar="NAME",
+        help="of every run, as of `nlosim run`; results are the same, also with --resume",
+    )
     experiment.add_argument("--resume", action="store_true", help="go on with what is in --out")
     experiment.add_argument("--keep-runs", action="store_true", help="keep all run directories")
     experiment.add_argument("--quiet", action="store_true", help="no progress bar")

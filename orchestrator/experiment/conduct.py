@@ -150,4 +150,5 @@ def _work(experiment: Experiment, key: RunKey, kept: Path | None) -> Work:
         overrides=(*combination.overrides, f"seed={key.seed}"),
         keep=None if kept is None else str((kept / name).absolute()),
         scratch=None,
+        transport=experiment.transport,
     )

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
@@ -27,22 +28,24 @@ SIGNAL: Final = "signal"
 """The measure that metrics of signals are."""
 
 
-def load_experiment(path: Path) -> Experiment:
+def load_experiment(path: Path, transport: str | None = None) -> Experiment:
     """Read and check an experiment file, and the scenario at every combination of levels.
 
     Args:
         path: of the file; the path of the scenario in it is relative to its folder.
+        transport: of its runs, see `run_scenario`.
 
     Raises:
+        ComponentTypeError: there is no such transport.
         ScenarioError: all problems, each at its place in the experiment or the scenario.
     """
-    return _Load.of(path, ExperimentFile, "experiment", "factors").experiment()
+    return _Load.of(path, ExperimentFile, "experiment", "factors").experiment(transport)
 
 
 class _Load(loading.Load[ExperimentFile]):
     """One reading of an experiment file."""
 
-    def experiment(self) -> Experiment:
+    def experiment(self, transport: str | None) -> Experiment:
         scenario = self.scenario_path(self.file.scenario)
         self._check_columns()
         self.source.check_paths(self._settings(), _reserved)
@@ -52,9 +55,9 @@ class _Load(loading.Load[ExperimentFile]):
             self.source.add(address, what, at_key=at_key)
         report = self._report()
         self.source.stop_at_problems()
-        combinations = self._combinations(scenario)
+        combinations = self._combinations(scenario, transport)
         self.source.stop_at_problems()
-        experiment = self._planned(scenario, combinations)
+        experiment = replace(self._planned(scenario, combinations), transport=transport)
         if report is not None:
             for problem in report().check(experiment):
                 address = ("report", "parameters", *problem.address)
@@ -117,7 +120,7 @@ class _Load(loading.Load[ExperimentFile]):
             what = f"{runs} runs (levels times seeds) are more than {MAXIMUM_RUNS}"
             self.source.add(("factors",), what, at_key=True)
 
-    def _combinations(self, scenario: Path) -> list[Combination]:
+    def _combinations(self, scenario: Path, transport: str | None) -> list[Combination]:
         """All that are sound; problems with the others."""
         fixed = self.source.overrides(self.file.fixed, ("set",))
         found = []
@@ -130,7 +133,7 @@ class _Load(loading.Load[ExperimentFile]):
                 if asked:
                     overrides = (*overrides, *asked)
                     loaded = load_scenario(scenario, overrides)
-                found.append(Combination(levels, overrides, self._resolved(loaded)))
+                found.append(Combination(levels, overrides, self._resolved(loaded, transport)))
         return found
 
     @cached_property
@@ -167,9 +170,9 @@ class _Load(loading.Load[ExperimentFile]):
         names = [p[1] for p in paths if len(p) == 3 and p[0] == "measures" and p[1] in defaults()]
         return tuple(f"measures.{name}={{}}" for name in dict.fromkeys(names))
 
-    def _resolved(self, scenario: Scenario) -> Mapping[str, Any]:
+    def _resolved(self, scenario: Scenario, transport: str | None) -> Mapping[str, Any]:
         """The scenario without its seed, if its components fit together."""
-        placement(None, scenario)
+        placement(transport, scenario)
         assemble(scenario).close()
         if scenario.report is None and not scenario.measures:
             what = "the scenario names no `report` and no `measures`: its runs have no metrics"

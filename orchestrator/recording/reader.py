@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from orchestrator.recording.crash import CRASHED, as_ended
 from orchestrator.recording.fingerprint import PartDigest, fingerprint
 from orchestrator.recording.layout import INDEX, MANIFEST, Files, Layout, RecordingError, SignalType
 from orchestrator.recording.samples import Samples, load, parts, read_samples
@@ -119,7 +120,7 @@ class Recording:
         content: dict[str, Any] = json.loads(
             (self._directory / MANIFEST).read_text(encoding="utf-8")
         )
-        return content
+        return as_ended(self._directory, content)
 
     def __contains__(self, name: str) -> bool:
         return name in self._types
@@ -171,7 +172,7 @@ class Recording:
     def _has_ended(self) -> bool:
         """Whether the run came to its end; if not, files may end anywhere."""
         manifest = json.loads((self._directory / MANIFEST).read_text(encoding="utf-8"))
-        return bool(manifest.get("status") != "running")
+        return manifest.get("status") not in {"running", CRASHED}
 
     def _files(self, name: str) -> Files:
         end = Endpoint.parse(name)

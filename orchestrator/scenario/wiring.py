@@ -28,6 +28,7 @@ from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import ComponentUse, ConnectionUse, ConstantUse, Scenario
 from orchestrator.scenario.outputs import belonging_here, sharing
+from orchestrator.scenario.paths import anchored
 from orchestrator.system import Connection, Constant, Endpoint, System, elements, expand
 
 Place: TypeAlias = Callable[[ComponentUse], Component]
@@ -59,7 +60,7 @@ class Assembly:
 
 def in_process(use: ComponentUse) -> Component:
     """Create a component in this process."""
-    return use.type.create(use.name, use.values)
+    return use.type.create(use.name, anchored(use.values))
 
 
 def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:

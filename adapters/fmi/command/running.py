@@ -1,6 +1,5 @@
 """`nlosim fmu run`: one FMU, its inputs from a table, its outputs as results."""
 
-import tempfile
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -29,13 +28,16 @@ from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.cli.failures import outcome_of
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
+from orchestrator.cli.watch import WATCH
 from orchestrator.component import Component
 from orchestrator.early_end import EarlyEnd
 from orchestrator.errors import CosimError
+from orchestrator.last_call import noting
 from orchestrator.observer import NoProgress, Observer, progress_meter
 from orchestrator.recording import Recording
 from orchestrator.recording.recorder import Recorder
 from orchestrator.scenario.conversion import Conversion
+from orchestrator.scratch import scratch
 from orchestrator.signal import Array, Causality, Connector
 from orchestrator.simulation import simulate
 from orchestrator.suggestion import suggestion
@@ -176,8 +178,12 @@ def simulated_fmu(
         ends = ((Endpoint(_INPUTS, n), Endpoint(_FMU, n)) for n in source.connectors)
         connections = [Connection(*pair) for pair in ends]
     system = System(components, dict.fromkeys(components, span.step), connections)
-    with tempfile.TemporaryDirectory(prefix="nlosim-fmu-run-") as name, stopping() as stop:
-        folder = Path(name) / "run"
+    with (
+        scratch("fmu-run") as folder,
+        noting(folder, tuple(components)) as last_call,
+        stopping() as stop,
+    ):
+        WATCH.begin(folder)
         meter = NoProgress() if quiet else progress_meter()
         recorder = Recorder(folder, include=[f"{_FMU}.{output}" for output in outputs])
         observers: list[Observer] = [recorder, meter, stop]
@@ -191,6 +197,7 @@ def simulated_fmu(
                 stop=span.stop,
                 seed=0,
                 observers=observers,
+                last_call=last_call,
             ).early_end
         except (CosimError, KeyboardInterrupt) as raised:
             error = raised

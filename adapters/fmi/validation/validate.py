@@ -13,6 +13,7 @@ from adapters.fmi.archive import archive_problems
 from adapters.fmi.exports import ExportsError
 from adapters.fmi.unpacked import host_folder
 from adapters.fmi.validation import definitions, names, structure, variables
+from adapters.fmi.validation.binaries import made_for, misplaced, shown
 from adapters.fmi.validation.document import MarkupError, parse
 from adapters.fmi.validation.finding import Finding
 from adapters.fmi.validation.functions import missing
@@ -111,9 +112,15 @@ def _binaries(archive: zipfile.ZipFile, name: str, model: Model) -> Iterator[Fin
         if not has_sources and not found:
             what = f"has neither a binary `{identifier}` nor sources"
             yield Finding(file=name, place=None, what=what, rule=rule)
+        for entry, what in misplaced(archive, identifier, model.version):
+            yield Finding(file=f"{name}/{entry}", place=None, what=what, rule=rule)
+        platform = fmpy.platform_tuple
         wanted = f"binaries/{folder}/{identifier}{suffix}"
         if wanted not in entries:
             what = f"cannot run on this machine: `{wanted}` is missing"
+            yield Finding(file=name, place=None, what=what, rule=rule, is_remark=True)
+        elif (made := made_for(archive, wanted)) is None or not made.runs_on(platform):
+            what = f"cannot run on this machine: `{wanted}` is {shown(made)}"
             yield Finding(file=name, place=None, what=what, rule=rule, is_remark=True)
         for entry, ending in found.items():
             if ending in _LIBRARIES and (what := _exports(archive.read(entry), model, kinds)):
