@@ -39,6 +39,7 @@ from orchestrator.component import Component, DecidingComponent, OncePerProcessC
 from orchestrator.errors import ParameterProblem
 from orchestrator.input_files import FileCheck, FileReadingComponent, named_files
 from orchestrator.kinds import FrozenMapping
+from orchestrator.output_files import FileWritingComponent
 from orchestrator.timebase import StepSize
 
 REQUIRED: Final = dataclasses.MISSING
@@ -124,17 +125,32 @@ class ComponentType(abc.ABC):
         del values
         return None
 
-    def step_problem(self, step: StepSize) -> str | None:
-        """Why no instance can be stepped with this communication step size.
+    def step_problem(
+        self, step: StepSize, values: Mapping[str, Any] = MappingProxyType({})
+    ) -> str | None:
+        """Why an instance cannot be stepped with this communication step size.
 
         Args:
             step: [ns].
+            values: as for `create`.
 
         Returns:
             What is wrong with it, as a predicate; `None`, the default, if nothing is.
         """
-        del step
+        del step, values
         return None
+
+    def manner(self, values: Mapping[str, Any]) -> str:
+        """How an instance works, where that is worth a word, e.g. with which solver.
+
+        Args:
+            values: as for `create`.
+
+        Returns:
+            A few words for `nlosim check` and `graph`; nothing, by default.
+        """
+        del values
+        return ""
 
     def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:
         """Every file that an instance reads, each once; `values` as for `create`."""
@@ -144,6 +160,15 @@ class ComponentType(abc.ABC):
         """What is found in these files; see `FileReadingComponent.check_files`."""
         del values, thorough
         return FileCheck()
+
+    def output_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:
+        """Every file that an instance writes; relative paths are in the directory of the run.
+
+        Args:
+            values: as for `create`.
+        """
+        del values
+        return ()
 
     @abc.abstractmethod
     def create(self, name: str, values: Mapping[str, Any]) -> Component:
@@ -243,6 +268,12 @@ class PythonComponentType(ComponentType):
         if not issubclass(self._component, FileReadingComponent):
             return FileCheck()
         return self._component.check_files(self._record(**values), thorough=thorough)
+
+    @override
+    def output_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:
+        if not issubclass(self._component, FileWritingComponent):
+            return ()
+        return tuple(self._component.output_files(self._record(**values)))
 
     @override
     def create(self, name: str, values: Mapping[str, Any]) -> Component:

@@ -21,7 +21,9 @@ Read: TypeAlias = Callable[[Sequence[FmuVariable]], dict[str, Signal]]
 Write: TypeAlias = Callable[[Mapping[str, Signal]], None]
 """Sets variables, by the names of their elements."""
 
-_HALF_NANOSECOND: Final = 0.5e-9
+HALF_NANOSECOND: Final = 0.5e-9
+"""Times that are closer than this are one [s]."""
+
 _REFERENCES: Final = (c_void_p, c_void_p, c_size_t)
 
 
@@ -115,7 +117,7 @@ class Clocks:
 
     def due(self, t: float) -> list[int]:
         """The time-based clocks that tick at `t` [s], or should have; by priority."""
-        now = Fraction(t) + Fraction(_HALF_NANOSECOND)
+        now = Fraction(t) + Fraction(HALF_NANOSECOND)
         found = [
             r for r, k in self._ticking.items() if k.next_time is not None and k.next_time <= now
         ]
@@ -141,7 +143,10 @@ class Clocks:
             self.let_in(references)
 
     def let_in(self, references: Sequence[int]) -> None:
-        """Set the clocked inputs of these clocks."""
+        """Set the clocked inputs of these clocks, which tick; countdowns among them are over."""
+        for reference in references:
+            if self._inputs[reference].kind is ClockKind.COUNTDOWN:
+                self._ticking[reference].next_time = None
         ticking = set(references)
         names = [
             e for v in self._clocked_inputs if ticking.intersection(v.clocks) for e in v.elements
@@ -151,18 +156,14 @@ class Clocks:
             self._write(values)
 
     def let_out(self, references: Sequence[int]) -> None:
-        """See which output clocks tick (`fmi3GetClock`), and get what these and others let out.
-
-        Args:
-            references: of the input clocks that tick.
-        """
-        ticking = {*references, *self.ticking_outputs()}
+        """Get the clocked outputs of these clocks, which tick."""
+        ticking = set(references)
         outputs = [v for v in self._clocked_outputs if ticking.intersection(v.clocks)]
         if outputs:
             self._held.update(self._read(outputs))
 
     def ticking_outputs(self) -> list[int]:
-        """The output clocks that tick now; each tick is told once."""
+        """The output clocks that tick now (`fmi3GetClock`)."""
         if not self._outputs:
             return []
         active = (c_bool * len(self._outputs))()
@@ -172,7 +173,7 @@ class Clocks:
         return found
 
     def schedule(self, ticked: Sequence[int], t: float) -> None:
-        """Find out when clocks tick next, after discrete states were updated at `t` [s].
+        """Find out when clocks that ticked at `t` [s] tick next; not countdowns.
 
         Args:
             ticked: the time-based and triggered input clocks that ticked.
@@ -184,14 +185,16 @@ class Clocks:
             if clock.kind is ClockKind.PERIODIC:
                 if has_ticked and ticking.next_time is not None and ticking.interval is not None:
                     ticking.next_time += ticking.interval
-            elif clock.kind is ClockKind.COUNTDOWN:
-                if has_ticked:
-                    ticking.next_time = None
-                self._ask(reference, Fraction(t))
-            elif has_ticked:
+            elif clock.kind is ClockKind.CHANGING and has_ticked:
                 # exact: what is due at a time that floats only come near to was due at its own
                 since = ticking.next_time
                 self._ask(reference, Fraction(t) if since is None else since)
+
+    def ask_countdowns(self, t: float) -> None:
+        """Ask countdown clocks whether they begin at `t` [s]."""
+        for reference in self._ticking:
+            if self._inputs[reference].kind is ClockKind.COUNTDOWN:
+                self._ask(reference, Fraction(t))
 
     def _ask(self, reference: int, since: Fraction) -> None:
         """Ask an aperiodic clock for its next interval."""

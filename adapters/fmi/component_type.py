@@ -2,6 +2,7 @@
 
 import functools
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -13,16 +14,19 @@ from adapters.fmi.connectors import left_out, parameters
 from adapters.fmi.description import FmuDescription, read_description
 from adapters.fmi.fmi2 import Fmi2Instance
 from adapters.fmi.fmi3 import Fmi3Instance
-from adapters.fmi.instance import FmuInstance
+from adapters.fmi.kind import Kind
+from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
+from adapters.fmi.model_exchange.making import integrated, integration_text
 from adapters.fmi.options import (
     RETRY_HINT,
     Options,
     Said,
+    check_options,
     may_retry,
     option_parameters,
-    with_intermediate,
-    with_locals,
+    recordable,
+    with_options,
 )
 from adapters.fmi.settings import settings, start_settings
 from adapters.fmi.sizes import Sizes
@@ -37,7 +41,7 @@ from orchestrator.timebase import StepSize
 
 
 class FmuComponentType(ComponentType):
-    """An FMI 2.0 or 3.0 co-simulation FMU.
+    """An FMI 2.0 or 3.0 FMU, for Co-Simulation, Model Exchange or Scheduled Execution.
 
     Parameters are those of the FMU, and the structural parameters that are not the length of
     an input. A structural parameter `n_vehicle` is the axis `vehicle` of its arrays; if it is
@@ -46,9 +50,21 @@ class FmuComponentType(ComponentType):
     stream. A triggered clock is a Boolean that says whether it ticks.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, never_returns: bool = False) -> None:
+        """Read the FMU at `path`.
+
+        Args:
+            path: of the archive.
+            never_returns: whether no instance will be returned to an earlier state, so that
+                solvers may keep their memory from one step to the next.
+
+        Raises:
+            ComponentTypeError: it cannot be run here; the message says why.
+        """
+        self._never_returns = never_returns
         self._fmu = read_description(Path(path))
         check_binary(self._fmu)
+        self._by_kind = {self._fmu.kind: self._fmu}
         self._sizes = Sizes(self._fmu, {})
 
     @property
@@ -56,7 +72,7 @@ class FmuComponentType(ComponentType):
     def description(self) -> str:
         missing = left_out(self._fmu)
         note = f" (without {', '.join(missing)}: not supported as signals)" if missing else ""
-        return self._fmu.description + note
+        return self._fmu.description + note + _kind_note(self._fmu)
 
     @property
     @override
@@ -68,14 +84,38 @@ class FmuComponentType(ComponentType):
             | option_parameters(self._fmu)
         )
 
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The names of its inputs."""
+        return tuple(variable.name for variable in self._fmu.of("input"))
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """The names of its outputs."""
+        return tuple(variable.name for variable in self._fmu.of("output"))
+
+    @property
+    def inner(self) -> tuple[str, ...]:
+        """The names of variables inside that `fmi.locals` can make outputs."""
+        return tuple(recordable(self._fmu))
+
     @override
     def once_per_process(self, values: Mapping[str, Any]) -> str | None:
-        fmu = self._fmu
+        fmu = self._described(Said.of(self._fmu, values).options)
         return f"the FMU `{fmu.name}` {fmu.token}" if fmu.is_once_per_process else None
 
     @override
-    def step_problem(self, step: StepSize) -> str | None:
-        return step_problem(self._fmu.internal_step, step)
+    def step_problem(
+        self, step: StepSize, values: Mapping[str, Any] = MappingProxyType({})
+    ) -> str | None:
+        fmu = self._described(Said.of(self._fmu, values).options)
+        return step_problem(fmu.internal_step, step)
+
+    @override
+    def manner(self, values: Mapping[str, Any]) -> str:
+        options = Said.of(self._fmu, values).options
+        described = self._described(options)
+        return integration_text(described, options) if described.kind is Kind.MODEL_EXCHANGE else ""
 
     @override
     def input_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:
@@ -87,8 +127,10 @@ class FmuComponentType(ComponentType):
         if unknown := sorted(set(values) - set(offered)):
             raise ComponentTypeError(f"{self._fmu.path}: there is no parameter `{unknown[0]}`")
         said = Said.of(self._fmu, values)
-        fmu = with_locals(self._fmu, said.options.locals)
-        fmu = with_intermediate(fmu, said.options.intermediate)
+        options = said.options
+        described = self._described(options)
+        check_options(described.kind, options)
+        fmu = with_options(described, options)
         native = settings(fmu, said.parameters)
         starts = start_settings(fmu, said.parameters, said.starts)
         fmu = started(fmu, starts)
@@ -96,17 +138,32 @@ class FmuComponentType(ComponentType):
         log = MessageLog(name)
         for missing in left_out(fmu):
             log.note(f"{missing} of {fmu.path.name} cannot be connected")
+        if fmu.kind is Kind.MODEL_EXCHANGE and self._never_returns:
+            fmu = replace(fmu, can_restore=False)
         may_restore = fmu.can_restore
+        load = functools.partial(_load, fmu, name, log, may_restore=may_restore, options=options)
+        if fmu.kind is Kind.MODEL_EXCHANGE:
+            return integrated(fmu, native, load, log, options)
         component = FmuComponent(
-            fmu,
-            native,
-            functools.partial(
-                _instantiate, fmu, name, log, may_restore=may_restore, options=said.options
-            ),
-            stepper=_stepper(fmu, log, said.options),
-            tolerance=said.options.tolerance,
+            fmu, native, load, stepper=_stepper(fmu, log, options), tolerance=options.tolerance
         )
         return RestorableFmuComponent(component) if may_restore else component
+
+    def _described(self, options: Options) -> FmuDescription:
+        """The FMU by the interface that is chosen."""
+        kind = self._fmu.kind if options.kind is None else Kind(options.kind)
+        if kind not in self._by_kind:
+            found = read_description(self._fmu.path, kind)
+            check_binary(found)
+            self._by_kind[kind] = found
+        return self._by_kind[kind]
+
+
+def _kind_note(fmu: FmuDescription) -> str:
+    if Kind.MODEL_EXCHANGE not in fmu.kinds:
+        return ""
+    others = "".join(f", also {kind.words}" for kind in fmu.kinds[1:])
+    return f" ({fmu.kind.words}{others})"
 
 
 def _stepper(fmu: FmuDescription, log: MessageLog, options: Options) -> Stepper:
@@ -119,10 +176,12 @@ def _stepper(fmu: FmuDescription, log: MessageLog, options: Options) -> Stepper:
     )
 
 
-def _instantiate(
+def _load(
     fmu: FmuDescription, name: str, log: MessageLog, *, may_restore: bool, options: Options
-) -> FmuInstance:
+) -> LoadedInstance:
     if fmu.version == 2:
         return Fmi2Instance(fmu, name, log, may_restore=may_restore)
-    uses_events = fmu.has_event_mode and (options.event_mode or fmu.has_clocks)
+    uses_events = fmu.is_scheduled or (
+        fmu.has_event_mode and (options.event_mode or fmu.has_clocks)
+    )
     return Fmi3Instance(fmu, name, log, may_restore=may_restore, uses_events=uses_events)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -26,16 +27,24 @@ _PYTHON_TYPES: Final[Mapping[str, type]] = {
 }
 
 
-def connectors(description: FmuDescription, lengths: Mapping[str, int]) -> dict[str, Connector]:
+def connectors(
+    description: FmuDescription,
+    lengths: Mapping[str, int],
+    settled: frozenset[str] = frozenset(),
+) -> dict[str, Connector]:
     """The connectors by name.
 
     Args:
         description: the FMU.
         lengths: of the structural parameters, before the first inputs arrive.
+        settled: structural parameters whose axes have a number in place of a name.
     """
     inputs = {v.name: v.elements for v in description.of("input") if v.is_signal}
     return {
-        name: _connector(variable, name, inputs, lengths)
+        name: replace(
+            _connector(variable, name, inputs, lengths),
+            shape=() if variable.is_bytes else _shape(variable, lengths, settled),
+        )
         for variable in description.of("input", "output")
         if variable.is_signal
         for name in variable.elements
@@ -49,6 +58,17 @@ def left_out(description: FmuDescription) -> list[str]:
         *(f"`{v.name}` ({_reason(v)})" for v in silent if v.clock is None or v.axes),
         *(f"`{name}` (clocks need `hasEventMode`)" for name in description.lost),
     ]
+
+
+def _shape(
+    variable: FmuVariable, lengths: Mapping[str, int], settled: frozenset[str]
+) -> tuple[int | str, ...]:
+    return tuple(
+        lengths[axis.structural]
+        if axis.structural in settled and axis.structural is not None
+        else axis.name or axis.length
+        for axis in variable.axes
+    )
 
 
 def _dtype(variable: FmuVariable) -> npt.DTypeLike:
@@ -83,7 +103,6 @@ def _connector(
     return Connector(
         causality=Causality.INPUT if is_input else Causality.OUTPUT,
         dtype=None if variable.is_bytes else _dtype(variable),
-        shape=() if variable.is_bytes else tuple(a.name or a.length for a in variable.axes),
         unit=variable.unit,
         definition=variable.definition,
         is_relative=variable.is_relative,

@@ -1,4 +1,4 @@
-"""What modelDescription.xml says, as far as co-simulation needs it; FMI 2.0 and 3.0 alike."""
+"""What modelDescription.xml says, as far as an importer needs it; FMI 2.0 and 3.0 alike."""
 
 import io
 import zipfile
@@ -13,21 +13,26 @@ from xml.etree import ElementTree as ET
 import fmpy.model_description
 
 from adapters.fmi.archive import opened
+from adapters.fmi.kind import Kind, kinds_of
 from adapters.fmi.reading import variables
 from adapters.fmi.step_size import internal_step
 from adapters.fmi.variable import FmuVariable
 from orchestrator.errors import ComponentTypeError
 
+HIGHEST_DEGREE: Final = 2
+"""The highest degree of the polynomials that inputs follow; FMI 2.0 lets FMUs say none."""
 _EARLY: Final = ("mightReturnEarlyFromDoStep", "canReturnEarlyAfterIntermediateUpdate")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FmuDescription:
-    """The FMU as a co-simulation component.
+    """The FMU as a component, by one of its interfaces.
 
     Attributes:
         path: of the archive.
         version: 2 or 3.
+        kind: the interface that is used; `identifier` and the flags below are of this one.
+        kinds: all that it has of those that can be used.
         name, description: of the model.
         identifier: file name of the binary without suffix.
         token: instantiation token (FMI 2.0: guid).
@@ -45,11 +50,15 @@ class FmuDescription:
         is_once_per_process: two instances of it cannot be in one process.
         internal_step: FMI 3.0: the fixed step of its solver [s], exactly as in the file, positive;
             `None` if it does not say one.
+        input_degree: the highest order of derivatives of inputs that it is told; 0: it takes none.
+        slopes: the outputs whose derivative with respect to time it tells.
         log_categories: what the FMU can log.
     """
 
     path: Path
     version: int
+    kind: Kind
+    kinds: tuple[Kind, ...]
     name: str
     description: str
     identifier: str
@@ -67,7 +76,19 @@ class FmuDescription:
     intermediate: tuple[str, ...]
     is_once_per_process: bool
     internal_step: Fraction | None
+    input_degree: int
+    slopes: tuple[str, ...]
     log_categories: tuple[str, ...]
+
+    @property
+    def can_vary_steps(self) -> bool:
+        """Whether steps may be of any length."""
+        return self.has_variable_steps and self.internal_step is None
+
+    @property
+    def is_scheduled(self) -> bool:
+        """FMI 3.0: whether its clocks activate it (Scheduled Execution)."""
+        return self.kind is Kind.SCHEDULED_EXECUTION
 
     @property
     def has_clocks(self) -> bool:
@@ -79,11 +100,16 @@ class FmuDescription:
         return tuple(v for v in self.variables.values() if v.causality in causalities)
 
 
-def read_description(path: Path) -> FmuDescription:
+def read_description(path: Path, kind: Kind | None = None) -> FmuDescription:
     """Read the FMU at `path` without unpacking it.
 
+    Args:
+        path: of the archive.
+        kind: the interface to be used; without, Co-Simulation if the FMU has it.
+
     Raises:
-        ComponentTypeError: it is no FMI 2.0 or 3.0 co-simulation FMU; the message says why.
+        ComponentTypeError: it is no FMI 2.0 or 3.0 FMU, or has no such interface; the message
+            says why.
     """
     xml = _read_xml(path)
     root = _parse(path, xml)
@@ -94,27 +120,33 @@ def read_description(path: Path) -> FmuDescription:
         parsed: Any = fmpy.model_description.read_model_description(_archive_of(xml))
     except Exception as error:
         raise ComponentTypeError(f"{path}: modelDescription.xml is invalid: {error}") from error
-    kind = parsed.coSimulation
-    if kind is None:
-        offers = "Model Exchange" if parsed.modelExchange is not None else "Scheduled Execution"
+    kinds = kinds_of(root)
+    if not kinds or kind not in {None, *kinds}:
+        offers = " and ".join(each.words for each in kinds) or "no interface"
+        wanted = Kind.CO_SIMULATION.words if kind is None else kind.words
         raise ComponentTypeError(
-            f"{path}: offers {offers} only; export it for Co-Simulation to run it here"
+            f"{path}: offers {offers} only; export it for {wanted} to run it here"
         )
-    element = root.find("CoSimulation")
+    used = kinds[0] if kind is None else kind
+    element = root.find(used.element)
     flags = {} if element is None else element.attrib
     every = variables(parsed, root)
     is_lost = {
-        n: (v.clock is not None or v.is_clocked) and not _flag(flags, "hasEventMode")
+        n: (v.clock is not None or v.is_clocked)
+        and not (_flag(flags, "hasEventMode") or used is Kind.SCHEDULED_EXECUTION)
         for n, v in every.items()
     }
+    found = {n: v for n, v in every.items() if not is_lost[n]}
     return FmuDescription(
         path=path,
         version=int(version[0]),
+        kind=used,
+        kinds=kinds,
         name=parsed.modelName,
         description=parsed.description or parsed.modelName,
-        identifier=kind.modelIdentifier,
+        identifier=flags.get("modelIdentifier", ""),
         token=parsed.guid,
-        variables={n: v for n, v in every.items() if not is_lost[n]},
+        variables=found,
         lost=tuple(
             n for n, v in every.items() if is_lost[n] and v.causality in {"input", "output"}
         ),
@@ -131,8 +163,19 @@ def read_description(path: Path) -> FmuDescription:
         intermediate=_intermediate(root) if _flag(flags, "providesIntermediateUpdate") else (),
         is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),
         internal_step=internal_step(flags.get("fixedInternalStepSize")),
+        input_degree=HIGHEST_DEGREE if _flag(flags, "canInterpolateInputs") else 0,
+        slopes=_slopes(found, flags),
         log_categories=tuple(category.name for category in parsed.logCategories),
     )
+
+
+def read_root(path: Path) -> ET.Element:
+    """The root of modelDescription.xml of the FMU at `path`.
+
+    Raises:
+        ComponentTypeError: it is no FMU.
+    """
+    return _parse(path, _read_xml(path))
 
 
 def _archive_of(xml: bytes) -> io.BytesIO:
@@ -158,6 +201,11 @@ def _parse(path: Path, xml: bytes) -> ET.Element:
         return ET.fromstring(xml)  # noqa: S314  (whoever loads an FMU runs its code)
     except ET.ParseError as error:
         raise ComponentTypeError(f"{path}: modelDescription.xml is no XML: {error}") from error
+
+
+def _slopes(found: Mapping[str, FmuVariable], flags: Mapping[str, str]) -> tuple[str, ...]:
+    has_some = flags.get("maxOutputDerivativeOrder", "0").strip() not in {"", "0"}
+    return tuple(v.name for v in found.values() if has_some and v.has_rate)
 
 
 def _intermediate(root: ET.Element) -> tuple[str, ...]:

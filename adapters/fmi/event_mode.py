@@ -1,12 +1,15 @@
 """Event mode of an FMI 3.0 co-simulation FMU (FMI 3.0.2, sections 2.3.5 and 4.2.1)."""
 
+import abc
 import ctypes
 import math
 from collections.abc import Callable, Sequence
 from ctypes import c_bool, c_double
 from typing import Final, TypeAlias
 
-from adapters.fmi.clocks import Clocks
+from typing_extensions import override
+
+from adapters.fmi.clocks import HALF_NANOSECOND, Clocks
 from adapters.fmi.errors import FmuError
 from adapters.fmi.handle import Handle
 from adapters.fmi.outcome import MADE, StepOutcome
@@ -17,10 +20,41 @@ DoStep: TypeAlias = Callable[[float, float], StepOutcome]
 MOST_ITERATIONS: Final = 1000
 """Updates of the discrete states at one point in time, and events without any progress."""
 
-_HALF_NANOSECOND: Final = 0.5e-9
+
+class Events(abc.ABC):
+    """What happens in one instance besides the passing of time.
+
+    Attributes:
+        announced: the time of the next event that the FMU told [s]; infinite if there is none.
+    """
+
+    announced: float
+
+    @abc.abstractmethod
+    def begin(self, t: float) -> bool:
+        """Handle the events at the end of initialisation mode, at `t` [s]; see `handle`."""
+
+    @abc.abstractmethod
+    def handle(
+        self, t: float, change: Callable[[], None] | None = None, clocks: Sequence[int] = ()
+    ) -> bool:
+        """Handle the events at `t` [s].
+
+        Args:
+            t: the current time of the FMU [s].
+            change: sets inputs that jump there.
+            clocks: input clocks that are triggered there, by priority.
+
+        Returns:
+            Whether the FMU asks to end the simulation.
+        """
+
+    @abc.abstractmethod
+    def step(self, t: float, h: float) -> StepOutcome:
+        """Step from `t` over `h` [s], or to the first event before that, which is handled."""
 
 
-class EventMode:
+class EventMode(Events):
     """Handles the events of one instance: those it finds, those it announces, those of inputs.
 
     Args:
@@ -45,25 +79,16 @@ class EventMode:
         """The next event that is known, a tick of a clock or another one [s]."""
         return min(self.announced, self._clocks.next_time)
 
+    @override
     def begin(self, t: float) -> bool:
-        """Handle the events of initialisation, which ends in event mode; see `handle`."""
         wants_end = self._settle(t)
         self._handle.call("fmi3EnterStepMode")
         return wants_end
 
+    @override
     def handle(
         self, t: float, change: Callable[[], None] | None = None, clocks: Sequence[int] = ()
     ) -> bool:
-        """Handle the events at `t` [s].
-
-        Args:
-            t: the current time of the FMU [s].
-            change: sets inputs that jump there.
-            clocks: input clocks that are triggered there.
-
-        Returns:
-            Whether the FMU asks to end the simulation.
-        """
         self._handle.call("fmi3EnterEventMode")
         if change is not None:
             change()
@@ -71,8 +96,8 @@ class EventMode:
         self._handle.call("fmi3EnterStepMode")
         return wants_end
 
+    @override
     def step(self, t: float, h: float) -> StepOutcome:
-        """Step to the end, or to the first event before it, which is handled."""
         for _ in range(MOST_ITERATIONS):
             stop = self._cut(t, t + h)
             outcome = self._do_step(t, stop - t if stop != t + h else h)
@@ -91,7 +116,7 @@ class EventMode:
 
     def _cut(self, t: float, stop: float) -> float:
         """Where a step to `stop` has to end: at the next event, also if that is all but there."""
-        is_within = t < self.next_time < stop + _HALF_NANOSECOND
+        is_within = t < self.next_time < stop + HALF_NANOSECOND
         return self.next_time if self._may_vary and is_within else stop
 
     def _settle(self, t: float, triggered: Sequence[int] = ()) -> bool:
@@ -104,10 +129,11 @@ class EventMode:
         ticking = [*clocks.due(t), *triggered]
         for _ in range(MOST_ITERATIONS):
             clocks.activate(ticking)
-            clocks.let_out(ticking)
+            clocks.let_out([*ticking, *clocks.ticking_outputs()])
             self._handle.call("fmi3UpdateDiscreteStates", *results)
             self.announced = time.value if is_defined.value else math.inf
             clocks.schedule(ticking, t)
+            clocks.ask_countdowns(t)
             ticking = clocks.due(t)
             if wants_end.value or not (again.value or ticking):
                 return wants_end.value

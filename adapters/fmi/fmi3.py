@@ -1,4 +1,4 @@
-"""One instance of an FMI 3.0 co-simulation FMU."""
+"""One instance of an FMI 3.0 FMU; its steps are not those of Model Exchange."""
 
 import ctypes
 import functools
@@ -16,14 +16,16 @@ from adapters.fmi.block import Block, blocks
 from adapters.fmi.clocks import Clocks, Memory
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError, listed
-from adapters.fmi.event_mode import EventMode
+from adapters.fmi.event_mode import EventMode, Events
 from adapters.fmi.handle import FunctionNames
 from adapters.fmi.instance import DISCARD, OK
 from adapters.fmi.intermediate import IntermediateUpdates
+from adapters.fmi.kind import Kind
 from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.outcome import MADE, StepOutcome
 from adapters.fmi.parcels import Parcel, parcels
+from adapters.fmi.schedule import Announcements, Schedule
 from adapters.fmi.unpacked import LoadedFmu
 from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.signal import Signal
@@ -68,6 +70,7 @@ class Fmi3Instance(LoadedInstance):
         may_vary = description.has_variable_steps
         self._may_return_early = (description.may_return_early or uses_events) and may_vary
         self._uses_events = uses_events
+        self._announcements = Announcements()
         self._is_clocked = False  # clocked inputs are set as all others until initialisation ends
         self._clocked = {e for v in description.of("input") if v.is_clocked for e in v.elements}
         self._updates = IntermediateUpdates(
@@ -80,7 +83,11 @@ class Fmi3Instance(LoadedInstance):
         self._clocks = Clocks(
             description.variables.values(), self._handle, self._read_variables, super().write
         )
-        self._events = EventMode(self._handle, self._do_step, self._clocks, may_vary=may_vary)
+        self._events: Events = (
+            Schedule(self._handle, self._clocks, self._announcements)
+            if description.is_scheduled
+            else EventMode(self._handle, self._do_step, self._clocks, may_vary=may_vary)
+        )
         self._memories: dict[int, tuple[float, Memory]] = {}
         self._flags = [c_bool(), c_bool(), c_bool()]
         self._last_time = c_double()
@@ -101,13 +108,22 @@ class Fmi3Instance(LoadedInstance):
         self._callback = fmpy.fmi3.fmi3LogMessageCallback(on_message)
         is_verbose = self._log.is_verbose
         resources = fmu.resources
-        instance: int | None = fmu.call(
-            "fmi3InstantiateCoSimulation",
+        named = (
             name.encode(),
             self._description.token.encode(),
             f"{resources}/".encode() if resources.is_dir() else None,
-            False,  # noqa: FBT003  (visible)
+            False,  # visible
             is_verbose,
+        )
+        instance: int | None
+        if self._description.kind is Kind.MODEL_EXCHANGE:
+            instance = fmu.call("fmi3InstantiateModelExchange", *named, None, self._callback)
+            return instance
+        if self._description.is_scheduled:
+            return self._announcements.instantiate(fmu, named, self._callback)
+        instance = fmu.call(
+            "fmi3InstantiateCoSimulation",
+            *named,
             self._uses_events,
             self._may_return_early,
             self._updates.references if self._updates.count else None,

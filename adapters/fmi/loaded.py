@@ -7,6 +7,7 @@ import math
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from ctypes import c_void_p
+from dataclasses import replace
 from typing import Any, ClassVar, NoReturn
 
 import numpy as np
@@ -17,8 +18,10 @@ from adapters.fmi.block import Block, address_of, blocks, shape_of
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.handle import FunctionNames, Handle
 from adapters.fmi.instance import DISCARD, FmuInstance
+from adapters.fmi.kind import Kind
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.parcels import Parcel, packed, parcels
+from adapters.fmi.rates import told_rates
 from adapters.fmi.starts import startable
 from adapters.fmi.unpacked import LoadedFmu
 from orchestrator.native import NativeKind, NativeOwner, NativeUnit, NativeVariable
@@ -50,7 +53,10 @@ class LoadedInstance(FmuInstance):
             v.name: int(v.start[0]) for v in description.of("structuralParameter") if v.start
         }
         instantiate = functools.partial(self._instantiate, name)
-        self._handle = Handle(LoadedFmu(description, name), log, self.names, instantiate)
+        names = self.names
+        made = names.instantiate.replace(Kind.CO_SIMULATION.element, description.kind.element)
+        names = replace(names, instantiate=made)
+        self._handle = Handle(LoadedFmu(description, name), log, names, instantiate)
         self._fmu, self._guard = self._handle.fmu, self._handle.guard
         self._instance = self._handle.address
         self._blocks = [
@@ -66,6 +72,11 @@ class LoadedInstance(FmuInstance):
         self._has_bytes = any(v.is_bytes for v in description.variables.values())
         self._variable_of = {e: v for v in description.variables.values() for e in v.elements}
         self._resize_blocks()
+
+    @property
+    def handle(self) -> Handle:
+        """The instance, for functions that not every FMU has."""
+        return self._handle
 
     @abc.abstractmethod
     def _instantiate(self, name: str, fmu: LoadedFmu) -> int | None:
@@ -212,6 +223,10 @@ class LoadedInstance(FmuInstance):
     @override
     def uses_events(self) -> bool:
         return False
+
+    @override
+    def told_rates(self) -> dict[str, Signal]:
+        return told_rates(self._handle, self._description, self._lengths)
 
     @override
     def begin_step(self) -> None:

@@ -1,13 +1,18 @@
 """What a scenario may say about how an FMU is run: parameters `fmi.*` of the component."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from fnmatch import fnmatchcase
 from types import MappingProxyType
 from typing import Any, Final
 
 from adapters.fmi import starts as starts_
-from adapters.fmi.description import FmuDescription
+from adapters.fmi.description import HIGHEST_DEGREE, FmuDescription
+from adapters.fmi.kind import Kind
+from adapters.fmi.model_exchange.options import (
+    parameters as integration_parameters,
+    problems as integration_problems,
+)
 from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.errors import ParameterError
 from orchestrator.parameters import Parameter, ParameterProblem
@@ -26,17 +31,27 @@ class Options:
     Attributes:
         tolerance: relative, for the solver of the FMU; `None`: its own.
         locals: names or patterns of variables that are outputs of the component, too.
+        input_degree: of the polynomials that inputs follow over a step, at most; 0: they are held.
+        output_slopes: whether derivatives of outputs are asked for.
         intermediate: names or patterns of variables that are logged within steps.
         smallest_step: that a discarded step may be cut down to [s]; `None`: it is not.
         event_mode: whether the events of an FMU that lets us are handled here; those of an FMU
             with clocks always are.
+        kind: the interface that is used; `None`: what the FMU has.
+        solver: with Model Exchange, the name of a solver.
+        step: with Model Exchange, the longest step of the solver [s].
     """
 
     tolerance: float | None = None
     locals: tuple[str, ...] = ()
+    input_degree: int = HIGHEST_DEGREE
+    output_slopes: bool = True
     intermediate: tuple[str, ...] = ()
     smallest_step: float | None = None
     event_mode: bool = False
+    kind: str | None = None
+    solver: str | None = None
+    step: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,6 +82,11 @@ class Said:
         return cls(parameters=own, starts=starts, options=Options(**options))
 
 
+def _default(description: FmuDescription) -> str:
+    is_integrated = Kind.MODEL_EXCHANGE in description.kinds
+    return ", with model-exchange that of its default experiment, or 1e-6" if is_integrated else ""
+
+
 def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
     """The options that make a difference to this FMU, by name."""
     found = {
@@ -74,15 +94,32 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             type=float | None,
             default=None,
             minimum=0.0,
-            doc="relative tolerance for its solver; its own choice by default",
+            doc="relative tolerance for its solver; its own choice by default"
+            + _default(description),
             is_optional=True,
         )
     }
-    if _recordable(description):
+    if recordable(description):
         found["locals"] = Parameter(
             type=tuple[str, ...],
             default=(),
             doc="variables inside that become outputs: names, or patterns with `*` and `?`",
+            is_optional=True,
+        )
+    if description.input_degree:
+        found["input_degree"] = Parameter(
+            type=int,
+            default=HIGHEST_DEGREE,
+            minimum=0,
+            maximum=HIGHEST_DEGREE,
+            doc="highest order of the derivatives of inputs that it is told; 0: none",
+            is_optional=True,
+        )
+    if description.slopes:
+        found["output_slopes"] = Parameter(
+            type=bool,
+            default=True,
+            doc="whether it is asked for the derivatives of outputs where these are extrapolated",
             is_optional=True,
         )
     if _shown(description):
@@ -111,8 +148,38 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             "events; by default it handles them alone, which is quicker",
             is_optional=True,
         )
+    found |= integration_parameters(description)
     named = {PREFIX + name: parameter for name, parameter in found.items()}
     return {n: p for n, p in named.items() if n not in description.variables}
+
+
+def check_options(kind: Kind, options: Options) -> None:
+    """Check what is said together with the interface that is used.
+
+    Raises:
+        ParameterError: an option does not fit it.
+    """
+    said = {each.name: getattr(options, each.name) for each in fields(options)}
+    nothing = Options()
+    said = {name: v for name, v in said.items() if v != getattr(nothing, name)}
+    found = integration_problems(kind, said)
+    problems = [ParameterProblem((PREFIX + name,), what) for name, what in found]
+    if problems:
+        raise ParameterError(problems)
+
+
+def with_options(description: FmuDescription, options: Options) -> FmuDescription:
+    """The FMU as it is to be run.
+
+    Raises:
+        ParameterError: an option does not fit the FMU.
+    """
+    shown = with_intermediate(with_locals(description, options.locals), options.intermediate)
+    return replace(
+        shown,
+        input_degree=min(description.input_degree, options.input_degree),
+        slopes=description.slopes if options.output_slopes else (),
+    )
 
 
 def may_retry(description: FmuDescription) -> bool:
@@ -130,7 +197,7 @@ def with_locals(description: FmuDescription, wanted: tuple[str, ...]) -> FmuDesc
     Raises:
         ParameterError: a pattern matches nothing.
     """
-    offered = _recordable(description)
+    offered = recordable(description)
     chosen = _matching("locals", "no variable inside", offered, wanted)
     if not chosen:
         return description
@@ -179,7 +246,7 @@ def _shown(description: FmuDescription) -> tuple[str, ...]:
     )
 
 
-def _recordable(description: FmuDescription) -> dict[str, FmuVariable]:
-    """The variables that can be outputs and are none."""
+def recordable(description: FmuDescription) -> dict[str, FmuVariable]:
+    """The variables that can be outputs and are none, by name."""
     inner = description.of("local", "calculatedParameter", "independent")
     return {v.name: v for v in inner if v.is_signal}

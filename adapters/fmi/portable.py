@@ -25,7 +25,7 @@ class StateOwner(Protocol):
 
     @property
     def connectors(self) -> Mapping[str, Connector]:
-        """Of the component."""
+        """The signals that it exchanges, by name."""
 
     def save(self) -> FmuState:
         """Its state."""

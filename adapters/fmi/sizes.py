@@ -21,6 +21,8 @@ class Sizes:
     Attributes:
         start: the values before the first inputs arrive; those of `chosen` stay.
         chosen: names of the structural parameters that a scenario chooses.
+        settled: those of them that could follow an input, but are the length of a parameter, too;
+            connectors have numbers for these axes.
     """
 
     def __init__(self, description: FmuDescription, values: Mapping[str, Any]) -> None:
@@ -31,8 +33,10 @@ class Sizes:
             if v.is_signal and any(axis.structural for axis in v.axes)
         }
         self._users = _users(self._arrays.values())
-        settled = {axis.structural for v in description.of("parameter") for axis in v.axes}
-        following = {n for n in self._users if structural[n].variability == "tunable"} - settled
+        sizing = {axis.structural for v in description.of("parameter") for axis in v.axes}
+        tunable = {n for n, v in structural.items() if v.variability == "tunable"}
+        following = {n for n in self._users if n in tunable} - sizing
+        self.settled = frozenset(tunable & sizing)
         self.chosen = frozenset(structural) - following
         self._bounds = {name: structural[name] for name in following}
         self.start = {

@@ -16,6 +16,7 @@ import fmpy.fmi3
 from adapters.fmi.archive import opened
 from adapters.fmi.binary import HEAD, identify, needed
 from adapters.fmi.description import FmuDescription
+from adapters.fmi.kind import Kind
 from orchestrator.errors import ComponentTypeError
 
 _FMI2_PLATFORMS: Final = {
@@ -152,10 +153,15 @@ def _unpack(description: FmuDescription) -> Path:
 
 def _load(description: FmuDescription, folder: Path, name: str) -> Any:
     """Load the binary below `folder`; the FMPy object with the FMI functions."""
-    slave = fmpy.fmi2.FMU2Slave if description.version == 2 else fmpy.fmi3.FMU3Slave
+    second, third = (
+        (fmpy.fmi2.FMU2Model, fmpy.fmi3.FMU3Model)
+        if description.kind is Kind.MODEL_EXCHANGE
+        else (fmpy.fmi2.FMU2Slave, fmpy.fmi3.FMU3Slave)
+    )
+    bind = second if description.version == 2 else third
     here = Path.cwd()
     try:
-        return slave(
+        return bind(
             guid=description.token,
             modelIdentifier=description.identifier,
             unzipDirectory=str(folder),

@@ -27,6 +27,11 @@ from orchestrator.units import Unit
 _BASES: Final = 8
 """The base units of SSP; `BASE_UNITS` has further ones behind them."""
 
+_QUOTED: Final = 3
+"""Variables in a message."""
+
+_TEXT: Final = ("output", "String")
+
 _NEW: Final = ("local", "structuralParameter")
 """Kinds of connectors that SSP 1.0 does not have."""
 
@@ -83,7 +88,7 @@ def outline(
         connectors: by name, with constants as start values.
         constants: the inputs that have one.
         linked: the connectors that have a connection. Other inputs are left out, as FMPy's runner
-            takes all of them for connected.
+            takes all of them for connected; so are other outputs of text, which it cannot read.
         is_first_version: whether it is for SSP 1.0, which has no arrays and no 64-bit numbers.
         refuse: called with what cannot be said.
     """
@@ -114,6 +119,7 @@ class _Outlining:
         self._connectors = connectors
         self._is_first_version = is_first_version
         self._refuse = refuse
+        self._unsaid: dict[str, str] = {}
         self._units: dict[str, Unit] = {}
         self._enumerations: list[Tag] = []
 
@@ -124,6 +130,8 @@ class _Outlining:
         parameters = tuple(
             self._parameter(self._fmu.variables[name], value) for name, value in values.items()
         )
+        if self._unsaid:
+            self._refuse(_too_new(self._unsaid))
         said = {**self._said, "parameters": options}
         notes = {
             "step": format_duration(self._use.step),
@@ -140,11 +148,11 @@ class _Outlining:
 
     def _is_shown(self, variable: FmuVariable, linked: frozenset[str]) -> bool:
         """Whether a variable is a connector."""
-        if variable.causality == "input":
+        if variable.causality == "input" or (variable.causality, variable.type) == _TEXT:
             return variable.name in linked
         if self._is_first_version and variable.causality in _NEW:
             if variable.name in linked:
-                self._say(variable, f"is a connector of the kind {variable.causality}")
+                self._say(variable, f"a connector of the kind {variable.causality}")
             return False
         return True
 
@@ -197,16 +205,15 @@ class _Outlining:
             return "Real"
         if variable.type in {"Integer", "Int32", "Int16", "UInt16", "Int8", "UInt8"}:
             return "Integer"
-        self._say(variable, f"is a {variable.type}")
+        self._say(variable, f"of the type {variable.type}")
         return "Real"
 
     def _say(self, variable: FmuVariable, what: str) -> None:
-        name = f"`{self._use.name}.{variable.name}`"
-        self._refuse(f"{name} {what}, which SSP 1.0 cannot say; write SSP 2.0")
+        self._unsaid.setdefault(variable.name, what)
 
     def _dimensions(self, variable: FmuVariable) -> Iterator[Tag]:
         if variable.axes and self._is_first_version:
-            self._say(variable, "is an array")
+            self._say(variable, "an array")
             return
         for axis in variable.axes:
             if axis.structural is None:
@@ -250,3 +257,10 @@ class _Outlining:
         else:
             text = " ".join(str(int(each)) for each in elements)
         return tag(f"ssv:{kind}", value=text)
+
+
+def _too_new(unsaid: Mapping[str, str]) -> str:
+    """What SSP 1.0 cannot say: the first variables, and how many there are besides."""
+    first = ", ".join(f"`{name}` ({what})" for name, what in list(unsaid.items())[:_QUOTED])
+    rest = f" and {len(unsaid) - _QUOTED} more" if len(unsaid) > _QUOTED else ""
+    return f"SSP 1.0 cannot say {first}{rest}; write `--version 2.0`"

@@ -197,16 +197,13 @@ class _Reader:
             return None
         if kind in _SYSTEMS:
             return self._stands_for(node, file, fragment)
-        implementation = node.get("implementation")
-        if implementation not in {None, "any", "CoSimulation"}:
-            what = f"the component `{name}` wants {implementation}; Co-Simulation is supported"
-            findings.add(node.at("implementation"), what)
         key = "/".join((*self._package.inner, file))
         self._whole.fmus[key] = (self._package, file)
         return Component(
             name=name,
             description=node.text("description"),
             source=key,
+            implementation=node.get("implementation") or "any",
             ports=self._ports(node),
             bindings=self._bindings(node),
             said=notes(node, "ssd"),

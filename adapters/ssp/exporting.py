@@ -11,6 +11,7 @@ from typing import Final
 from adapters.fmi.component_type import FmuComponentType
 from adapters.ssp.common import TOP
 from adapters.ssp.components import Outline, outline
+from adapters.ssp.implementation import used
 from adapters.ssp.node import Findings
 from adapters.ssp.writing import (
     Tag,
@@ -175,7 +176,7 @@ class _Export:
                 name=name,
                 type="application/x-fmu-sharedlibrary",
                 source=self._names.of(outlines[name].fmu),
-                implementation="CoSimulation",
+                implementation=used(outlines[name].fmu, scenario.components[name].values),
             )
             for name in scenario.components
         )

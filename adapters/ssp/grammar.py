@@ -176,6 +176,7 @@ UNUSED: Final[Mapping[str, str]] = {
     "ssd:ConnectorGeometry": "graphics",
     "ssd:ConnectionGeometry": "graphics",
     "ssd:GraphicalElements": "graphics",
+    "ssd:Enumerations": "enumerations; those of the FMUs count",
     "ssc:MetaData": "metadata",
     "ssc:Signature": "signatures",
 }

@@ -13,8 +13,9 @@ from adapters.ssp.common import COMPONENT, TOP
 from adapters.ssp.description import Fmus, read_description
 from adapters.ssp.draft import ComponentDraft, Draft, Page, page
 from adapters.ssp.flows import Network, network
+from adapters.ssp.implementation import OPTION, NoSuchInterfaceError, chosen
 from adapters.ssp.interfaces import Interface, completed
-from adapters.ssp.model import Component, Description
+from adapters.ssp.model import SOURCES, Component, Description
 from adapters.ssp.naming import named
 from adapters.ssp.node import Findings
 from adapters.ssp.package import Package, opened_package
@@ -82,10 +83,10 @@ def import_package(
             where = Location(str(path), 1, 1)
             raise ScenarioError([Problem(where, f"an FMU in it is called `{file.name}`")])
         file.write_text(made.text, encoding="utf-8")
-        obstacles = tuple(_obstacles(file, made))
-        if folder.exists():
-            folder.rmdir()
-        shutil.move(staged, folder)
+        obstacles = tuple(_obstacles(file.resolve(), made))
+        folder.mkdir(exist_ok=True)
+        for each in staged.iterdir():
+            shutil.move(each, folder / each.name)
     left_out = (Problem(where, f"left out: {what}") for what, where in findings.unused.items())
     return Imported(
         path=folder / f"{path.stem}.yaml",
@@ -112,6 +113,15 @@ def _read(
     when = times(description, experiments, wanted, findings)
     names = named(net.components)
     connections = routed(net, interfaces, names, findings)
+    for element, component in net.components.items():
+        offered = interfaces[component.source]
+        try:
+            kind = chosen(component.implementation, offered.kinds, offered.options)
+        except NoSuchInterfaceError as error:
+            findings.add(component.where, f"component `{component.name}`: {error}")
+        else:
+            if kind is not None:
+                settings.found[element][OPTION] = Setting(kind, component.where)
     for element, variables in inner(net, interfaces).items():
         where = net.components[element].where
         settings.found[element]["fmi.locals"] = Setting(list(variables), where)
@@ -212,7 +222,12 @@ def _noted(
 
 
 def _mention_ends(net: Network, findings: Findings) -> None:
-    """Say which inputs of the system nobody drives."""
+    """Say what becomes of the outputs of the system, and which of its inputs nobody drives."""
+    for spot, port in net.ports.items():
+        if not spot.path and port.kind in SOURCES:
+            findings.leave_out(
+                port.where, "outputs of the system; recorded are those of components"
+            )
     for spot in dict.fromkeys(flow.source for flow in net.flows if not flow.is_driven):
         port = net.ports[spot]
         what = f"nothing drives `{'.'.join((*spot.path, spot.connector))}`: a start value stays"
@@ -232,14 +247,14 @@ def _head(path: Path, description: Description) -> tuple[str, ...]:
 
 def _obstacles(path: Path, made: Page) -> Iterator[Problem]:
     """What `nlosim check` finds, where the package says it."""
+    place = f"{path.parent.resolve()}/"
     try:
         assemble(load_scenario(path)).close()
     except ScenarioError as error:
         for problem in error.problems:
-            what = problem.what.replace(f"{path.parent}/", "")
-            yield Problem(_origin(made, problem.where), what)
+            yield Problem(_origin(made, problem.where), problem.what.replace(place, ""))
     except CosimError as error:
-        yield Problem(Location(path.name, 1, 1), str(error).replace(f"{path.parent}/", ""))
+        yield Problem(Location(path.name, 1, 1), str(error).replace(place, ""))
 
 
 def _origin(made: Page, where: Location) -> Location:

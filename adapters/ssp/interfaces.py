@@ -7,10 +7,12 @@ from typing import Final
 
 from adapters.fmi.connectors import parameters
 from adapters.fmi.description import FmuDescription, read_description
+from adapters.fmi.options import option_parameters
 from adapters.fmi.sizes import Sizes
 from adapters.fmi.starts import PREFIX, start_parameters
 from adapters.fmi.variable import FmuVariable
 from adapters.ssp.grammar import REALS, WHOLES
+from adapters.ssp.implementation import interfaces as kinds
 from adapters.ssp.model import Component, Element, Group, Port, UnitUse
 from adapters.ssp.node import Findings
 from orchestrator.errors import Location
@@ -38,10 +40,14 @@ class Interface:
     Attributes:
         description: of the FMU.
         parameters: by the names that scenarios use, start values included.
+        options: how it is run, likewise.
+        kinds: `CoSimulation`, `ModelExchange`, ...
     """
 
     description: FmuDescription
     parameters: Mapping[str, Parameter]
+    options: Mapping[str, Parameter]
+    kinds: frozenset[str]
 
     @classmethod
     def of(cls, path: Path) -> "Interface":
@@ -52,7 +58,12 @@ class Interface:
         """
         fmu = read_description(path)
         chosen = Sizes(fmu, {}).chosen
-        return cls(fmu, parameters(fmu, chosen) | start_parameters(fmu, chosen))
+        return cls(
+            fmu,
+            parameters(fmu, chosen) | start_parameters(fmu, chosen),
+            option_parameters(fmu),
+            kinds(path),
+        )
 
     def called(self, name: str) -> str | None:
         """The parameter of a scenario that sets a variable; `None` if none does."""

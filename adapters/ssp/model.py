@@ -177,12 +177,14 @@ class Component:
 
     Attributes:
         source: in the package.
+        implementation: the interface of the FMU that is used, or `any`.
         said: what nlosim has noted down about it: `step`, `process`, `options`.
     """
 
     name: str
     description: str
     source: str
+    implementation: str
     ports: Mapping[str, Port]
     bindings: tuple[Binding, ...]
     said: Mapping[str, str]

@@ -1,8 +1,8 @@
 """Which values the parameters and start values of components get from parameter bindings."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from adapters.ssp.amounts import Amount, AmountError, amount, set_as
 from adapters.ssp.flows import Flow, Network, Path, Spot
@@ -21,6 +21,9 @@ from adapters.ssp.model import (
 )
 from adapters.ssp.node import Findings
 from orchestrator.errors import Location
+
+_QUOTED: Final = 5
+"""Names in a remark."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,12 +46,14 @@ class _Given:
     Attributes:
         change: what its mapping does with it.
         converts: whether its unit is converted.
+        rival: another value of the same name, or `None`; it matters if this one sets something.
     """
 
     name: str
     value: Value
     change: Change
     converts: bool
+    rival: Value | None
 
 
 class Settings:
@@ -74,18 +79,24 @@ class Settings:
             for name, inner in element.elements.items():
                 self.apply((*path, name), inner)
         for binding in element.bindings:
+            idle: dict[str, list[_Given]] = {}
             for given in self._given(binding):
-                self._set(path, element, given)
+                why = self._set(path, element, given)
+                if why:
+                    idle.setdefault(why, []).append(given)
+            for why, which in idle.items():
+                self._findings.remark(which[0].value.where, f"{_quoted(which)}: {why}")
 
     def _given(self, binding: Binding) -> Iterator[_Given]:
         values: dict[str, Value] = {}
+        rivals: dict[str, Value] = {}
         for value in binding.values:
-            if value.name in values:
-                self._findings.add(value.where, f"`{value.name}` has a value already")
-            values[value.name] = value
+            earlier = values.setdefault(value.name, value)
+            if _meaning(earlier) != _meaning(value):
+                rivals.setdefault(value.name, value)
         if binding.mapping is None:
-            for value in values.values():
-                yield _Given(value.name, value, AS_IT_IS, converts=True)
+            for name, value in values.items():
+                yield _Given(name, value, AS_IT_IS, converts=True, rival=rivals.get(name))
             return
         for entry in binding.mapping:
             mapped = values.get(entry.source)
@@ -95,16 +106,19 @@ class Settings:
                 what = f"maps `{entry.source}`, which the parameter set does not have"
                 self._findings.remark(entry.where, what)
             else:
-                yield _Given(entry.target, mapped, entry.change, converts=entry.converts)
+                rival = rivals.get(entry.source)
+                yield _Given(entry.target, mapped, entry.change, entry.converts, rival)
 
-    def _set(self, path: Path, element: Component | Group, given: _Given) -> None:
-        """Set everything of the name that is given."""
+    def _set(self, path: Path, element: Component | Group, given: _Given) -> str:
+        """Set everything of the name that is given; why nothing was set, if so."""
         spots = list(self._named(path, element, given.name))
         done = [self._set_at(spot, given) for spot in spots]
         if not any(done):
-            what = f"`{given.name}` sets nothing: "
-            why = "nothing takes this value" if spots else "there is nothing of this name"
-            self._findings.remark(given.value.where, what + why)
+            return "nothing takes this value" if spots else "there is nothing of this name"
+        if given.rival is not None:
+            what = f"`{given.name}` has another value in line {given.value.where.line}"
+            self._findings.add(given.rival.where, what)
+        return ""
 
     def _named(self, path: Path, element: Element, name: str) -> Iterator[Spot]:
         """Everything that has a name, which may have dots, within an element."""
@@ -174,3 +188,19 @@ class Settings:
             return port.unit
         source = self._network.components[spot.path].source
         return self._interfaces[source].unit(spot.connector)
+
+
+def _meaning(value: Value) -> tuple[str, tuple[str, ...], str]:
+    """What tells values of the same name apart."""
+    return value.type, value.texts, "" if value.unit is None else value.unit.name
+
+
+def _quoted(which: Sequence[_Given]) -> str:
+    """The first names, and how many there are besides."""
+    names = ", ".join(f"`{each.name}`" for each in which[:_QUOTED])
+    rest = len(which) - _QUOTED
+    return (
+        f"{names} {'sets' if len(which) == 1 else 'set'} nothing"
+        if rest <= 0
+        else (f"{names} and {rest} more set nothing")
+    )

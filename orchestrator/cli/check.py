@@ -13,6 +13,7 @@ from orchestrator.scenario.inputs import check_inputs
 from orchestrator.scenario.installed import scenario_path
 from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import Scenario
+from orchestrator.scenario.outputs import belonging_here
 from orchestrator.scenario.processes import crowding
 from orchestrator.scenario.wiring import Assembly, assemble
 
@@ -30,19 +31,32 @@ def execute(arguments: Namespace) -> Outcome:
         )
     assembly.close()
     components, connections = len(scenario.components), len(assembly.system.connections)
-    together = {n: u for n, u in scenario.components.items() if u.process is not Isolation.ALWAYS}
-    crowded = once(scenario.document, crowding(scenario.document, together))
-    found = (*scenario.remarks, *file_remarks, *assembly.remarks, *crowded)
+    document, uses = scenario.document, scenario.components
+    together = {n: u for n, u in uses.items() if u.process is not Isolation.ALWAYS}
+    placed = once(document, [*crowding(document, together), *belonging_here(document, together)])
+    found = (*scenario.remarks, *file_remarks, *assembly.remarks, *placed)
     remarks = [problem_data(remark) for remark in found]
     lines = [
         *(f"{remark} (a remark)" for remark in found),
         f"{arguments.scenario}: ok, {components} components, {connections} connections",
+        *_manners(scenario),
         *_marked(scenario),
     ]
     return Outcome(
         text="\n".join(lines),
         data={"problems": [], **({"remarks": remarks} if remarks else {})},
     )
+
+
+def _manners(scenario: Scenario) -> list[str]:
+    """How components work that have something to say about it."""
+    document = scenario.document
+    found = {name: use.type.manner(use.values) for name, use in scenario.components.items()}
+    return [
+        f"{document.key(('components', name))}: `{name}`: {manner}"
+        for name, manner in found.items()
+        if manner
+    ]
 
 
 _MEANING: Final = {

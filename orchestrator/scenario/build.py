@@ -339,7 +339,7 @@ class _Build:
 
     def _check_steps(self, components: Mapping[str, ComponentUse]) -> None:
         for name, use in components.items():
-            what = use.type.step_problem(use.step)
+            what = use.type.step_problem(use.step, use.values)
             if what is not None:
                 self._add(("components", name, "step"), f"{format_duration(use.step)} {what}")
 

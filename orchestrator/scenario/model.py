@@ -75,8 +75,10 @@ class ComponentUse:
         return {**defaults, **self.values}
 
     def origin(self) -> str:
-        """The type's name, or the FMU's path."""
-        return self.type_name if self.type_name is not None else str(self.fmu)
+        """The type's name, or the FMU's path; and how it works, where that is worth a word."""
+        name = self.type_name if self.type_name is not None else str(self.fmu)
+        manner = self.type.manner(self.values)
+        return f"{name} ({manner})" if manner else name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -180,10 +182,11 @@ class Scenario:
             every_run: whether a scenario that does not speak of measures asks the default ones.
         """
         said = self.measures or {}
+        has_report = self.report is not None
         return Questions(
             report=None if self.report is None else self.report.made,
             measures={name: use.made for name, use in said.items()},
-            optional=defaults() if every_run and self.measures is None else {},
+            optional=defaults(has_report=has_report) if every_run and self.measures is None else {},
             tables=self.tables,
         )
 

@@ -32,7 +32,17 @@ from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
 from orchestrator.timebase import Duration, Time
-from tests.orchestrator.deciding import GOAL, Chooser, run as run_chooser
+from tests.orchestrator.deciding import (
+    GOAL,
+    HORIZON,
+    PERIOD,
+    PUSHES,
+    Chooser,
+    H,
+    Planned,
+    Point,
+    run as run_chooser,
+)
 
 ALGORITHMS = [Jacobi(), GaussSeidel(("a", "b")), GaussSeidel(("b", "a"))]
 STEPS = st.sampled_from([1, 2, 3, 4, 5, 6, 10, 12, 15, 20, 30, 60])
@@ -160,7 +170,8 @@ def test_it_is_the_run_until_an_output_of_the_same_moment(
     result, trace = run(algorithm, steps, asking)
     assert trace.seen == before.seen
     assert (result.time, result.status) == (expected.time, "done")
-    assert (result.early_end is None) == (result.time == 60)
+    for each in (result, expected):
+        assert (each.early_end is None) == (each.time == 60)
     if result.early_end is not None and expected.early_end is not None:
         seconds = f"{result.time / 1e9:.9g} s"
         assert result.early_end.text == f"`a` asks for the end (enough) at t = {seconds}"
@@ -243,6 +254,51 @@ def test_branches_end_where_it_asks_as_with_until(seed: int) -> None:
     assert one.choices == other.choices
     assert asked.time == until.time < 60 * 10**8
     assert asked.early_end is not None
+
+
+class StoppingPoint(Point, EndRequesting):
+    """Stops half a step before it would be further than 2.5 from zero."""
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        super().setup(start, rng)
+        self._now = start
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        super().step(inputs, t, h)
+        self._now = t + h
+
+    @property
+    @override
+    def end_request(self) -> EndRequest | None:
+        if abs(float(self._x)) <= 2.5:
+            return None
+        return EndRequest(time=self._now - H // 2, why="too far")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot copy a process")
+@pytest.mark.parametrize("seed", range(3))
+def test_branches_end_where_a_step_is_not_made(seed: int) -> None:
+    """The score of each alternative is that of a run of its own that ends there."""
+    algorithm, chooser = GaussSeidel(("point", "pusher")), Chooser(prunes=False)
+    ended = 0
+
+    def outcome(plan: list[int], steps: int) -> int:
+        nonlocal ended
+        point = StoppingPoint()
+        found, _ = run_chooser(Planned(plan), algorithm, steps=steps, seed=seed, point=point)
+        ended += found.time < steps * H
+        return int(np.asarray(found.values["pusher"]["hits"]))
+
+    result, _ = run_chooser(chooser, algorithm, steps=40, seed=seed, point=StoppingPoint())
+    chosen: list[int] = []
+    while len(chosen) < len(chooser.choices):
+        end = min(len(chosen) * PERIOD + 1 + HORIZON, 40)
+        chosen.append(int(np.argmax([outcome([*chosen, k], end) for k in range(len(PUSHES))])))
+    assert chooser.choices == chosen
+    assert ended
+    assert result.status == "done"
 
 
 SCENARIO = """\

@@ -33,9 +33,25 @@ def describe(path: Path) -> dict[str, Any]:
         "model": root.get("modelName"),
         "description": root.get("description", ""),
         "interfaces": [kind for kind in kinds if root.find(kind) is not None],
+        **_equation(root),
         "platforms": sorted({n.split("/")[1] for n in names if n.startswith("binaries/")} - {""}),
         "has_sources": any(name.startswith("sources/") for name in names),
         "variables": [_variable(element, root) for element in root.iterfind("ModelVariables/*")],
+    }
+
+
+def _equation(root: ET.Element) -> dict[str, dict[str, int]]:
+    """How much there is to integrate, of an FMU for Model Exchange."""
+    if root.find("ModelExchange") is None:
+        return {}
+    structure = "ModelStructure"
+    rates = (f"{structure}/Derivatives/Unknown", f"{structure}/ContinuousStateDerivative")
+    listed = len(root.findall(f"{structure}/EventIndicator"))
+    return {
+        "model_exchange": {
+            "states": sum(len(root.findall(path)) for path in rates),
+            "event_indicators": int(root.get("numberOfEventIndicators") or listed),
+        }
     }
 
 
@@ -72,10 +88,23 @@ def _length(axis: ET.Element, root: ET.Element) -> str | None:
     return None if found is None else found.get("name")
 
 
+def _equation_lines(found: dict[str, Any]) -> list[str]:
+    counts = found.get("model_exchange")
+    if counts is None:
+        return []
+    said = ", ".join(f"{name.replace('_', ' ')}: {count}" for name, count in counts.items())
+    is_second = "CoSimulation" in found["interfaces"]
+    choice = (
+        "; CoSimulation is used unless `fmi.kind` or `--kind` says otherwise" if is_second else ""
+    )
+    return [f"to be integrated: {said}{choice}"]
+
+
 def _as_text(found: dict[str, Any]) -> str:
     lines = [
         f"{found['model']}: {found['description']}",
         f"FMI {found['fmi_version']}, {', '.join(found['interfaces'])}",
+        *_equation_lines(found),
         f"platforms: {', '.join(found['platforms']) or 'none'}"
         + (" (sources included)" if found["has_sources"] else ""),
         "",

@@ -113,7 +113,7 @@ class Peer:
 
     def _elements(self, name: str, value: Signal) -> list[Any]:
         if isinstance(value, bytes):
-            return [value]
+            return [value.decode() if self._kind(name) == "String" else value]
         found: list[Any] = np.asarray(value, _DTYPES[self._kind(name)]).ravel().tolist()
         return found
 
@@ -122,6 +122,9 @@ class Peer:
         function = getattr(self.fmu, f"get{kind}")
         if kind == "Binary":
             return bytes(function([self._reference(name)])[0] or b"")
+        if kind == "String":
+            text = function([self._reference(name)])[0]
+            return text if isinstance(text, bytes) else str(text).encode()
         count = () if self.is_fmi2 else (int(np.prod(shape, dtype=int)),)
         found = function([self._reference(name)], *count)
         return np.array(found, _DTYPES[kind]).reshape(shape)

@@ -116,6 +116,10 @@ def pair(path: Path, folder: Path, **parameters: Any) -> Iterator[Pair]:
 def value_of(draw: Draw, component: Component, name: str, lengths: Mapping[str, int]) -> Signal:
     """Any value that an input may have, in the sizes of this point."""
     connector = component.connectors[name]
+    if connector.is_text:
+        letters = st.characters(codec="utf-8", exclude_characters="\0")
+        text: str = draw(st.text(letters, max_size=15))
+        return text.encode()
     if connector.is_binary:
         return bytes(draw(st.binary(max_size=20)))
     shape = tuple(n if isinstance(n, int) else lengths[n] for n in connector.shape)
@@ -150,6 +154,7 @@ ACTIONS = st.sampled_from(["step", "step", "step", "save", "restore"])
         ("lag", {"n_channel": 3, "time_constant": 0.7, "initial": -1.0, "seed": 4}),
         ("table", {"n_sample": 3, "sample.gain": (1.0, -2.0, 0.5)}),
         ("lag2", {"time_constant": 0.3}),
+        ("product2", {}),
     ],
 )
 def test_a_life(
@@ -160,8 +165,9 @@ def test_a_life(
     data: st.DataObject,
 ) -> None:
     """Random inputs and sizes, states stored and returned to, in any order."""
-    built = request.getfixturevalue("lag2" if unit == "lag2" else "fmu")
-    path = built if unit == "lag2" else built(unit)
+    is_ours = unit not in {"lag2", "product2"}
+    built = request.getfixturevalue("fmu" if is_ours else unit)
+    path = built(unit) if is_ours else built
     with pair(path, tmp_path_factory.mktemp("peer"), **parameters) as both:
         axes = {
             axis

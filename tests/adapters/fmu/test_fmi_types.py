@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 from adapters.fmi import FmuComponentType
+from adapters.fmi.description import read_description
+from adapters.fmi.kind import Kind
 from adapters.fmi.unpacked import host_folder
 from orchestrator.errors import ComponentTypeError
 from orchestrator.randomness import stream
@@ -59,9 +61,12 @@ def test_fmi_1(tmp_path: Path) -> None:
     assert "FMI 1.0 is not supported, 2.0 and 3.0 are" in refusal(path)
 
 
-def test_model_exchange_only(tmp_path: Path) -> None:
+def test_an_interface_that_is_not_there(tmp_path: Path) -> None:
     path = archive(tmp_path / "a.fmu", modelDescription__xml=MODEL_EXCHANGE)
-    assert "offers Model Exchange only; export it for Co-Simulation" in refusal(path)
+    assert read_description(path).kind is Kind.MODEL_EXCHANGE
+    what = "offers Model Exchange only; export it for Co-Simulation to run it here"
+    with pytest.raises(ComponentTypeError, match=what):
+        read_description(path, Kind.CO_SIMULATION)
 
 
 def test_an_invalid_description(tmp_path: Path) -> None:

@@ -1,10 +1,17 @@
 """What an FMI 3.0 FMU shows within a step is logged, if somebody asks for it."""
 
+import ctypes
 from pathlib import Path
 
 import pytest
 
 from adapters.fmi import FmuComponentType
+from adapters.fmi.block import Block
+from adapters.fmi.description import read_description
+from adapters.fmi.errors import FmuError
+from adapters.fmi.intermediate import IntermediateUpdates
+from adapters.fmi.messages import MessageLog
+from adapters.fmi.variable import DTYPES
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.errors import ParameterError
 from orchestrator.simulation import simulate
@@ -54,3 +61,24 @@ def test_only_what_is_shown_can_be_asked_for(shows3: Path, ends3: Path) -> None:
     message = "nothing that is shown within steps matches `z`; there are: y"
     with pytest.raises(ParameterError, match=message):
         FmuComponentType(shows3).create("unit", {"fmi.intermediate": ("z",)})
+
+
+def test_what_cannot_be_got_is_said_in_its_place(
+    shows3: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Nothing may be raised into an FMU."""
+    caplog.set_level("INFO", "nlosim.fmu.unit")
+    y = read_description(shows3).variables["y"]
+
+    def refuse(block: Block, elements: object) -> None:
+        del block, elements
+        raise FmuError("fmi3GetFloat64 returned Error")
+
+    updates = IntermediateUpdates([y], DTYPES, MessageLog("unit"), refuse)
+    updates.resize({})
+    is_early, early = ctypes.c_bool(True), ctypes.c_double()
+    flags = (False, True, True, True)
+    updates.callback(None, 0.5, *flags, ctypes.byref(is_early), ctypes.byref(early))
+    assert (is_early.value, early.value) == (False, 0.5)
+    (record,) = caplog.records
+    assert record.getMessage() == "within a step, at 0.5 s: fmi3GetFloat64 returned Error"

@@ -125,6 +125,30 @@ def _content(column: str, wanted: Signal, text: str) -> Signal:
     return bytes.fromhex(text) if column.startswith("Binary") else wanted
 
 
+def test_the_clocks_tick_as_their_description_says() -> None:
+    """There is no reference result, but a table of ticks in modelDescription.xml.
+
+    It has ten ticks of `inClock1`, each second from 0 s, `inClock2` at 0, 1, 8 and 9 s, which we
+    trigger, `inClock3` at 4 s, which `inClock1` triggers, and `outClock` with each fifth of them
+    all. Ticks at the end of a step are in it, triggered ones are at its beginning.
+    """
+    component = FmuComponentType(Path(FOLDER or "") / "3.0" / "Clocks.fmu").create("unit", {})
+    component.setup(0, np.random.default_rng(1))
+    rest = {"input2": np.array(0, np.int32), "inClock2": np.array(False)}
+    component.initialise(rest)
+    names = ("inClock1Ticks", "inClock2Ticks", "inClock3Ticks", "totalInClockTicks", "outClock")
+    rows = [[int(np.asarray(component.outputs()[n])) for n in names]]
+    second = 1_000_000_000
+    for k in range(9):
+        component.step({**rest, "inClock2": np.array(k in {0, 1, 8})}, k * second, second)
+        rows.append([int(np.asarray(component.outputs()[n])) for n in names])
+    component.close()
+    for t, (first, triggered, third, total, out) in enumerate(rows):
+        assert [first, triggered, third] == [t + 1, sum(k < t for k in (0, 1, 8)), t >= 4]
+        assert total == first + triggered + third
+        assert out == (t > 0 and total // 5 > rows[t - 1][3] // 5)
+
+
 class Table(Component):
     """Rows of a reference input; each holds from its time on."""
 

@@ -35,6 +35,8 @@ def outcome(weights: FmuComponentType, u: Array | None, **values: object) -> Arr
 def test_sizes_and_the_matrix_are_parameters(weights: FmuComponentType) -> None:
     assert {"n_in", "n_out", "w", "start.u"} <= set(weights.parameters)
     assert weights.parameters["n_in"].default == 2
+    connectors = weights.create("unit", {"n_out": 4, "w": (1.0,)}).connectors
+    assert {n: c.shape for n, c in connectors.items()} == {"u": (2,), "y": (4,)}
     w = np.arange(8.0).reshape(4, 2)
     found = outcome(weights, np.array([10.0, 1.0]), n_out=4, w=tuple(w.ravel()))
     assert np.array_equal(found, w @ [10, 1])

@@ -24,7 +24,7 @@ SCENARIO = """\
 schema: 1
 title: "Two lags: a & b"
 description: Of order one
-time: {{start: 0.5 s, stop: 2 s}}
+time: {{start: 0.5 s, stop: 2 s, until: b.flag_out}}
 seed: 7
 coupling: {{algorithm: gauss-seidel, order: [b, a]}}
 components:
@@ -107,7 +107,7 @@ def test_a_scenario_as_a_package_and_back_gives_the_same_bytes(
     for key in ("title", "description", "seed", "coupling", "recording"):
         said = {"include": ["*"], **first[key]} if key == "recording" else first[key]
         assert second[key] == said
-    assert second["time"] == {"start": "500 ms", "stop": "2 s"}
+    assert second["time"] == {"start": "500 ms", "stop": "2 s", "until": "b.flag_out"}
     assert list(second["components"]) == ["b", "a"]
     for key, value in (
         ("process", "on-request"),
@@ -124,7 +124,9 @@ def test_arrays_go_with_ssp_2(fmu: Callable[[str], Path], tmp_path: Path) -> Non
     assert fingerprint(back, tmp_path / "1") == fingerprint(path, tmp_path / "2")
     outcome = ssp("export", path, "-o", tmp_path / "old.ssp", "--version", "1.0")
     assert outcome.exit_code is Exit.WRONG_INPUT
-    assert f"{path}:5:3: `table.sample.gain` is an array, which SSP 1.0 cannot say" in outcome.text
+    said = f"{path}:5:3: SSP 1.0 cannot say `corner` (an array), `colour` (of the type Int64), "
+    assert said in outcome.text
+    assert outcome.text.endswith("`sample.gain` (an array) and 2 more; write `--version 2.0`")
     assert not (tmp_path / "old.ssp").exists()
 
 
@@ -140,6 +142,7 @@ def test_a_package_is_what_the_schemas_of_ssp_1_allow(lag2: Path, tmp_path: Path
     ssd = read_ssd(path)  # against the schema
     assert [each.name for each in ssd.system.elements] == ["b", "a"]
     root = etree.fromstring(zipfile.ZipFile(path).read("SystemStructure.ssd"))
+    assert set(root.nsmap) == {"ssc", "ssd", "ssv", "nlosim"}
     folder = Path(fmpy.ssp.__file__).parent / "schema"
     schema = etree.XMLSchema(file=str(folder / "SystemStructureParameterValues.xsd"))
     sets = list(root.iter("{*}ParameterSet"))
@@ -166,6 +169,19 @@ def test_a_package_is_what_the_schemas_of_ssp_2_allow(
 def test_the_same_scenario_gives_the_same_package(lag2: Path, tmp_path: Path) -> None:
     first = exported(tmp_path, lag2, SCENARIO.format(way="")).read_bytes()
     assert exported(tmp_path, lag2, SCENARIO.format(way="")).read_bytes() == first
+
+
+def test_a_step_that_all_share_is_there_for_omsimulator(lag2: Path, tmp_path: Path) -> None:
+    """Where version 2 looks for it, and where version 3 does."""
+    path = exported(tmp_path, lag2, PAIR)
+    root = etree.fromstring(zipfile.ZipFile(path).read("SystemStructure.ssd"))
+    assert root.nsmap["oms"].endswith("oms.xsd")
+    (master,) = root.iter("{*}FixedStepMaster")
+    assert master.get("stepSize") == "0.02"
+    information = master.getparent()
+    assert dict(information.attrib) == {
+        "name": "oms_ma_default", "method": "oms_ma", "fixedStepSize": "0.02"
+    }  # fmt: skip
 
 
 def test_what_only_nlosim_reads_is_told_at_its_place(lag2: Path, tmp_path: Path) -> None:
@@ -226,12 +242,28 @@ connections:
 """
 
 
+def without_texts(path: Path, target: Path) -> Path:
+    """The package without connectors of the type String, which FMPy's runner does not know."""
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(target, "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            if name == "SystemStructure.ssd":
+                root = etree.fromstring(content)
+                for text in root.findall(".//{*}Connector/{*}String"):
+                    connector = text.getparent()
+                    connector.getparent().remove(connector)
+                content = etree.tostring(root)
+            new.writestr(name, content)
+    return target
+
+
 def test_the_runner_of_fmpy_says_the_same(lag2: Path, tmp_path: Path) -> None:
     """Both delay a connection by a step. FMPy's sets inputs to 0 in the first one, whatever drives
     them, so that `b` begins lower by 1 - exp(-h / T); from then on the difference decays as `b`
     does. Its rows carry the time at which their step began."""
     path = exported(tmp_path, lag2, PAIR)
-    theirs = simulate_ssp(str(path), stop_time=2.0 - 1e-9, step_size=0.02)
+    numbers = without_texts(path, tmp_path / "numbers.ssp")
+    theirs = simulate_ssp(str(numbers), stop_time=2.0 - 1e-9, step_size=0.02)
     outcome = ssp("import", path, "-o", tmp_path / "back")
     back = str(outcome.data["scenario"])
     assert main(["run", back, "--out", str(tmp_path / "run"), "--quiet"]) == 0
@@ -250,7 +282,7 @@ def test_a_variable_inside_that_drives_others_goes_with_ssp_2(lag2: Path, tmp_pa
     text = text.replace("from: a.x, to: b.u", "from: a.stop, to: b.u, convert: false")
     path = written(tmp_path, lag2, text)
     outcome = ssp("export", path, "-o", tmp_path / "old.ssp")
-    assert f"{path}:6:3: `a.stop` is a connector of the kind local, which SSP 1.0" in outcome.text
+    assert f"{path}:6:3: SSP 1.0 cannot say `stop` (a connector of the kind local);" in outcome.text
     back = round_trip(path, tmp_path, "2.0")
     assert fingerprint(back, tmp_path / "1") == fingerprint(path, tmp_path / "2")
     said = Document.read(back).data["components"]["a"]["parameters"]["fmi.locals"]

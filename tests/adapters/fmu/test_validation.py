@@ -85,12 +85,12 @@ LAG2 = {
         'start="2" unit="s"',
     ),
     "bounds the wrong way round": (
-        ('<Integer start="3" min="0" max="10"/>', '<Integer start="3" min="11" max="10"/>'),
+        ('<Integer start="3" min="0" max="16"/>', '<Integer start="3" min="17" max="16"/>'),
         (
-            "`fail_as`: min 11 is greater than max 10",
-            "`fail_as`: the start value 3 is below min 11",
+            "`fail_as`: min 17 is greater than max 16",
+            "`fail_as`: the start value 3 is below min 17",
         ),
-        'min="11"',
+        'min="17"',
     ),
     "a unit that is not defined": (
         ('<Real start="0" unit="V"/>', '<Real start="0" unit="W"/>'),
@@ -208,7 +208,7 @@ ENDS3 = {
         "`three` has 2 start values for 3 elements",
     ),
     "a whole number that does not fit": (
-        ('start="0" min="0" max="5"', 'start="3000000000"'),
+        ('start="0" min="0" max="9"', 'start="3000000000"'),
         "`kind`: the start value 3000000000 does not fit Int32",
     ),
     "an experiment that ends before": (
@@ -241,9 +241,13 @@ def test_a_binary_that_exports_less_is_named(ends3: Path, tmp_path: Path) -> Non
         target.writestr(
             name, binary.replace(b"fmi3GetAdjointDerivative", b"fmi3GotAdjointDerivative")
         )
-    (finding,) = validate(path)
+        target.writestr("binaries/aarch64-other/ends3.so", binary[:100])
+        target.writestr("binaries/aarch64-other/ends3.pdb", b"debugging")
+    cut, finding = validate(path)
     assert finding.file == f"ends3.fmu/{name}"
     assert finding.what == "does not export `fmi3GetAdjointDerivative`"
+    assert cut.file == "ends3.fmu/binaries/aarch64-other/ends3.so"
+    assert cut.what.startswith("cannot be told what it exports: its table of exported functions is")
 
 
 def test_as_many_functions_are_asked_for_as_the_headers_of_the_standard_have() -> None:

@@ -28,6 +28,7 @@ def test_import_says_what_to_do_next(
     assert lines[:2] == ["test/test.yaml: 2 components, 1 connections", "it cannot run as it is:"]
     assert outcome.data["scenario"] == "test/test.yaml"
     assert [each["line"] for each in outcome.data["obstacles"]] == [3, 4]
+    assert "components.a.fmu: resources/plant.fmu: cannot run" in outcome.text
     text = Path("test/test.yaml").read_text()
     assert "step: 20 ms  # as asked for" in text
     assert "time: {start: 0 s, stop: 5 s}  # as asked for" in text
@@ -36,6 +37,14 @@ def test_import_says_what_to_do_next(
     outcome = ssp("import", path.name)
     assert outcome.exit_code is Exit.WRONG_INPUT
     assert "choose another folder with `-o`" in outcome.text
+
+
+def test_an_empty_folder_is_filled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = package(tmp_path, description(pair()))
+    (tmp_path / "empty").mkdir()
+    monkeypatch.chdir(tmp_path / "empty")
+    assert ssp("import", path, "-o", ".").exit_code is Exit.NOT_PASSED
+    assert sorted(each.name for each in Path().iterdir()) == ["resources", "test.yaml"]
 
 
 def test_problems_are_printed_for_programs(

@@ -100,6 +100,18 @@ def test_a_unit_that_only_the_package_knows_is_converted_by_a_gain(tmp_path: Pat
     assert found["gain"] == pytest.approx(3.6, rel=1e-15)
 
 
+def test_text_is_connected(tmp_path: Path) -> None:
+    files = {"t.fmu": fmu(said="output String", heard="input String")}
+    content = system(
+        "top",
+        component("a", "said:output:String", source="t.fmu"),
+        component("b", "heard:input:String", source="t.fmu"),
+        links=link("a.said", "b.heard"),
+    )
+    found = scenario(imported(tmp_path, description(content), files))
+    assert found["connections"] == [{"from": "a.said", "to": "b.heard"}]
+
+
 def nested(inner: str = "", outer: str = "", port: str = "speed:input") -> str:
     box = system(
         "box", component("b", "u"), ports=connectors(port), links=link(".speed", "b.u", inner)
@@ -223,7 +235,7 @@ def test_a_table_that_changes_nothing_is_no_obstacle(tmp_path: Path) -> None:
         ),
         (
             system("top", component("a").replace(" so", ' implementation="ModelExchange" so')),
-            "the component `a` wants ModelExchange",
+            "component `a`: the FMU has no ModelExchange; it has CoSimulation",
         ),
         (
             system("top", component("a", "y").replace("Connector ", 'Connector tpye="x" ')),
@@ -296,6 +308,19 @@ def test_what_is_drawn_is_left_out_and_told_once(tmp_path: Path) -> None:
     assert [str(each) for each in found.remarks] == [
         "test.ssp/SystemStructure.ssd:3:54: left out: graphics",
         "test.ssp/SystemStructure.ssd:4:121: left out: annotations of `com.example`",
+    ]
+
+
+def test_outputs_of_the_system_and_inputs_that_nobody_drives_are_told(tmp_path: Path) -> None:
+    content = system(
+        "top",
+        component("a", "y", "u"),
+        ports=connectors("out:output", "in:input"),
+        links=link("a.y", ".out") + link(".in", "a.u"),
+    )
+    assert [each.what for each in imported(tmp_path, description(content)).remarks] == [
+        "left out: outputs of the system; recorded are those of components",
+        "nothing drives `in`: a start value stays",
     ]
 
 

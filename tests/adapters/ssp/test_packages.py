@@ -124,7 +124,17 @@ def test_a_package_within_a_package_is_held_to_the_same(tmp_path: Path) -> None:
     ("content", "problem"),
     [
         ("<ssd:System", ":1:1: is no XML: unclosed token"),
+        ('<?xml version="1.0" encoding="x.y"?><a/>', ":1:1: is no XML: unknown encoding: x.y"),
+        ('<?xml version="1.0" encoding="shift_jis"?><a/>', ":1:1: is no XML: multi-byte encodings"),
         ("<a/>", ":1:1: expected `ssd:SystemStructureDescription` of SSP 1.0 or 2.0, got `a`"),
+        (
+            "<ssd:SystemStructureDescription/>",
+            "got `ssd:SystemStructureDescription`, whose prefix does not stand for http://ssp-st",
+        ),
+        (
+            description(system("t", component("a"))).replace("SSP1/SystemS", "SSP9/SystemS"),
+            "got `ssd:SystemStructureDescription`, whose prefix does not stand for http://ssp-st",
+        ),
         (
             description(system("t", component("a")), version="3.0"),
             "SSP `3.0` is not supported, 1.0 and 2.0 are",
@@ -213,3 +223,18 @@ def test_entities_that_multiply_are_refused(tmp_path: Path) -> None:
     content = description(system("&e9;", component("a")))
     (found,) = problems(tmp_path, f"<!DOCTYPE d [{entities}]>{content}")
     assert "is no XML: limit on input amplification factor" in found
+
+
+def test_an_fmu_called_as_the_scenario_will_be_is_refused(tmp_path: Path) -> None:
+    content = description(system("t", component("a", source="test.yaml")))
+    (found,) = problems(tmp_path, content, {"test.yaml": PLANT})
+    assert found.endswith("an FMU in it is called `test.yaml`")
+
+
+def test_a_description_that_is_too_large_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("adapters.ssp.package._LARGEST", 100)
+    (found,) = problems(tmp_path, description(system("t", component("a"))))
+    assert found.startswith("test.ssp/SystemStructure.ssd:1:1: has ")
+    assert found.endswith(" bytes, more than 100")

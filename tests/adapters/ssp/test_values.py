@@ -201,7 +201,11 @@ def test_what_a_value_cannot_be_is_told_where_it_is(
         ('<ssd:ParameterBinding source="q.ssv" sourceBase="component"/>', "`sourceBase`: files"),
         ('<ssd:ParameterBinding type="text/csv" source="q.csv"/>', "`text/csv` is not supported"),
         ("<ssd:ParameterBinding/>", "neither `source` nor `ssv:ParameterSet`"),
-        (values("k:Real:1", "k:Real:2"), "`k` has a value already"),
+        (values("k:Real:1", "k:Real:2"), "`k` has another value in line 4"),
+        (
+            values("x:Real:1", "x:Real:1:K", mapping=ENTRY.format("x", "k", "", "")),
+            "`k` has another value in line 4",
+        ),
         (
             values("x:Boolean:1", mapping=ENTRY.format("x", "on", "", LINEAR)),
             "a linear transformation takes a number, not a Boolean",
@@ -217,6 +221,19 @@ def test_bindings_that_cannot_be_read_are_refused(
 ) -> None:
     content = system("top", component("a", inside=bound(binding)))
     assert any(problem in each for each in problems(tmp_path, description(content)))
+
+
+def test_names_with_several_values_do_no_harm_where_they_set_nothing_or_are_equal(
+    tmp_path: Path,
+) -> None:
+    many = [f"q{n % 6}:Real:{n}" for n in range(12)]
+    content = system(
+        "top", component("a", inside=bound(values("warm:Real:1:K", *many, "warm:Real:1:K")))
+    )
+    found = imported(tmp_path, description(content))
+    assert [each.what for each in found.remarks] == [
+        "`q0`, `q1`, `q2`, `q3`, `q4` and 1 more set nothing: there is nothing of this name"
+    ]
 
 
 def test_a_parameter_that_cannot_be_set_is_a_problem(tmp_path: Path) -> None:
