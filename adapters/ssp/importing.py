@@ -83,7 +83,7 @@ def import_package(
             where = Location(str(path), 1, 1)
             raise ScenarioError([Problem(where, f"an FMU in it is called `{file.name}`")])
         file.write_text(made.text, encoding="utf-8")
-        obstacles = tuple(_obstacles(file, made))
+        obstacles = tuple(_obstacles(file.resolve(), made))
         folder.mkdir(exist_ok=True)
         for each in staged.iterdir():
             shutil.move(each, folder / each.name)
@@ -247,14 +247,14 @@ def _head(path: Path, description: Description) -> tuple[str, ...]:
 
 def _obstacles(path: Path, made: Page) -> Iterator[Problem]:
     """What `nlosim check` finds, where the package says it."""
+    place = f"{path.parent.resolve()}/"
     try:
         assemble(load_scenario(path)).close()
     except ScenarioError as error:
         for problem in error.problems:
-            what = problem.what.replace(f"{path.parent}/", "")
-            yield Problem(_origin(made, problem.where), what)
+            yield Problem(_origin(made, problem.where), problem.what.replace(place, ""))
     except CosimError as error:
-        yield Problem(Location(path.name, 1, 1), str(error).replace(f"{path.parent}/", ""))
+        yield Problem(Location(path.name, 1, 1), str(error).replace(place, ""))
 
 
 def _origin(made: Page, where: Location) -> Location:

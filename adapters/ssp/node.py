@@ -14,6 +14,11 @@ from orchestrator.suggestion import suggestion
 _DEEPEST: Final = 200
 """Levels of elements; a system of systems needs four for each of its levels."""
 
+_OTHER: Final = "other-"
+"""In front of names with a prefix of the standard that stands for something else."""
+
+_URIS: Final = {prefix: uri for uri, prefix in NAMESPACES.items()}
+
 _ALWAYS: Final = ("xmlns", "xml", "xsi")
 
 
@@ -150,7 +155,9 @@ def read(xml: bytes, file: str, root: str, findings: Findings) -> Node:
         raise ScenarioError([Problem(where, f"is no XML: {error}")]) from error
     node = _resolved(top, file, {}, 0)
     if node.name != root:
-        what = f"expected `{root}` of SSP 1.0 or 2.0, got `{node.name}`"
+        what = f"expected `{root}` of SSP 1.0 or 2.0, got `{top.tag}`"
+        if node.name.startswith(_OTHER):
+            what += f", whose prefix does not stand for {_URIS[root.partition(':')[0]]}"
         raise ScenarioError([Problem(node.where, what)])
     _check(node, findings)
     version = node.get("version")
@@ -186,7 +193,7 @@ def _name(tag: str, prefixes: Mapping[str, str]) -> str:
     known = NAMESPACES.get(prefixes.get(first, ""))
     if known is not None:
         return f"{known}:{last}"
-    return f"other-{tag}" if f"{first}{colon}" in {f"{p}:" for p in NAMESPACES.values()} else tag
+    return f"{_OTHER}{tag}" if colon and first in _URIS else tag
 
 
 def _check(node: Node, findings: Findings) -> None:

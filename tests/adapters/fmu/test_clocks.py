@@ -151,11 +151,27 @@ def test_a_clock_drives_a_clock(clocks3: Path, tmp_path: Path) -> None:
     assert [int(v) for v in recording["first.alarm"].values] == [k in {4, 8} for k in range(11)]
 
 
-def test_clocks_without_event_mode_are_left_out(clocks3: Path, tmp_path: Path) -> None:
-    path = tmp_path / "silent.fmu"
-    with zipfile.ZipFile(clocks3) as old, zipfile.ZipFile(path, "w") as new:
+def without(flag: bytes, path: Path, target: Path) -> Path:
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(target, "w") as new:
         for name in old.namelist():
-            new.writestr(name, old.read(name).replace(b'hasEventMode="true"', b""))
-    kind = FmuComponentType(path)
+            new.writestr(name, old.read(name).replace(flag + b'="true"', b""))
+    return target
+
+
+def test_a_clock_that_knows_no_fractions_is_asked_for_decimals(
+    clocks3: Path, tmp_path: Path
+) -> None:
+    """They are the decimals that are meant: 0.05 s and each 0.25 s from then on."""
+    component = begun(without(b"supportsFraction", clocks3, tmp_path / "decimal.fmu"))
+    counts: list[float] = []
+    for k in range(8):
+        component.step(RESTING, k * S // 4, S // 4)
+        counts.append(*found(component, "n_asked"))
+    assert counts == [1, 2, 3, 4, 5, 6, 7, 8]
+    component.close()
+
+
+def test_clocks_without_event_mode_are_left_out(clocks3: Path, tmp_path: Path) -> None:
+    kind = FmuComponentType(without(b"hasEventMode", clocks3, tmp_path / "silent.fmu"))
     assert "`every` (clocks need `hasEventMode`), `asked`" in kind.description
     assert list(kind.create("unit", {}).connectors) == ["fuse"]

@@ -28,6 +28,7 @@ def test_import_says_what_to_do_next(
     assert lines[:2] == ["test/test.yaml: 2 components, 1 connections", "it cannot run as it is:"]
     assert outcome.data["scenario"] == "test/test.yaml"
     assert [each["line"] for each in outcome.data["obstacles"]] == [3, 4]
+    assert "components.a.fmu: resources/plant.fmu: cannot run" in outcome.text
     text = Path("test/test.yaml").read_text()
     assert "step: 20 ms  # as asked for" in text
     assert "time: {start: 0 s, stop: 5 s}  # as asked for" in text

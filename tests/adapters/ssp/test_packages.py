@@ -124,7 +124,17 @@ def test_a_package_within_a_package_is_held_to_the_same(tmp_path: Path) -> None:
     ("content", "problem"),
     [
         ("<ssd:System", ":1:1: is no XML: unclosed token"),
+        ('<?xml version="1.0" encoding="x.y"?><a/>', ":1:1: is no XML: unknown encoding: x.y"),
+        ('<?xml version="1.0" encoding="shift_jis"?><a/>', ":1:1: is no XML: multi-byte encodings"),
         ("<a/>", ":1:1: expected `ssd:SystemStructureDescription` of SSP 1.0 or 2.0, got `a`"),
+        (
+            "<ssd:SystemStructureDescription/>",
+            "got `ssd:SystemStructureDescription`, whose prefix does not stand for http://ssp-st",
+        ),
+        (
+            description(system("t", component("a"))).replace("SSP1/SystemS", "SSP9/SystemS"),
+            "got `ssd:SystemStructureDescription`, whose prefix does not stand for http://ssp-st",
+        ),
         (
             description(system("t", component("a")), version="3.0"),
             "SSP `3.0` is not supported, 1.0 and 2.0 are",

@@ -1,7 +1,8 @@
 /* Clocks of all kinds behind the FMI 3.0 co-simulation interface: their ticks are counted; ticks at wrong
  * times, and access to clocked variables while their clocks rest, are errors. Written for the tests.
  *
- * `every` ticks at 0.1 s, 0.4 s, 0.7 s, ...; `asked` each third of a second; `changing` after 0.1 s, 0.2 s
+ * `every` ticks at 0.1 s, 0.4 s, 0.7 s, ...; `asked` each third of a second, or each quarter
+ * if it is asked for a decimal, with a shift of 0.05 s; `changing` after 0.1 s, 0.2 s
  * more, 0.3 s more, ...; `countdown` `fuse` after that was set, and once more at the same time if it is
  * `TWICE`. `alarm` ticks with every third tick of `every`. */
 #include <math.h>
@@ -18,7 +19,7 @@ typedef struct {
     fmi3InstanceEnvironment environment;
     fmi3LogMessageCallback log;
     Mode mode;
-    fmi3Float64 t, fuse, sample, sampled, at, countdown_from;
+    fmi3Float64 t, fuse, sample, sampled, at, countdown_from, interval, shift;
     fmi3Int32 count[CLOCKS];
     fmi3Boolean is_active[CLOCKS], is_fused, is_told, is_second;
     char order[32];
@@ -32,7 +33,7 @@ static fmi3Status refuse(Clocks *k, const char *why) {
 static fmi3Float64 tick(const Clocks *k, int clock, int n) {
     switch (clock) {
     case EVERY: return 0.1 + 0.3 * n;
-    case ASKED: return n / 3.0;
+    case ASKED: return k->shift + n * k->interval;
     case CHANGING: return 0.1 * (n + 1) * (n + 2) / 2;
     case COUNTDOWN: return k->is_told ? k->countdown_from + (k->is_second ? 0 : k->fuse) : 1e300;
     default: return 1e300;
@@ -147,9 +148,19 @@ fmi3Status fmi3GetIntervalDecimal(fmi3Instance c, const fmi3ValueReference r[], 
             q[i] = k->is_fused ? fmi3IntervalChanged : k->is_told ? fmi3IntervalUnchanged : fmi3IntervalNotYetKnown;
             if (k->is_fused) k->countdown_from = k->t, k->is_told = fmi3True;
             k->is_fused = fmi3False;
+        } else if (r[i] == ASKED) {
+            v[i] = k->interval = 0.25;
+            q[i] = fmi3IntervalChanged;
         } else {
             return refuse(k, "nobody asks this clock for a decimal");
         }
+    }
+    return fmi3OK;
+}
+fmi3Status fmi3GetShiftDecimal(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Float64 v[]) {
+    for (size_t i = 0; i < n; i++) {
+        if (r[i] != ASKED) return refuse(c, "nobody asks this clock for a shift");
+        v[i] = ((Clocks *)c)->shift = 0.05;
     }
     return fmi3OK;
 }
@@ -158,6 +169,7 @@ fmi3Status fmi3GetIntervalFraction(fmi3Instance c, const fmi3ValueReference r[],
     for (size_t i = 0; i < n; i++) {
         if (r[i] != ASKED) return refuse(c, "nobody asks this clock for a fraction");
         counter[i] = 1, resolution[i] = 3, q[i] = fmi3IntervalChanged;
+        ((Clocks *)c)->interval = 1 / 3.0;
     }
     return fmi3OK;
 }
