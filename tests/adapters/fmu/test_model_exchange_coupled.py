@@ -122,6 +122,34 @@ def test_a_run_has_the_same_bytes_in_another_process(scenario: Path, tmp_path: P
     assert len(set(fingerprints)) == 1
 
 
+COUPLED = """\
+schema: 1
+title: Two that read each other
+time: {stop: 400 ms}
+coupling: {algorithm: quasi-newton, interpolation: quadratic}
+components:
+  a: {fmu: ball.fmu, step: 50 ms, process: true, parameters: {g: 0, start.h: 12 m}}
+  b: {fmu: ball.fmu, step: 50 ms, process: true, parameters: {g: 0, start.h: 8 m}}
+connections:
+  - {from: a.h, to: b.u}
+  - {from: b.h, to: a.u}
+"""
+
+
+def test_processes_follow_inputs_as_well(ball: Path, tmp_path: Path) -> None:
+    """To the bit, with returns to saved states and slopes of outputs."""
+    (tmp_path / "ball.fmu").write_bytes(without_units(ball, tmp_path).read_bytes())
+    path = tmp_path / "two.yaml"
+    path.write_text(COUPLED.replace(" m}", "}"))
+    found = []
+    for transport in ("in-process", "local"):
+        out = tmp_path / transport
+        words = ["run", str(path), "--out", str(out), "--quiet", "--transport", transport]
+        assert main(words) == 0
+        found.append(json.loads((out / "manifest.json").read_text())["fingerprint"])
+    assert found[0] == found[1]
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
