@@ -1,7 +1,7 @@
 """One run of a scenario, in a directory of its own.
 
-manifest.json   the resolved scenario, versions, digests of the files that components read, host,
-                how the run ended and where the time went
+manifest.json   the resolved scenario, the order of turns, versions, digests of the files that
+                components read, host, how the run ended and where the time went
 signals/        the recording; see `orchestrator.recording.layout`
 metrics.json    what the scenario's report and measures found in it
 measures/       tables of measures
@@ -13,7 +13,7 @@ log.txt         what components and the orchestrator logged
 import itertools
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +50,7 @@ class RunOutcome:
         summary: the report's lines for the terminal; empty without one.
         recorded: what each recorded signal takes on disk [byte], largest first.
         early_end: why it ended before its stop time; `None` if it did not.
+        coupling: what the coupling algorithm counted; empty if it counts nothing.
     """
 
     directory: Path
@@ -61,6 +62,7 @@ class RunOutcome:
     summary: str
     recorded: Mapping[str, int]
     early_end: EarlyEnd | None = None
+    coupling: Mapping[str, int] = field(default_factory=dict)
 
 
 class RunFailedError(CosimError):
@@ -192,7 +194,7 @@ def _run(
         directory,
         include=scenario.include,
         exclude=scenario.exclude,
-        manifest=_manifest(scenario, transport),
+        manifest=_manifest(scenario, assembly.turns, transport),
     )
     logger.info("running %s with seed %d", scenario.path, scenario.seed)
     for remark in scenario.remarks:
@@ -234,16 +236,18 @@ def _run(
         summary=findings.summary,
         recorded=recorder.sizes,
         early_end=result.early_end,
+        coupling=result.coupling,
     )
 
 
-def _manifest(scenario: Scenario, transport: str) -> Mapping[str, Any]:
+def _manifest(scenario: Scenario, turns: Sequence[str], transport: str) -> Mapping[str, Any]:
     return {
         **provenance(),
         "scenario_file": str(scenario.path.absolute()),
         "overrides": list(scenario.overrides),
         "seed": scenario.seed,
         "transport": transport,
+        "turns": list(turns),
         "files": digests(scenario),
         "scenario": scenario.resolved(),
     }

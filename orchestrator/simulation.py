@@ -6,7 +6,7 @@ from time import perf_counter_ns
 
 from typing_extensions import TypeVarTuple
 
-from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.algorithm.base import CosimulationAlgorithm, Stepping
 from orchestrator.algorithm.exchange import Exchange, Schedule
 from orchestrator.algorithm.looked_at import looked_at
 from orchestrator.algorithm.requests import EndedWithinStep
@@ -67,7 +67,7 @@ def simulate(
     turns, solved = algorithm.turns(system), algorithm.solved(system)
     schedule = Schedule(exchange, turns, start, stop, solved)
     stepping = algorithm.of_run(system, exchange)
-    run = _Run(exchange, start)
+    run = _Run(exchange, start, stepping)
     audience = _Audience(observers)
     plan: RunPlan | None = None
     with run.guarded("simulating"), branching.confined():
@@ -168,11 +168,12 @@ class _Audience:
 class _Run:
     """How far a run came, what went wrong, and where the time went."""
 
-    def __init__(self, exchange: Exchange, start: Time) -> None:
+    def __init__(self, exchange: Exchange, start: Time, stepping: Stepping) -> None:
         self.time = start
         self.error: BaseException | None = None
         self._early_end: EarlyEnd | None = None
         self._exchange = exchange
+        self._stepping = stepping
         self._start = start
         self._began_at_ns = perf_counter_ns()
 
@@ -223,4 +224,5 @@ class _Run:
             ),
             error=self.error,
             early_end=self._early_end if self.error is None else None,
+            coupling=dict(self._stepping.tally()),
         )

@@ -25,8 +25,7 @@ from adapters.fmi.options import (
     check_options,
     may_retry,
     option_parameters,
-    with_intermediate,
-    with_locals,
+    with_options,
 )
 from adapters.fmi.settings import settings, start_settings
 from adapters.fmi.sizes import Sizes
@@ -115,8 +114,7 @@ class FmuComponentType(ComponentType):
         options = said.options
         described = self._described(options)
         check_options(described.kind, options)
-        fmu = with_locals(described, options.locals)
-        fmu = with_intermediate(fmu, options.intermediate)
+        fmu = with_options(described, options)
         native = settings(fmu, said.parameters)
         starts = start_settings(fmu, said.parameters, said.starts)
         fmu = started(fmu, starts)

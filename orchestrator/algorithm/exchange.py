@@ -103,10 +103,10 @@ class Exchange:
             each.asking.requests = self.requests
         published = {name: each.published for name, each in self.participants.items()}
         for name, each in self.participants.items():
-            each.connect(system.feeds[name], published)
+            each.inputs.connect(system.feeds[name], published)
         self.sources = MixSources(system, published)
         for name, each in self.participants.items():
-            each.mix(system.mixes[name], self.sources)
+            each.inputs.mix(system.mixes[name], self.sources)
             each.note_in(self.sources.histories_of(name))
         self.values: Mapping[str, Signals] = MappingProxyType(
             {name: MappingProxyType(values) for name, values in published.items()}

@@ -65,6 +65,7 @@ def _success(outcome: RunOutcome) -> Outcome:
         *([] if early is None else [f"ended early: {early.text}"]),
         speed,
         *_time_table(wall),
+        *_coupling(outcome.coupling),
         _recorded(outcome.recorded),
         f"fingerprint  {outcome.fingerprint}",
         f"recorded in  {outcome.directory}",
@@ -81,8 +82,14 @@ def _success(outcome: RunOutcome) -> Outcome:
             "wall_time_s": _shares(wall),
             "metrics": dict(outcome.metrics),
             "recorded_bytes": dict(outcome.recorded),
+            **({"coupling": dict(outcome.coupling)} if outcome.coupling else {}),
         },
     )
+
+
+def _coupling(counts: Mapping[str, int]) -> list[str]:
+    told = ", ".join(f"{name} {count}" for name, count in counts.items())
+    return [f"coupling     {told}"] if told else []
 
 
 def _recorded(sizes: Mapping[str, int]) -> str:

@@ -21,12 +21,13 @@ from orchestrator.native import NativeUnit
 from orchestrator.plan import layouts
 from orchestrator.plan.mixes import can_mix, can_remember
 from orchestrator.plan.outside import fixed_shape
+from orchestrator.plan.points import is_countable
 from orchestrator.plan.sources import Sources
 from orchestrator.plan.unit import UnitPlan
 from orchestrator.signal import Array, Causality, Variability
 from orchestrator.stretch import Stretch
 from orchestrator.system import Endpoint, System
-from orchestrator.timebase import Duration, Time
+from orchestrator.timebase import StepSize, Time
 
 FEWEST_POINTS: Final = 4
 """Shorter stretches are not worth handing values over."""
@@ -61,14 +62,14 @@ def plan_of(
         until: the output that ends the run.
     """
     library = layouts.engine()
-    is_whole = all(isinstance(each.step_size, int) for each in exchange.participants.values())
-    if library is None or pattern is None or not is_whole:
+    if library is None or pattern is None:
         return None
     units = {
         name: unit
         for name in order
         if (unit := exchange.participants[name].native()) is not None
         and _may_change(system, name)
+        and is_countable(exchange.participants[name].grid)
         and not (pattern is Pattern.PARALLEL and is_renewed(system, exchange, name))
     }
     while unsuited := [name for name in units if not _suits(system, name, units)]:
@@ -144,10 +145,9 @@ class RunPlan:
     ) -> None:
         self._library = library
         self._values = exchange.values
-        self._start = start
-        sizes = {name: int(each.step_size) for name, each in exchange.participants.items()}
-        self._others = [h for name, h in sizes.items() if name not in natives]
-        self._smallest = min(sizes[name] for name in natives)
+        grids = {name: each.grid for name, each in exchange.participants.items()}
+        self._others = {grid for name, grid in grids.items() if name not in natives}
+        self._smallest = min(grids[name].step_size for name in natives)
         self._table = (layouts.Unit * len(natives))()
         self._units = {
             name: UnitPlan(
@@ -189,8 +189,7 @@ class RunPlan:
 
     def horizon(self, t: Time, stop: Time) -> Time | None:
         """The last point that the engine may reach from `t`; `None` if it is not worth it."""
-        elapsed = t - self._start
-        end = min([stop, *(t + h - elapsed % h - 1 for h in self._others)])
+        end = min([stop, *(grid.after(t) - 1 for grid in self._others)])
         return end if end - t >= FEWEST_POINTS * self._smallest else None
 
     def run(self, t: Time, end: Time) -> Stretch:
@@ -203,7 +202,7 @@ class RunPlan:
         self._reserve()
         self._sources.renew(self._values)
         for unit in self._units.values():
-            unit.enter(t, self._start, self._values)
+            unit.enter(t, self._values)
         plan = self._plan
         plan.now, plan.end, plan.most, plan.is_departed = t, end, self._most, False
         before = perf_counter_ns()
@@ -220,7 +219,7 @@ class RunPlan:
         elif outcome not in {layouts.ALL_DONE, layouts.RUN_ENDS}:
             failed = list(self._units.values())[plan.failed]
             self._failure = failed.fail(outcome, plan.call, plan.status, plan.failed_from)
-        times: dict[Duration, Array] = {}  # the same of units with the same step
+        times: dict[StepSize, Array] = {}  # the same of units with the same step
         samples = {}
         for name, unit in self._units.items():
             if unit.rows:
