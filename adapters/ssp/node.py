@@ -15,7 +15,7 @@ _DEEPEST: Final = 200
 """Levels of elements; a system of systems needs four for each of its levels."""
 
 _OTHER: Final = "other-"
-"""In front of names with a prefix of the standard that stands for something else."""
+"""What stands before names with a prefix of the standard that means something else here."""
 
 _URIS: Final = {prefix: uri for uri, prefix in NAMESPACES.items()}
 
