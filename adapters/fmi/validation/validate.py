@@ -112,7 +112,8 @@ def _binaries(archive: zipfile.ZipFile, name: str, model: Model) -> Iterator[Fin
         if not has_sources and not found:
             what = f"has neither a binary `{identifier}` nor sources"
             yield Finding(file=name, place=None, what=what, rule=rule)
-        for entry, what in misplaced(archive, identifier, model.version):
+        wrong = dict(misplaced(archive, identifier, model.version))
+        for entry, what in wrong.items():
             yield Finding(file=f"{name}/{entry}", place=None, what=what, rule=rule)
         platform = fmpy.platform_tuple
         wanted = f"binaries/{folder}/{identifier}{suffix}"
@@ -123,7 +124,8 @@ def _binaries(archive: zipfile.ZipFile, name: str, model: Model) -> Iterator[Fin
             what = f"cannot run on this machine: `{wanted}` is {shown(made)}"
             yield Finding(file=name, place=None, what=what, rule=rule, is_remark=True)
         for entry, ending in found.items():
-            if ending in _LIBRARIES and (what := _exports(archive.read(entry), model, kinds)):
+            is_looked_into = ending in _LIBRARIES and entry not in wrong
+            if is_looked_into and (what := _exports(archive.read(entry), model, kinds)):
                 functions = SECTIONS["functions"][model.version - 2]
                 rule_ = f"FMI {('2.0.4', '3.0.2')[model.version - 2]}, {functions}"
                 yield Finding(file=f"{name}/{entry}", place=None, what=what, rule=rule_)

@@ -261,6 +261,7 @@ def test_a_binary_that_exports_less_is_named(ends3: Path, tmp_path: Path) -> Non
         ("amiga", 183, None),
     ],
 )
+@pytest.mark.skipif(host_folder(3) != "x86_64-linux", reason="takes the ELF library of this host")
 def test_a_binary_for_another_platform_than_its_folder_is_named(
     ends3: Path, tmp_path: Path, folder: str, machine: int, said: str | None
 ) -> None:
@@ -268,9 +269,10 @@ def test_a_binary_for_another_platform_than_its_folder_is_named(
     path = tmp_path / "ends3.fmu"
     path.write_bytes(ends3.read_bytes())
     name = f"binaries/{folder}/ends3.{'dylib' if 'darwin' in folder else 'so'}"
-    elf = struct.pack("<4sBBB9xHH", b"\x7fELF", 2, 1, 1, 3, machine) if machine else b"nothing"
     with zipfile.ZipFile(path, "a") as archive:
-        archive.writestr(name, elf.ljust(64, b"\0"))
+        elf = archive.read("binaries/x86_64-linux/ends3.so")
+        other = elf[:18] + struct.pack("<H", machine) + elf[20:]
+        archive.writestr(name, other if machine else b"nothing")
     found = [(each.file, each.what) for each in validate(path)]
     assert found == ([] if said is None else [(f"ends3.fmu/{name}", said)])
 
