@@ -69,6 +69,8 @@ class OutputSlopes(abc.ABC):
 
         Returns:
             By output, those of continuous ones that are known, each of the shape of the output.
+            Those with direct feedthrough are used only where the component was told by `follow`
+            how these inputs change.
         """
 
 

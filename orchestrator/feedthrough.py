@@ -89,7 +89,7 @@ def feedthrough_order(system: System) -> tuple[str, ...]:
 
 def has_feedthrough(system: System, name: str) -> bool:
     """Whether an output of a component depends on one of its driven inputs at the same time."""
-    driven = {feed.input for feed in system.feeds[name]}
+    driven = frozenset(system.driven(name))
     return any(driven & c.feedthrough for c in system.connectors[name].values())
 
 

@@ -3,7 +3,7 @@
 import abc
 import sys
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, Final, NoReturn, TextIO
 
 from tqdm import tqdm
@@ -50,6 +50,7 @@ class SimulationResult:
         wall_time: where the time went.
         error: what made the run fail, or `None`.
         early_end: why it ended before its stop time without failing, or `None`.
+        coupling: what the coupling algorithm counted, by name, such as steps that were taken back.
     """
 
     start: Time
@@ -58,6 +59,7 @@ class SimulationResult:
     wall_time: WallTime
     error: BaseException | None = None
     early_end: EarlyEnd | None = None
+    coupling: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def status(self) -> str:

@@ -1,7 +1,7 @@
 """One run of a scenario, in a directory of its own.
 
-manifest.json   the resolved scenario, versions, digests of the files that components read, host,
-                how the run ended and where the time went
+manifest.json   the resolved scenario, the order of turns, versions, digests of the files that
+                components read, host, how the run ended and where the time went
 signals/        the recording; see `orchestrator.recording.layout`
 metrics.json    what the scenario's report and measures found in it
 measures/       tables of measures
@@ -12,16 +12,20 @@ log.txt         what components and the orchestrator logged
 
 import itertools
 import logging
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from orchestrator.early_end import EarlyEnd
 from orchestrator.errors import CosimError
 from orchestrator.findings import make_report
+from orchestrator.last_call import LastCall, noting
 from orchestrator.log import run_log
 from orchestrator.observer import Observer, WallTime
+from orchestrator.output_files import FileWritingComponent
 from orchestrator.placement import placement, placing
 from orchestrator.provenance import provenance
 from orchestrator.questions import Questions
@@ -50,6 +54,7 @@ class RunOutcome:
         summary: the report's lines for the terminal; empty without one.
         recorded: what each recorded signal takes on disk [byte], largest first.
         early_end: why it ended before its stop time; `None` if it did not.
+        coupling: what the coupling algorithm counted; empty if it counts nothing.
     """
 
     directory: Path
@@ -61,6 +66,7 @@ class RunOutcome:
     summary: str
     recorded: Mapping[str, int]
     early_end: EarlyEnd | None = None
+    coupling: Mapping[str, int] = field(default_factory=dict)
 
 
 class RunFailedError(CosimError):
@@ -119,6 +125,10 @@ def claim_directory(directory: Path) -> Path:
     return directory
 
 
+def _to_nobody(directory: Path) -> None:
+    del directory
+
+
 def run_scenario(
     scenario: Scenario,
     directory: Path | None = None,
@@ -128,6 +138,7 @@ def run_scenario(
     echo_warnings: bool = False,
     figure: bool = True,
     default_measures: bool = False,
+    announce: Callable[[Path], None] = _to_nobody,
 ) -> RunOutcome:
     """Run `scenario` and write everything about it to a directory.
 
@@ -141,6 +152,7 @@ def run_scenario(
         figure: whether report and measures draw.
         default_measures: whether a scenario that does not speak of measures asks all whose signals
             are recorded, as `nlosim run` does.
+        announce: called with the directory once it is there, before anything is simulated.
 
     Raises:
         ScenarioError: the components do not fit together, or files that they read are wrong. No
@@ -164,17 +176,41 @@ def run_scenario(
         except BaseException:
             assembly.close()
             raise
-        with run_log(directory, echo=echo_warnings):
-            asked = scenario.asked(every_run=default_measures)
-            return _run(
-                scenario,
-                assembly,
-                directory,
-                placed.transport,
-                observers,
-                asked=asked,
-                figure=figure,
-            )
+        announce(directory)
+        whole = directory.absolute()  # a component may change the working directory
+        for component in assembly.system.components.values():
+            if isinstance(component, FileWritingComponent):
+                component.write_into(whole)
+        try:
+            with (
+                _staying(),
+                run_log(whole, echo=echo_warnings),
+                noting(whole, tuple(assembly.system.components)) as last_call,
+            ):
+                outcome = _run(
+                    scenario,
+                    assembly,
+                    whole,
+                    placed.transport,
+                    observers,
+                    asked=scenario.asked(every_run=default_measures),
+                    figure=figure,
+                    last_call=last_call,
+                )
+        except (RunFailedError, RunInterrupted) as error:
+            error.directory = directory
+            raise
+        return replace(outcome, directory=directory)
+
+
+@contextmanager
+def _staying() -> Iterator[None]:
+    """Be in the same working directory after the block, whatever components do to it."""
+    here = Path.cwd()
+    try:
+        yield
+    finally:
+        os.chdir(here)
 
 
 def _run(
@@ -186,13 +222,14 @@ def _run(
     *,
     asked: Questions,
     figure: bool,
+    last_call: LastCall,
 ) -> RunOutcome:
     """Simulate, record and report; the log is open."""
     recorder = Recorder(
         directory,
         include=scenario.include,
         exclude=scenario.exclude,
-        manifest=_manifest(scenario, transport),
+        manifest=_manifest(scenario, assembly.turns, transport),
     )
     logger.info("running %s with seed %d", scenario.path, scenario.seed)
     for remark in scenario.remarks:
@@ -206,6 +243,7 @@ def _run(
             seed=scenario.seed,
             observers=(recorder, *observers),
             until=scenario.until,
+            last_call=last_call,
         )
     except BaseException as error:
         logger.info("the run ended early: %r", error, exc_info=error)
@@ -213,6 +251,7 @@ def _run(
         if isinstance(error, KeyboardInterrupt):
             raise RunInterrupted(directory) from error
         raise RunFailedError(str(error), directory) from error
+    last_call.nobody()
     if result.early_end is not None:
         logger.info("%s", result.early_end.text)
     logger.info("done; fingerprint %s", recorder.fingerprint)
@@ -234,16 +273,18 @@ def _run(
         summary=findings.summary,
         recorded=recorder.sizes,
         early_end=result.early_end,
+        coupling=result.coupling,
     )
 
 
-def _manifest(scenario: Scenario, transport: str) -> Mapping[str, Any]:
+def _manifest(scenario: Scenario, turns: Sequence[str], transport: str) -> Mapping[str, Any]:
     return {
         **provenance(),
         "scenario_file": str(scenario.path.absolute()),
         "overrides": list(scenario.overrides),
         "seed": scenario.seed,
         "transport": transport,
+        "turns": list(turns),
         "files": digests(scenario),
         "scenario": scenario.resolved(),
     }

@@ -6,7 +6,7 @@ from time import perf_counter_ns
 
 from typing_extensions import TypeVarTuple
 
-from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.algorithm.base import CosimulationAlgorithm, Stepping
 from orchestrator.algorithm.exchange import Exchange, Schedule
 from orchestrator.algorithm.looked_at import looked_at
 from orchestrator.algorithm.requests import EndedWithinStep
@@ -14,6 +14,7 @@ from orchestrator.algorithm.start import initialise
 from orchestrator.branching import Branching
 from orchestrator.early_end import EarlyEnd
 from orchestrator.ending import Ending, ending
+from orchestrator.last_call import NOWHERE, LastCall
 from orchestrator.observer import Observer, SimulationResult, WallTime
 from orchestrator.plan.plan import RunPlan, plan_of
 from orchestrator.signal import Signals
@@ -34,6 +35,7 @@ def simulate(
     observers: Sequence[Observer] = (),
     until: Endpoint | None = None,
     compiled: bool = True,
+    last_call: LastCall = NOWHERE,
 ) -> SimulationResult:
     """Simulate `system` from `start` to `stop`, or until an output is true or a component asks.
 
@@ -55,6 +57,7 @@ def simulate(
             which its published value is true is the last one; `start` may be that.
         compiled: let compiled code step FMUs where nothing else is due, see `orchestrator.plan`;
             the result is the same.
+        last_call: where calls of components are noted.
 
     Raises:
         SystemStructureError: step sizes do not fit the interval, or the algorithm the system, or
@@ -63,12 +66,12 @@ def simulate(
     """
     early = ending(system.components, until)
     branching = Branching(system, stop)
-    exchange = Exchange(system, branching)
+    exchange = Exchange(system, branching, last_call)
     turns, solved = algorithm.turns(system), algorithm.solved(system)
     schedule = Schedule(exchange, turns, start, stop, solved)
     stepping = algorithm.of_run(system, exchange)
-    run = _Run(exchange, start)
-    audience = _Audience(observers)
+    run = _Run(exchange, start, stepping)
+    audience = _Audience(observers, last_call)
     plan: RunPlan | None = None
     with run.guarded("simulating"), branching.confined():
         audience.begin(system, start, stop)
@@ -86,6 +89,7 @@ def simulate(
                 recorded=wanted,
                 start=start,
                 until=until,
+                last_call=last_call,
             )
         t, is_last = start, False
         while True:
@@ -126,7 +130,8 @@ def simulate(
 class _Audience:
     """The observers, and the time they take."""
 
-    def __init__(self, observers: Sequence[Observer]) -> None:
+    def __init__(self, observers: Sequence[Observer], last_call: LastCall) -> None:
+        self._last_call = last_call
         self.begun: list[Observer] = []
         self.wall_time_ns = 0
         self._observers = tuple(observers)
@@ -138,6 +143,7 @@ class _Audience:
                 observer.begin(system, start, stop)
 
     def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
+        self._last_call.nobody()
         before = perf_counter_ns()
         for observer in self._observers:
             observer.observe(t, published, values)
@@ -168,11 +174,12 @@ class _Audience:
 class _Run:
     """How far a run came, what went wrong, and where the time went."""
 
-    def __init__(self, exchange: Exchange, start: Time) -> None:
+    def __init__(self, exchange: Exchange, start: Time, stepping: Stepping) -> None:
         self.time = start
         self.error: BaseException | None = None
         self._early_end: EarlyEnd | None = None
         self._exchange = exchange
+        self._stepping = stepping
         self._start = start
         self._began_at_ns = perf_counter_ns()
 
@@ -223,4 +230,5 @@ class _Run:
             ),
             error=self.error,
             early_end=self._early_end if self.error is None else None,
+            coupling=dict(self._stepping.tally()),
         )

@@ -15,6 +15,7 @@ from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.portable import PortableFmu
+from adapters.fmi.rates import FmuCourses, offered
 from adapters.fmi.sizes import Sizes
 from adapters.fmi.state import FmuState
 from adapters.fmi.stepping import Stepper
@@ -78,7 +79,9 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, Out
             if self._connectors[n].variability is not Variability.CONTINUOUS
             and not own[n].is_clocked  # those wait for their clock
         }
+        self._courses = FmuCourses(description)
         self._offered = derivatives(description, self._running)
+        self._offered += offered(description, self._courses, self._running)
         if description.can_restore and description.can_serialize and not description.has_clocks:
             self._offered.append(PortableFmu(description, self, self._running))
         arrays = [v for v in description.of("input") if v.is_bytes and v.axes]
@@ -110,6 +113,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, Out
         self._seed = self._draw_seed(rng)
         self._instance = self._instantiate()
         self._is_initialising, self._end_request = False, None
+        self._courses.forget()
         # also at interpreter exit, when `close` was never called
         self._finalizer = weakref.finalize(self, self._instance.free)
 
@@ -248,6 +252,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, Out
         if self._write_inputs(instance, inputs, begin):
             self._end_request = self._stepper.request(t)
             return
+        self._courses.tell(instance, begin, length)
         self._end_request = self._stepper.make(instance, begin, length, t + h)
         if self._end_request is None or self._end_request.time == t + h:
             self._read = instance.read()

@@ -25,8 +25,8 @@ from adapters.fmi.options import (
     check_options,
     may_retry,
     option_parameters,
-    with_intermediate,
-    with_locals,
+    recordable,
+    with_options,
 )
 from adapters.fmi.settings import settings, start_settings
 from adapters.fmi.sizes import Sizes
@@ -84,6 +84,21 @@ class FmuComponentType(ComponentType):
             | option_parameters(self._fmu)
         )
 
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The names of its inputs."""
+        return tuple(variable.name for variable in self._fmu.of("input"))
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """The names of its outputs."""
+        return tuple(variable.name for variable in self._fmu.of("output"))
+
+    @property
+    def inner(self) -> tuple[str, ...]:
+        """The names of variables inside that `fmi.locals` can make outputs."""
+        return tuple(recordable(self._fmu))
+
     @override
     def once_per_process(self, values: Mapping[str, Any]) -> str | None:
         fmu = self._described(Said.of(self._fmu, values).options)
@@ -115,8 +130,7 @@ class FmuComponentType(ComponentType):
         options = said.options
         described = self._described(options)
         check_options(described.kind, options)
-        fmu = with_locals(described, options.locals)
-        fmu = with_intermediate(fmu, options.intermediate)
+        fmu = with_options(described, options)
         native = settings(fmu, said.parameters)
         starts = start_settings(fmu, said.parameters, said.starts)
         fmu = started(fmu, starts)

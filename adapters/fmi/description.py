@@ -19,6 +19,8 @@ from adapters.fmi.step_size import internal_step
 from adapters.fmi.variable import FmuVariable
 from orchestrator.errors import ComponentTypeError
 
+HIGHEST_DEGREE: Final = 2
+"""The highest degree of the polynomials that inputs follow; FMI 2.0 lets FMUs say none."""
 _EARLY: Final = ("mightReturnEarlyFromDoStep", "canReturnEarlyAfterIntermediateUpdate")
 
 
@@ -48,6 +50,8 @@ class FmuDescription:
         is_once_per_process: two instances of it cannot be in one process.
         internal_step: FMI 3.0: the fixed step of its solver [s], exactly as in the file, positive;
             `None` if it does not say one.
+        input_degree: the highest order of derivatives of inputs that it is told; 0: it takes none.
+        slopes: the outputs whose derivative with respect to time it tells.
         log_categories: what the FMU can log.
     """
 
@@ -72,7 +76,14 @@ class FmuDescription:
     intermediate: tuple[str, ...]
     is_once_per_process: bool
     internal_step: Fraction | None
+    input_degree: int
+    slopes: tuple[str, ...]
     log_categories: tuple[str, ...]
+
+    @property
+    def can_vary_steps(self) -> bool:
+        """Whether steps may be of any length."""
+        return self.has_variable_steps and self.internal_step is None
 
     @property
     def is_scheduled(self) -> bool:
@@ -125,6 +136,7 @@ def read_description(path: Path, kind: Kind | None = None) -> FmuDescription:
         and not (_flag(flags, "hasEventMode") or used is Kind.SCHEDULED_EXECUTION)
         for n, v in every.items()
     }
+    found = {n: v for n, v in every.items() if not is_lost[n]}
     return FmuDescription(
         path=path,
         version=int(version[0]),
@@ -134,7 +146,7 @@ def read_description(path: Path, kind: Kind | None = None) -> FmuDescription:
         description=parsed.description or parsed.modelName,
         identifier=flags.get("modelIdentifier", ""),
         token=parsed.guid,
-        variables={n: v for n, v in every.items() if not is_lost[n]},
+        variables=found,
         lost=tuple(
             n for n, v in every.items() if is_lost[n] and v.causality in {"input", "output"}
         ),
@@ -151,6 +163,8 @@ def read_description(path: Path, kind: Kind | None = None) -> FmuDescription:
         intermediate=_intermediate(root) if _flag(flags, "providesIntermediateUpdate") else (),
         is_once_per_process=_flag(flags, "canBeInstantiatedOnlyOncePerProcess"),
         internal_step=internal_step(flags.get("fixedInternalStepSize")),
+        input_degree=HIGHEST_DEGREE if _flag(flags, "canInterpolateInputs") else 0,
+        slopes=_slopes(found, flags),
         log_categories=tuple(category.name for category in parsed.logCategories),
     )
 
@@ -187,6 +201,11 @@ def _parse(path: Path, xml: bytes) -> ET.Element:
         return ET.fromstring(xml)  # noqa: S314  (whoever loads an FMU runs its code)
     except ET.ParseError as error:
         raise ComponentTypeError(f"{path}: modelDescription.xml is no XML: {error}") from error
+
+
+def _slopes(found: Mapping[str, FmuVariable], flags: Mapping[str, str]) -> tuple[str, ...]:
+    has_some = flags.get("maxOutputDerivativeOrder", "0").strip() not in {"", "0"}
+    return tuple(v.name for v in found.values() if has_some and v.has_rate)
 
 
 def _intermediate(root: ET.Element) -> tuple[str, ...]:

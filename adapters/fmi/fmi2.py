@@ -5,7 +5,7 @@ import itertools
 import weakref
 from collections.abc import Mapping, Sequence
 from ctypes import c_double, c_int, c_size_t, c_void_p
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import fmpy
 import fmpy.fmi2
@@ -22,6 +22,7 @@ from adapters.fmi.loaded import LoadedInstance
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.outcome import MADE, StepOutcome
 from adapters.fmi.parcels import Parcel
+from adapters.fmi.rates import later, tell_rates
 from adapters.fmi.unpacked import LoadedFmu
 
 _VALUES: Final = (c_void_p, c_void_p, c_size_t, c_void_p)
@@ -49,6 +50,20 @@ def _on_message(
         log.receive(status, category, message)
 
 
+class _Told(NamedTuple):
+    """What the FMU was told of its inputs before a step.
+
+    Attributes:
+        time: where the step begins [s].
+        values: of inputs.
+        rates: their derivatives, the first one first.
+    """
+
+    time: float
+    values: Mapping[str, float]
+    rates: Mapping[str, Sequence[float]]
+
+
 class Fmi2Instance(LoadedInstance):
     """FMI 2.0.4, section 4.2: scalars only, synchronous steps."""
 
@@ -60,6 +75,7 @@ class Fmi2Instance(LoadedInstance):
         directional="fmi2GetDirectionalDerivative",
     )
     dtypes = _DTYPES
+    _told: "_Told | None" = None
 
     @override
     def _instantiate(self, name: str, fmu: LoadedFmu) -> int | None:
@@ -123,6 +139,18 @@ class Fmi2Instance(LoadedInstance):
         self._guard.check(function, entry(self._instance, *unknowns, *knowns, seed, found))
 
     @override
+    def tell_rates(self, rates: Mapping[str, Sequence[float]], t: float) -> None:
+        values = {name: float(self._block_of[name].views[name]) for name in rates}
+        self._told = _Told(t, values, rates)
+        tell_rates(self._handle, self._description, rates)
+
+    def _tell_again(self, told: "_Told", t: float) -> None:
+        """Set what inputs are at `t` [s], within a step that is made in several calls."""
+        changed = {n: later(told.values[n], told.rates[n], t - told.time) for n in told.rates}
+        self.write({name: np.array(value) for name, (value, _) in changed.items()})
+        tell_rates(self._handle, self._description, {n: rates for n, (_, rates) in changed.items()})
+
+    @override
     def enter_initialisation(
         self, t: float, *, stop: float | None, tolerance: float | None
     ) -> None:
@@ -139,6 +167,8 @@ class Fmi2Instance(LoadedInstance):
     @override
     def step(self, t: float, h: float) -> StepOutcome:
         self._log.recent.clear()
+        if self._told is not None and t > self._told.time:
+            self._tell_again(self._told, t)
         function = self._fmu.function("fmi2DoStep", _STEP)
         status = function(self._instance, t, h, int(not self._may_restore))
         return MADE if status == OK else self.outcome(status, t)

@@ -4,7 +4,7 @@ import abc
 from collections.abc import Collection, Mapping, Sequence
 from typing import NoReturn
 
-from adapters.fmi.errors import failure
+from adapters.fmi.errors import FmuError, failure
 from adapters.fmi.messages import STATUS_NAMES, MessageLog
 from adapters.fmi.outcome import StepOutcome
 from orchestrator.native import NativeOwner, NativeUnit
@@ -172,6 +172,19 @@ class FmuInstance(abc.ABC):
     @abc.abstractmethod
     def read(self) -> dict[str, Signal]:
         """The selected outputs; arrays are new and read-only."""
+
+    def tell_rates(self, rates: Mapping[str, Sequence[float]], t: float) -> None:
+        """Set derivatives of inputs with respect to time; of FMUs whose `input_degree` is above 0.
+
+        Args:
+            rates: by input, the first derivative first [unit/s, unit/s^2, ...].
+            t: where the next step begins [s].
+        """
+        raise FmuError(f"the FMU takes no derivatives of inputs, such as {', '.join(rates)}")
+
+    def told_rates(self) -> dict[str, Signal]:
+        """The first derivatives of outputs with respect to time [unit/s], where it tells them."""
+        return {}
 
     @property
     @abc.abstractmethod

@@ -21,6 +21,7 @@ from adapters.fmi.instance import DISCARD, FmuInstance
 from adapters.fmi.kind import Kind
 from adapters.fmi.messages import MessageLog
 from adapters.fmi.parcels import Parcel, packed, parcels
+from adapters.fmi.rates import told_rates
 from adapters.fmi.starts import startable
 from adapters.fmi.unpacked import LoadedFmu
 from orchestrator.native import NativeKind, NativeOwner, NativeUnit, NativeVariable
@@ -222,6 +223,10 @@ class LoadedInstance(FmuInstance):
     @override
     def uses_events(self) -> bool:
         return False
+
+    @override
+    def told_rates(self) -> dict[str, Signal]:
+        return told_rates(self._handle, self._description, self._lengths)
 
     @override
     def begin_step(self) -> None:

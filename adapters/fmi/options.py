@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from adapters.fmi import starts as starts_
-from adapters.fmi.description import FmuDescription
+from adapters.fmi.description import HIGHEST_DEGREE, FmuDescription
 from adapters.fmi.kind import Kind
 from adapters.fmi.model_exchange.options import (
     parameters as integration_parameters,
@@ -31,6 +31,8 @@ class Options:
     Attributes:
         tolerance: relative, for the solver of the FMU; `None`: its own.
         locals: names or patterns of variables that are outputs of the component, too.
+        input_degree: of the polynomials that inputs follow over a step, at most; 0: they are held.
+        output_slopes: whether derivatives of outputs are asked for.
         intermediate: names or patterns of variables that are logged within steps.
         smallest_step: that a discarded step may be cut down to [s]; `None`: it is not.
         event_mode: whether the events of an FMU that lets us are handled here; those of an FMU
@@ -42,6 +44,8 @@ class Options:
 
     tolerance: float | None = None
     locals: tuple[str, ...] = ()
+    input_degree: int = HIGHEST_DEGREE
+    output_slopes: bool = True
     intermediate: tuple[str, ...] = ()
     smallest_step: float | None = None
     event_mode: bool = False
@@ -95,11 +99,27 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             is_optional=True,
         )
     }
-    if _recordable(description):
+    if recordable(description):
         found["locals"] = Parameter(
             type=tuple[str, ...],
             default=(),
             doc="variables inside that become outputs: names, or patterns with `*` and `?`",
+            is_optional=True,
+        )
+    if description.input_degree:
+        found["input_degree"] = Parameter(
+            type=int,
+            default=HIGHEST_DEGREE,
+            minimum=0,
+            maximum=HIGHEST_DEGREE,
+            doc="highest order of the derivatives of inputs that it is told; 0: none",
+            is_optional=True,
+        )
+    if description.slopes:
+        found["output_slopes"] = Parameter(
+            type=bool,
+            default=True,
+            doc="whether it is asked for the derivatives of outputs where these are extrapolated",
             is_optional=True,
         )
     if _shown(description):
@@ -148,6 +168,20 @@ def check_options(kind: Kind, options: Options) -> None:
         raise ParameterError(problems)
 
 
+def with_options(description: FmuDescription, options: Options) -> FmuDescription:
+    """The FMU as it is to be run.
+
+    Raises:
+        ParameterError: an option does not fit the FMU.
+    """
+    shown = with_intermediate(with_locals(description, options.locals), options.intermediate)
+    return replace(
+        shown,
+        input_degree=min(description.input_degree, options.input_degree),
+        slopes=description.slopes if options.output_slopes else (),
+    )
+
+
 def may_retry(description: FmuDescription) -> bool:
     """Whether a step that the FMU discards can be made again in several."""
     return description.can_restore and description.has_variable_steps
@@ -163,7 +197,7 @@ def with_locals(description: FmuDescription, wanted: tuple[str, ...]) -> FmuDesc
     Raises:
         ParameterError: a pattern matches nothing.
     """
-    offered = _recordable(description)
+    offered = recordable(description)
     chosen = _matching("locals", "no variable inside", offered, wanted)
     if not chosen:
         return description
@@ -212,7 +246,7 @@ def _shown(description: FmuDescription) -> tuple[str, ...]:
     )
 
 
-def _recordable(description: FmuDescription) -> dict[str, FmuVariable]:
-    """The variables that can be outputs and are none."""
+def recordable(description: FmuDescription) -> dict[str, FmuVariable]:
+    """The variables that can be outputs and are none, by name."""
     inner = description.of("local", "calculatedParameter", "independent")
     return {v.name: v for v in inner if v.is_signal}

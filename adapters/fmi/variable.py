@@ -140,6 +140,12 @@ class FmuVariable:
         return bool(self.clocks)
 
     @property
+    def has_rate(self) -> bool:
+        """Whether an FMU that tells derivatives of outputs tells that of this one."""
+        is_real = self.type in {"Real", "Float64", "Float32"} and self.is_signal
+        return is_real and (self.causality, self.variability) == ("output", "continuous")
+
+    @property
     def is_bytes(self) -> bool:
         """Whether its signals are bytes, one for each element."""
         return self.type in BYTES

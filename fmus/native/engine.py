@@ -21,7 +21,7 @@ from fmus.native.unit import fmi_headers, source_text
 
 FOLDER: Final = Path(__file__).parents[2] / "orchestrator" / "plan"
 _SOURCE: Final = FOLDER / "engine.c"
-_HEADERS: Final = ("bytes.h", "mixing.h", "numbers.h")
+_HEADERS: Final = ("bytes.h", "grid.h", "mixing.h", "numbers.h")
 _DIGEST: Final = ".digest"
 
 

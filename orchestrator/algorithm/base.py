@@ -10,7 +10,7 @@ from orchestrator.algorithm.exchange import Due, Exchange
 from orchestrator.installed import installed_class, offers
 from orchestrator.parameters import Parametrised
 from orchestrator.system import System
-from orchestrator.timebase import Time
+from orchestrator.timebase import StepSize, Time
 
 GROUP: Final = "orchestrator.algorithms"
 """Entry points by the name that scenarios write: subclasses of `CosimulationAlgorithm`."""
@@ -35,6 +35,10 @@ class Stepping(abc.ABC):
     @abc.abstractmethod
     def arrive(self, t: Time, due: Due) -> None:
         """Complete the steps that end at `t` and publish their outputs."""
+
+    def tally(self) -> Mapping[str, int]:
+        """What is to be told of the run so far, counted, by a word for each; nothing by default."""
+        return {}
 
 
 class CosimulationAlgorithm(Parametrised, Stepping):
@@ -83,6 +87,15 @@ class CosimulationAlgorithm(Parametrised, Stepping):
         Returns:
             The age for each pair of a source and a target that are connected.
         """
+
+    def lags(self, system: System) -> Mapping[str, StepSize]:
+        """How old the inputs are of which published outputs with direct feedthrough are, if at all.
+
+        Returns:
+            By component [ns], without those whose outputs are those of the inputs at that time.
+        """
+        del system
+        return {}
 
     def of_run(self, system: System, exchange: Exchange) -> Stepping:
         """What is called at the communication points of a run; this algorithm by default.

@@ -14,7 +14,7 @@ from orchestrator.feedthrough import describe, feedthrough_order, loops
 from orchestrator.parameters import ParameterProblem, parameter
 from orchestrator.suggestion import suggestion
 from orchestrator.system import System
-from orchestrator.timebase import Time
+from orchestrator.timebase import StepSize, Time
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +67,10 @@ class GaussSeidel(ExtrapolatingAlgorithm):
     @override
     def ages(self, system: System) -> Mapping[tuple[str, str], Age]:
         return ages_by_turn(system, self.turns(system))
+
+    @override
+    def _held_lag(self, step: StepSize) -> StepSize:
+        return 0  # inputs are read where the step ends
 
     @override
     def depart(self, t: Time, due: Due) -> None:

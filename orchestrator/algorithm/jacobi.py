@@ -13,7 +13,7 @@ from orchestrator.algorithm.participant import Participant
 from orchestrator.component import ConcurrentComponent
 from orchestrator.feedthrough import feedthrough_order, has_feedthrough
 from orchestrator.system import System
-from orchestrator.timebase import Time
+from orchestrator.timebase import StepSize, Time
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +47,10 @@ class Jacobi(ExtrapolatingAlgorithm):
     def ages(self, system: System) -> Mapping[tuple[str, str], Age]:
         sizes = system.step_sizes
         return {(a, b): Age.held(sizes[a], sizes[b]) for a, b in connected(system)}
+
+    @override
+    def _held_lag(self, step: StepSize) -> StepSize:
+        return step
 
     @override
     def depart(self, t: Time, due: Due) -> None:

@@ -8,18 +8,19 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from orchestrator.algorithm.history import History, InputCourses, is_approximated, real
+from orchestrator.algorithm.inputs import Inputs
 from orchestrator.algorithm.looked_at import LookedAt
-from orchestrator.algorithm.mixing import MixedInput, MixSources, PastValues
+from orchestrator.algorithm.mixing import PastValues
 from orchestrator.algorithm.pieces import Piece, Pieces
 from orchestrator.algorithm.requests import Asking
-from orchestrator.capabilities import InitialEvaluation, OutputSlopes, PointEvaluation
+from orchestrator.algorithm.slopes import KnownSlopes
+from orchestrator.capabilities import InitialEvaluation, PointEvaluation
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, CosimError
+from orchestrator.last_call import NOWHERE, Call
 from orchestrator.native import NativeUnit
-from orchestrator.signal import Causality, Connector, Signal, Signals
-from orchestrator.system import Feed
+from orchestrator.signal import Connector, Signal, Signals
 from orchestrator.timebase import CommunicationGrid, Duration, StepSize, Time
-from orchestrator.transformation import Mix
 
 
 class Participant(abc.ABC):
@@ -35,18 +36,17 @@ class Participant(abc.ABC):
         asking: whether it asks for the end of the run.
         step_size: communication step size [ns].
         is_concurrent: whether the step runs elsewhere between `begin` and `finish`.
+        notes: where calls of the component are noted.
         is_begun: whether a step has been begun that has not been waited for yet.
-        sources: the names of the components it reads.
-        reads: component and name of each output that it reads.
-        mixed: its inputs that are made of outputs, where they do not arrive as they are.
+        inputs: what it reads, and from whom.
         published: the outputs that others may see now; updated in place by `publish`.
         wall_time_ns: time spent in calls of the component so far [ns].
     """
 
-    __slots__ = ("_component", "_continuous", "_evaluation", "_feeds", "_grid", "_history",
-                 "_looked_at", "_past", "_pending", "_pieces", "_reached", "_starts",
-                 "_used", "asking", "is_begun", "mixed", "name", "published", "reads", "sources",
-                 "step_size", "wall_time_ns")  # fmt: skip
+    __slots__ = ("_component", "_continuous", "_evaluation", "_followed", "_grid", "_history",
+                 "_looked_at", "_past", "_pending", "_pieces", "_reached", "_sloped", "_used",
+                 "asking", "inputs", "is_begun", "name", "notes", "published", "step_size",
+                 "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
 
@@ -61,39 +61,22 @@ class Participant(abc.ABC):
         self.asking: Final = Asking(name, component)
         self.step_size: Final = step_size
         self.published: Final[dict[str, Signal]] = {}
-        self.sources: frozenset[str] = frozenset()
-        self.reads: frozenset[tuple[str, str]] = frozenset()
         self.is_begun, self.wall_time_ns = False, 0
+        self.notes = NOWHERE.notes_of(0)
         self._component = component
         self._evaluation = component.capability(InitialEvaluation)  # type: ignore[type-abstract]
+        self._sloped = KnownSlopes(component, connectors)
         self._looked_at = LookedAt(component, connectors)
-        self._starts = {
-            input_: connector.start_value()
-            for input_, connector in connectors.items()
-            if connector.causality is Causality.INPUT
-        }
-        self._feeds: tuple[tuple[str, Signals, str], ...] = ()
-        self.mixed: tuple[MixedInput, ...] = ()
+        self.inputs: Final = Inputs(connectors)
         self._past: tuple[PastValues, ...] = ()
         self._pending: Signals = {}
         self._continuous = [name for name, c in connectors.items() if is_approximated(c, c)]
+        self._followed: frozenset[str] = frozenset()
         self._used: Signals = {}
         self._reached: Time = 0
         self._grid = CommunicationGrid(0, step_size, 0)
         self._history: History | None = None
         self._pieces: Pieces | None = None
-
-    def connect(self, feeds: tuple[Feed, ...], published: Mapping[str, Signals]) -> None:
-        """Read the inputs in `feeds` from what the components `published`, from now on."""
-        self.sources = frozenset(feed.component for feed in feeds)
-        self.reads = frozenset((feed.component, feed.output) for feed in feeds)
-        self._feeds = tuple((feed.input, published[feed.component], feed.output) for feed in feeds)
-
-    def mix(self, mixes: tuple[Mix, ...], sources: MixSources) -> None:
-        """Make the inputs in `mixes` of what `sources` has, from now on; after `connect`."""
-        self.sources = self.sources.union(*(mix.components for mix in mixes))
-        self.reads = self.reads.union((t.component, t.output) for mix in mixes for t in mix.terms)
-        self.mixed = tuple(MixedInput(mix, self._starts[mix.input], sources) for mix in mixes)
 
     def note_in(self, past: tuple[PastValues, ...]) -> None:
         """Note what is published in `past`, from now on."""
@@ -111,7 +94,7 @@ class Participant(abc.ABC):
 
     def set_up(self, start: Time, stop: Time, rng: np.random.Generator) -> None:
         """Enter the initial state at `start`, of a run that ends at `stop` at the latest."""
-        before = perf_counter_ns()
+        before = self.notes.call(Call.SET_UP, start)
         try:
             self._grid = CommunicationGrid.over(start, stop, self.step_size)
             self._component.expect(self._grid)
@@ -123,9 +106,9 @@ class Participant(abc.ABC):
 
     def initialise(self, start: Time) -> None:
         """Compute and publish the outputs at `start` from the inputs known so far."""
-        before = perf_counter_ns()
+        before = self.notes.call(Call.INITIALISE, start)
         try:
-            inputs = self._known_inputs()
+            inputs = self.inputs.known()
             self._component.initialise(inputs)
             outputs = self._component.outputs()
             self.wall_time_ns += perf_counter_ns() - before
@@ -133,7 +116,7 @@ class Participant(abc.ABC):
             self.asking.is_within(start)
         except Exception as error:
             raise self.failure(start, error) from error
-        self._used, self._reached = inputs, start
+        self._used, self._reached, self._followed = inputs, start, frozenset()
         self.publish()
 
     def select(self, names: Collection[str]) -> None:
@@ -159,25 +142,15 @@ class Participant(abc.ABC):
         Called before `initialise`, any number of times, if `can_be_tried`.
         """
         evaluation = self._evaluation
-        before = perf_counter_ns()
+        before = self.notes.call(Call.INITIALISE, start)
         try:
-            inputs = self._known_inputs()
+            inputs = self.inputs.known()
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
             self.accept(outputs, start)
         except Exception as error:
             raise self.failure(start, error) from error
         self.published.update(self._pending)
-
-    def _known_inputs(self) -> dict[str, Signal]:
-        """The inputs; those whose source has not published yet carry their start values."""
-        inputs = self._starts.copy()
-        for name, values, output in self._feeds:
-            if output in values:
-                inputs[name] = values[output]
-        for mixed in self.mixed:
-            inputs[mixed.input] = mixed.value()
-        return inputs
 
     @property
     def can_refresh(self) -> bool:
@@ -191,14 +164,13 @@ class Participant(abc.ABC):
         step had, there is nothing to do.
         """
         try:
-            inputs = self._inputs()
+            inputs = self.inputs.now()
         except Exception as error:
             raise self.failure(t, error) from error
-        driven = (*(name for name, _, _ in self._feeds), *(mixed.input for mixed in self.mixed))
-        if all(inputs[name] is self._used.get(name) for name in driven):
+        if all(inputs[name] is self._used.get(name) for name in self.inputs.driven):
             return
         evaluation = self._component.capability(PointEvaluation)  # type: ignore[type-abstract]
-        before = perf_counter_ns()
+        before = self.notes.call(Call.STEP, t)
         try:
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
@@ -208,9 +180,24 @@ class Participant(abc.ABC):
         self._used = inputs
         self.publish()
 
+    @property
+    def grid(self) -> CommunicationGrid:
+        """Its communication points, once it is set up."""
+        return self._grid
+
     def before(self, t: Time) -> Time:
         """Where the communication step starts that ends at `t`."""
         return self._grid.before(t)
+
+    @property
+    def sources(self) -> frozenset[str]:
+        """The names of the components it reads."""
+        return self.inputs.sources
+
+    @property
+    def reads(self) -> frozenset[tuple[str, str]]:
+        """Component and name of each output that it reads."""
+        return self.inputs.reads
 
     @abc.abstractmethod
     def begin(self, t: Time, h: Duration | None = None) -> None:
@@ -279,8 +266,13 @@ class Participant(abc.ABC):
         )
 
     def _slopes(self) -> Signals:
-        source = self._component.capability(OutputSlopes)  # type: ignore[type-abstract]
-        return {} if source is None else source.slopes()
+        before = self.notes.call(Call.STEP, self._reached)
+        try:
+            found = self._sloped.now(self.inputs.driven - self._followed)
+        except Exception as error:
+            raise self.failure(self._reached, error) from error
+        self.wall_time_ns += perf_counter_ns() - before
+        return found
 
     def save(self, t: Time) -> Any:
         """The state of the component at `t`, between two steps.
@@ -288,7 +280,7 @@ class Participant(abc.ABC):
         Raises:
             ComponentError: the component failed to, or is not restorable.
         """
-        before = perf_counter_ns()
+        before = self.notes.call(Call.STATE, t)
         try:
             state = self._restorable().save()
         except Exception as error:
@@ -302,7 +294,7 @@ class Participant(abc.ABC):
         Raises:
             ComponentError: the component failed to, or is not restorable.
         """
-        before = perf_counter_ns()
+        before = self.notes.call(Call.STATE, t)
         try:
             self._restorable().restore(state)
         except Exception as error:
@@ -327,23 +319,16 @@ class Participant(abc.ABC):
         Raises:
             ComponentError: the component failed to.
         """
+        self.notes.call(Call.CLOSE, self._reached)
         try:
             self._component.close()
         except Exception as error:
             raise self.failure(None, error, "while closing: ") from error
 
-    def _inputs(self) -> Signals:
-        inputs = self._starts.copy()
-        for name, values, output in self._feeds:
-            inputs[name] = values[output]
-        for mixed in self.mixed:
-            inputs[mixed.input] = mixed.value()
-        return inputs
-
     def _begun(self, t: Time, h: Duration | None) -> tuple[Piece, ...]:
         """What there is to do for a step from `t`."""
         length = self._grid.after(t) - t if h is None else h
-        inputs = self._inputs()
+        inputs = self.inputs.now()
         self._used, self._reached = inputs, t + length
         if self._pieces is None:
             return (Piece(inputs, t, length),)
@@ -351,7 +336,7 @@ class Participant(abc.ABC):
 
     def _follow(self, piece: Piece) -> None:
         if self._pieces is not None:
-            self._pieces.follow(piece)
+            self._followed = self._pieces.follow(piece)
 
     def _outputs(self) -> Signals:
         """The outputs at the end of the step just made."""

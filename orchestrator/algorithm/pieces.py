@@ -84,7 +84,13 @@ class Pieces:
             return self._component.outputs()
         return self._point.evaluate(self._ends)
 
-    def follow(self, piece: Piece) -> None:
-        """Tell the component how its inputs run over a piece that comes next."""
-        if self._follower is not None and piece.courses:
-            self._follower.follow(piece.courses)
+    def follow(self, piece: Piece) -> frozenset[str]:
+        """Tell the component how its inputs run over a piece that comes next.
+
+        Returns:
+            The inputs of which it knows how they change.
+        """
+        if self._follower is None or not piece.courses:
+            return frozenset()
+        self._follower.follow(piece.courses)
+        return frozenset(name for name, course in piece.courses.items() if course.degree > 0)

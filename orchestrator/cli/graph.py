@@ -48,7 +48,9 @@ def execute(arguments: Namespace) -> Outcome:
 
 def _component(node: Node) -> dict[str, object]:
     step = {"step": format_duration(node.step), "step_ns": _number(node.step)}
-    return {**asdict(node), "process": node.process.value, **step}
+    fields = asdict(node)
+    spans = {**step, "lag_ns": _number(fields.pop("lag"))}
+    return {**fields, "process": node.process.value, **spans}
 
 
 def _number(span: StepSize) -> int | float:
@@ -115,7 +117,8 @@ def _feedthrough(node: Node) -> Iterator[str]:
     for output, inputs in node.feedthrough.items():
         outputs[inputs].append(output)
     for inputs, names in outputs.items():
-        yield f"  {node.name}: {_names(names)} depends on {_names(inputs)}"
+        then = f", as they were {format_duration(node.lag)} before" if node.lag else ""
+        yield f"  {node.name}: {_names(names)} depends on {_names(inputs)}{then}"
 
 
 def _names(connectors: Iterable[str]) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 from orchestrator.cli.failures import bug, outcome_of
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
+from orchestrator.cli.watch import WATCH
 from orchestrator.errors import CosimError
 from orchestrator.observer import NoProgress, WallTime, progress_meter
 from orchestrator.run import (
@@ -37,6 +38,7 @@ def execute(arguments: Namespace) -> Outcome:
                 echo_warnings=not arguments.quiet,
                 figure=not arguments.no_figure,
                 default_measures=True,
+                announce=WATCH.begin,
             )
         except RunInterrupted as error:
             return outcome_of(error, error.directory)
@@ -65,6 +67,7 @@ def _success(outcome: RunOutcome) -> Outcome:
         *([] if early is None else [f"ended early: {early.text}"]),
         speed,
         *_time_table(wall),
+        *_coupling(outcome.coupling),
         _recorded(outcome.recorded),
         f"fingerprint  {outcome.fingerprint}",
         f"recorded in  {outcome.directory}",
@@ -81,8 +84,14 @@ def _success(outcome: RunOutcome) -> Outcome:
             "wall_time_s": _shares(wall),
             "metrics": dict(outcome.metrics),
             "recorded_bytes": dict(outcome.recorded),
+            **({"coupling": dict(outcome.coupling)} if outcome.coupling else {}),
         },
     )
+
+
+def _coupling(counts: Mapping[str, int]) -> list[str]:
+    told = ", ".join(f"{name} {count}" for name, count in counts.items())
+    return [f"coupling     {told}"] if told else []
 
 
 def _recorded(sizes: Mapping[str, int]) -> str:

@@ -14,7 +14,7 @@ class Attendance:
     """Completes the steps of one unit.
 
     Args:
-        participant: the unit among all; its steps last a whole number of nanoseconds.
+        participant: the unit among all.
         owner: its component.
     """
 
@@ -56,7 +56,7 @@ class Attendance:
 
     def _attend(self, status: int, t: Time) -> int:
         """Make the rest of the step from `t` [ns], whose call returned `status`."""
-        h = int(self._participant.step_size)
+        h = self._participant.grid.after(t) - t
         try:
             self._owner.complete_step(status, t, h)
             self._participant.asking.is_within(t + h)

@@ -12,6 +12,7 @@
 #include <time.h>
 
 #include "bytes.h"
+#include "grid.h"
 #include "mixing.h"
 
 #if defined(_WIN32)
@@ -84,7 +85,7 @@ typedef struct {
     void *instance, *step;
     int32_t version; /* of FMI */
     int32_t keeps_state; /* no stored state will be asked back */
-    int64_t step_size; /* [ns] */
+    Grid grid; /* of its communication points */
     Mix *mix; /* inputs that settings set */
     size_t mixes;
     Setting *setting;
@@ -97,7 +98,8 @@ typedef struct {
     size_t pasts;
     Track *track;
     size_t tracks;
-    int64_t due;   /* where its next step ends [ns] */
+    int64_t number; /* of the point where its next step ends */
+    int64_t from, due; /* where its next step starts and ends [ns] */
     size_t rows;   /* recorded in this stretch: at every step that ended */
     uint64_t publications;
     uint64_t calls;   /* steps that were begun; tells messages of one from those of another */
@@ -129,8 +131,6 @@ typedef struct {
     int64_t failed_from; /* where its step starts [ns] */
     int32_t status, pad2;
 } Plan;
-
-static double seconds(int64_t t) { return (double)t / 1e9; }
 
 static double clock_ns(void) {
     struct timespec t;
@@ -184,13 +184,12 @@ static int set(const Unit *u, Setting *s) {
     return ((Set3)s->function)(u->instance, s->reference, s->references, elements, s->count);
 }
 
-static int step(Unit *u, int64_t from) {
+static int step(Unit *u) {
     u->calls++;
-    if (u->version == 2)
-        return ((Step2)u->step)(u->instance, seconds(from), seconds(u->step_size), u->keeps_state);
-    *u->last_time = seconds(from);
-    int status = ((Step3)u->step)(u->instance, seconds(from), seconds(u->step_size), u->keeps_state,
-                                  u->flag[0], u->flag[1], u->flag[2], u->last_time);
+    double from = seconds_of(&u->grid, u->number - 1), h = step_seconds(&u->grid);
+    if (u->version == 2) return ((Step2)u->step)(u->instance, from, h, u->keeps_state);
+    *u->last_time = from;
+    int status = ((Step3)u->step)(u->instance, from, h, u->keeps_state, u->flag[0], u->flag[1], u->flag[2], u->last_time);
     return status <= STATUS_WARNING && (*u->flag[1] || *u->flag[2]) ? -1 : status;
 }
 
@@ -247,7 +246,7 @@ static Outcome make_step(Plan *p, Unit *u, int64_t from) {
         Setting *s = &u->setting[p->call];
         if (gather(s) && is_failure(p, u, set(u, s))) return SET_FAILED;
     }
-    u->ending = is_failure(p, u, step(u, from)) ? u->attend(p->status, from) : GOES_ON;
+    u->ending = is_failure(p, u, step(u)) ? u->attend(p->status, from) : GOES_ON;
     if (u->ending >= ENDS_WITHIN) return u->ending == HAS_FAILED ? STEP_FAILED : ALL_DONE; /* no outputs */
     for (p->call = 0; p->call < u->gettings; p->call++)
         if (is_failure(p, u, get(u, &u->getting[p->call]))) return GET_FAILED;
@@ -298,12 +297,18 @@ static int64_t next_point(const Plan *p) {
     return next;
 }
 
+static void next_step(Unit *u, int64_t number) {
+    u->number = number;
+    u->from = point_of(&u->grid, number - 1);
+    u->due = point_of(&u->grid, number);
+}
+
 /* Steps that start at `t`. */
 static Outcome depart(Plan *p, int64_t t, bool is_sample, double weight) {
     p->point = t;
     for (p->failed = 0; p->failed < p->units; p->failed++) {
         Unit *u = &p->unit[p->failed];
-        if (u->due - u->step_size != t) continue;
+        if (u->from != t) continue;
         p->failed_from = t;
         Outcome outcome = make_timed_step(p, u, t, is_sample, weight);
         if (outcome != ALL_DONE) return outcome;
@@ -317,9 +322,9 @@ static Outcome arrive(Plan *p, int64_t t, bool is_sample, double weight) {
     for (p->failed = 0; p->failed < p->units; p->failed++) {
         Unit *u = &p->unit[p->failed];
         if (u->due != t) continue;
-        p->failed_from = t - u->step_size;
+        p->failed_from = u->from;
         Outcome outcome =
-            p->is_parallel ? ALL_DONE : make_timed_step(p, u, t - u->step_size, is_sample, weight);
+            p->is_parallel ? ALL_DONE : make_timed_step(p, u, u->from, is_sample, weight);
         if (outcome == ALL_DONE && u->ending == ENDS_WITHIN) outcome = RUN_ENDED;
         if (outcome != ALL_DONE) return outcome;
         publish(u, t);
@@ -344,7 +349,7 @@ static Outcome go_on(Plan *p) {
             if (u->due != t) continue;
             ends |= u->ending == ENDS_BEHIND;
             if ((outcome = record(u)) != ALL_DONE) return outcome;
-            u->due += u->step_size;
+            next_step(u, u->number + 1);
         }
         p->now = t;
         p->points++;
@@ -367,7 +372,7 @@ EXPORT int plan_run(Plan *p) {
     p->points = 0;
     for (size_t k = 0; k < p->units; k++) {
         Unit *u = &p->unit[k];
-        u->due = p->now + u->step_size - (p->now - p->start) % u->step_size;
+        next_step(u, last_of(&u->grid, p->now) + 1);
         u->rows = 0, u->spent = 0;
         for (size_t i = 0; i < u->tracks; i++) u->track[i].bytes.size = 0;
     }

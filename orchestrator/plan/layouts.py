@@ -122,17 +122,24 @@ class Track(ctypes.Structure):
     )  # fmt: skip
 
 
+class Grid(ctypes.Structure):
+    """Communication points: start + k * numerator / denominator [ns]."""
+
+    _fields_ = (("start", c_int64), ("numerator", c_int64), ("denominator", c_int64))
+
+
 class Unit(ctypes.Structure):
     """An instance, its calls and its outputs."""
 
     _fields_ = (
         ("instance", c_void_p), ("step", c_void_p), ("version", c_int32), ("keeps_state", c_int32),
-        ("step_size", c_int64), ("mix", POINTER(Mix)), ("mixes", c_size_t),
+        ("grid", Grid), ("mix", POINTER(Mix)), ("mixes", c_size_t),
         ("setting", POINTER(Setting)), ("settings", c_size_t), ("getting", POINTER(Getting)),
         ("gettings", c_size_t), ("pending", c_void_p), ("published", c_void_p),
         ("pending_bytes", c_void_p), ("published_bytes", c_void_p),
         ("past", POINTER(POINTER(Past))), ("pasts", c_size_t), ("track", POINTER(Track)),
-        ("tracks", c_size_t), ("due", c_int64), ("rows", c_size_t), ("publications", c_uint64),
+        ("tracks", c_size_t), ("number", c_int64), ("from_", c_int64),
+        ("due", c_int64), ("rows", c_size_t), ("publications", c_uint64),
         ("calls", c_uint64), ("spent", c_double), ("flag", c_void_p * 3), ("last_time", c_void_p),
         ("attend", c_void_p), ("ending", c_int64),
     )  # fmt: skip

@@ -17,16 +17,18 @@ from orchestrator.algorithm.exchange import Exchange
 from orchestrator.algorithm.jacobi import is_renewed
 from orchestrator.algorithm.requests import Asking
 from orchestrator.errors import ComponentError
+from orchestrator.last_call import LastCall
 from orchestrator.native import NativeUnit
 from orchestrator.plan import layouts
 from orchestrator.plan.mixes import can_mix, can_remember
 from orchestrator.plan.outside import fixed_shape
+from orchestrator.plan.points import is_countable
 from orchestrator.plan.sources import Sources
 from orchestrator.plan.unit import UnitPlan
 from orchestrator.signal import Array, Causality, Variability
 from orchestrator.stretch import Stretch
 from orchestrator.system import Endpoint, System
-from orchestrator.timebase import Duration, Time
+from orchestrator.timebase import StepSize, Time
 
 FEWEST_POINTS: Final = 4
 """Shorter stretches are not worth handing values over."""
@@ -48,6 +50,7 @@ def plan_of(
     recorded: Iterable[Endpoint],
     start: Time,
     until: Endpoint | None,
+    last_call: LastCall,
 ) -> "RunPlan | None":
     """The plan of a run whose components are initialised; `None` where there is nothing to gain.
 
@@ -59,16 +62,17 @@ def plan_of(
         recorded: outputs that observers want every value of.
         start: of the run [ns].
         until: the output that ends the run.
+        last_call: where the engine notes what it calls.
     """
     library = layouts.engine()
-    is_whole = all(isinstance(each.step_size, int) for each in exchange.participants.values())
-    if library is None or pattern is None or not is_whole:
+    if library is None or pattern is None:
         return None
     units = {
         name: unit
         for name in order
         if (unit := exchange.participants[name].native()) is not None
         and _may_change(system, name)
+        and is_countable(exchange.participants[name].grid)
         and not (pattern is Pattern.PARALLEL and is_renewed(system, exchange, name))
     }
     while unsuited := [name for name in units if not _suits(system, name, units)]:
@@ -85,6 +89,7 @@ def plan_of(
         start=start,
         until=until,
         library=library,
+        last_call=last_call,
     )
 
 
@@ -141,13 +146,14 @@ class RunPlan:
         start: Time,
         until: Endpoint | None,
         library: Any,
+        last_call: LastCall,
     ) -> None:
         self._library = library
+        self._last_call = last_call
         self._values = exchange.values
-        self._start = start
-        sizes = {name: int(each.step_size) for name, each in exchange.participants.items()}
-        self._others = [h for name, h in sizes.items() if name not in natives]
-        self._smallest = min(sizes[name] for name in natives)
+        grids = {name: each.grid for name, each in exchange.participants.items()}
+        self._others = {grid for name, grid in grids.items() if name not in natives}
+        self._smallest = min(grids[name].step_size for name in natives)
         self._table = (layouts.Unit * len(natives))()
         self._units = {
             name: UnitPlan(
@@ -171,12 +177,13 @@ class RunPlan:
         self._most, self._room = 64, 0
         self._failure: ComponentError | None = None
         self._ended: Asking | None = None
-        self._plan = layouts.Plan(
-            unit=self._table,
-            units=len(natives),
-            is_parallel=pattern is Pattern.PARALLEL,
-            start=start,
+        # the engine has there which unit it calls, and from when
+        self._plan = last_call.place(layouts.Plan)
+        last_call.compiled(
+            list(natives), layouts.Plan.failed.offset, layouts.Plan.failed_from.offset
         )
+        self._plan.unit, self._plan.units = self._table, len(natives)
+        self._plan.is_parallel, self._plan.start = pattern is Pattern.PARALLEL, start
         if until is not None and until.component in natives:
             self._plan.until = self._sources.of(until.component, until.connector)
         recorded_bytes = sum(each.recorded_bytes for each in self._units.values())
@@ -189,8 +196,7 @@ class RunPlan:
 
     def horizon(self, t: Time, stop: Time) -> Time | None:
         """The last point that the engine may reach from `t`; `None` if it is not worth it."""
-        elapsed = t - self._start
-        end = min([stop, *(t + h - elapsed % h - 1 for h in self._others)])
+        end = min([stop, *(grid.after(t) - 1 for grid in self._others)])
         return end if end - t >= FEWEST_POINTS * self._smallest else None
 
     def run(self, t: Time, end: Time) -> Stretch:
@@ -203,12 +209,14 @@ class RunPlan:
         self._reserve()
         self._sources.renew(self._values)
         for unit in self._units.values():
-            unit.enter(t, self._start, self._values)
+            unit.enter(t, self._values)
         plan = self._plan
         plan.now, plan.end, plan.most, plan.is_departed = t, end, self._most, False
+        self._last_call.engine(t)
         before = perf_counter_ns()
         outcome = self._library.plan_run(ctypes.byref(plan))
         spent = perf_counter_ns() - before
+        self._last_call.nobody()
         sampled = sum(each.spent for each in self._table)
         for unit in self._units.values():
             unit.show(plan.now, min(1.0, spent / sampled) if sampled else 0.0)
@@ -220,7 +228,7 @@ class RunPlan:
         elif outcome not in {layouts.ALL_DONE, layouts.RUN_ENDS}:
             failed = list(self._units.values())[plan.failed]
             self._failure = failed.fail(outcome, plan.call, plan.status, plan.failed_from)
-        times: dict[Duration, Array] = {}  # the same of units with the same step
+        times: dict[StepSize, Array] = {}  # the same of units with the same step
         samples = {}
         for name, unit in self._units.items():
             if unit.rows:

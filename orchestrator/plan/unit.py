@@ -18,11 +18,12 @@ from orchestrator.plan.copies import are_adjacent, version_of
 from orchestrator.plan.memory import Outputs
 from orchestrator.plan.mixes import UnitMixes
 from orchestrator.plan.past import Past
+from orchestrator.plan.points import grid_of, points
 from orchestrator.plan.sources import Readable, Sources
 from orchestrator.signal import Array, Connector, Signal, Signals
 from orchestrator.stretch import Rows, Samples
 from orchestrator.system import Feed
-from orchestrator.timebase import Duration, Time
+from orchestrator.timebase import StepSize, Time
 
 _IN_MEMORY: Final[Mapping[NativeKind, np.dtype[Any]]] = {
     NativeKind.BOOLEAN8: np.dtype(np.uint8),
@@ -75,8 +76,10 @@ class UnitPlan(Readable):
         self._outputs = (first, Outputs(own, shapes) if is_parallel else first)
         self._is_parallel = is_parallel
         inputs = {feed.input: unit.variables[feed.input].shape for feed in feeds}
-        inputs |= {each.input: unit.variables[each.input].shape for each in participant.mixed}
-        self._mixes = UnitMixes(participant.mixed, connectors, inputs)
+        inputs |= {
+            each.input: unit.variables[each.input].shape for each in participant.inputs.mixed
+        }
+        self._mixes = UnitMixes(participant.inputs.mixed, connectors, inputs)
         self._pasts: dict[str, Past] = {}
         self._recorded = [name for name in names if name in recorded]
         self._shown: dict[str, Signal] = {}
@@ -84,15 +87,14 @@ class UnitPlan(Readable):
         self._copies: list[tuple[str, Feed | None, layouts.Copy]] = []
         self._setting_names: list[tuple[str, list[str]]] = []
         self._rings: dict[str, Array] = {}
-        self._start: Time = 0
         self._attendance = Attendance(participant, unit.owner)
         self._describe(table, unit)
         unit.owner.count_calls(ctypes.addressof(table) + layouts.Unit.calls.offset)
 
     @property
-    def step_size(self) -> Duration:
+    def step_size(self) -> StepSize:
         """The communication step of the component [ns]."""
-        return int(self.participant.step_size)
+        return self.participant.step_size
 
     @property
     def rows(self) -> int:
@@ -135,7 +137,7 @@ class UnitPlan(Readable):
     def _describe(self, table: layouts.Unit, unit: NativeUnit) -> None:
         table.instance, table.step, table.version = unit.instance, unit.step, unit.version
         table.keeps_state = unit.keeps_state
-        table.step_size = self.step_size
+        table.grid = grid_of(self.participant.grid)
         table.published, table.published_bytes = self._outputs[0].bases
         table.pending, table.pending_bytes = self._outputs[1].bases
         table.flag = (ctypes.c_void_p * 3)(*unit.flags)
@@ -265,9 +267,8 @@ class UnitPlan(Readable):
             track.row = memory.ctypes.data
             memory = memory[_room(size) :]
 
-    def enter(self, t: Time, start: Time, published: Mapping[str, Signals]) -> None:
+    def enter(self, t: Time, published: Mapping[str, Signals]) -> None:
         """Take over what Python did since the last stretch."""
-        self._start = start
         for name, value in self.participant.published.items():
             if value is not self._shown.get(name):
                 self.published.put(name, value, self._library)
@@ -288,13 +289,13 @@ class UnitPlan(Readable):
 
     def _is_under_way(self, t: Time) -> bool:
         """Whether a step that was begun before `t` ends behind it."""
-        return (t - self._start) % self.step_size != 0
+        return self.participant.grid.number(t) is None
 
     def _reached(self, t: Time) -> Time:
         """Where the step ends that was made last before `t`, or begun there."""
-        h = self.step_size
-        last = t - (t - self._start) % h
-        return last + h if self._is_parallel and last != t else last
+        grid = self.participant.grid
+        last = grid.at(grid.last(t))
+        return grid.after(t) if self._is_parallel and last != t else last
 
     def show(self, t: Time, scale: float) -> None:
         """Let Python see what was published up to `t` [ns]; of its time, `scale` is true."""
@@ -323,9 +324,7 @@ class UnitPlan(Readable):
 
     def times(self, t: Time) -> Array:
         """When it published in the stretch that began at `t` [ns], int64, shape (sample,)."""
-        h = self.step_size
-        first = t + h - (t - self._start) % h
-        return first + h * np.arange(self.rows, dtype=np.int64)
+        return points(self.participant.grid, t, self.rows)
 
     def samples(self, times: Array) -> Samples:
         """What it published in the last stretch.

@@ -177,6 +177,7 @@ class Recorder(Observer):
                 "ended_early": early,
                 "fingerprint": self.fingerprint,
                 "recorded_bytes": dict(self.sizes),
+                **({"coupling": dict(result.coupling)} if result.coupling else {}),
                 "wall_time_s": {
                     "total": wall_time.total,
                     "orchestrator": wall_time.orchestrator,

@@ -21,15 +21,19 @@ import numpy as np
 from typing_extensions import Buffer, override
 
 from orchestrator.capabilities import (
+    CourseFollowing,
     EndRequest,
     EndRequesting,
+    OutputSlopes,
     PointEvaluation,
     PortableState,
     VariableSteps,
 )
 from orchestrator.component import Capability, ConcurrentComponent, WrappedRestorableComponent
+from orchestrator.course import Course
 from orchestrator.errors import ComponentError, ComponentTypeError
 from orchestrator.limits import USUAL, Deadlines, Limits
+from orchestrator.remote.courses import courses_to_document, slopes_from_document
 from orchestrator.remote.protocol import (
     CAPABILITIES,
     ComponentSpec,
@@ -167,22 +171,29 @@ class RemoteState:
 
 
 class RemoteComponent(
-    ConcurrentComponent, EndRequesting, PointEvaluation, PortableState, VariableSteps
+    ConcurrentComponent,
+    PointEvaluation,
+    CourseFollowing,
+    EndRequesting,
+    OutputSlopes,
+    PortableState,
+    VariableSteps,
 ):
     """A component hosted at the other end of a link; `launch` creates it."""
 
     def __init__(self, dialogue: _Dialogue, created: _Reply, deadlines: Deadlines) -> None:
         self._dialogue = dialogue
         self._deadlines = deadlines
-        self._connectors = MappingProxyType(
-            connectors_from_message(created.message.document, created.raw, created.offset)
-        )
+        found = connectors_from_message(created.message.document, created.raw, created.offset)
+        self._connectors = MappingProxyType(found)
         self._inputs = SignalEncoder({})
         self._outputs = SignalDecoder({})
         self._values: Signals = {}
         self._end_request: EndRequest | None = None
-        offered = created.message.document.get("capabilities", ())
-        self._capabilities = {CAPABILITIES[name] for name in offered}
+        said = created.message.document
+        self._capabilities = {CAPABILITIES[name] for name in said.get("capabilities", ())}
+        self._input_degree: int = said.get("input_degree", 0)
+        self._courses: Mapping[str, Course] = {}
         self._is_set_up = False
         self._forgotten: list[int] = []
         self._grid: CommunicationGrid | None = None
@@ -219,6 +230,20 @@ class RemoteComponent(
         reply = self._dialogue.answer(self._deadlines.create)
         return self._outputs.decode(reply.raw, reply.offset)
 
+    @property
+    @override
+    def input_degree(self) -> int:
+        return self._input_degree
+
+    @override
+    def follow(self, courses: Mapping[str, Course]) -> None:
+        self._courses = courses
+
+    @override
+    def slopes(self) -> Signals:
+        self._dialogue.ask(Kind.SLOPES)
+        return slopes_from_document(self._dialogue.answer(self._deadlines.step).message.document)
+
     @override
     def initialise(self, inputs: Signals) -> None:
         self._dialogue.ask(Kind.INITIALISE, block=self._inputs.parts(inputs))
@@ -237,7 +262,9 @@ class RemoteComponent(
 
     @override
     def begin_step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self._dialogue.ask(Kind.STEP, t=t, h=h, block=self._inputs.parts(inputs))
+        courses, self._courses = self._courses, {}
+        said = {"courses": courses_to_document(courses)} if courses else {}
+        self._dialogue.ask(Kind.STEP, t=t, h=h, document=said, block=self._inputs.parts(inputs))
 
     @override
     def finish_step(self) -> None:

@@ -16,11 +16,18 @@ import numpy as np
 from typing_extensions import Buffer
 
 from orchestrator import registry
-from orchestrator.capabilities import EndRequesting, InitialEvaluation, PortableState
+from orchestrator.capabilities import (
+    CourseFollowing,
+    EndRequesting,
+    InitialEvaluation,
+    OutputSlopes,
+    PortableState,
+)
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, ComponentTypeError, CosimError
 from orchestrator.local_module import local_type
 from orchestrator.parameters import ComponentType, PythonComponentType
+from orchestrator.remote.courses import courses_from_document, slopes_to_document
 from orchestrator.remote.protocol import (
     CAPABILITIES,
     ComponentSpec,
@@ -119,6 +126,7 @@ class ComponentHost:
             Kind.EVALUATE: self._evaluate,
             Kind.DUMP: self._dump,
             Kind.LOAD: self._load,
+            Kind.SLOPES: self._slopes,
         }
 
     def handle(self, message: bytes) -> bytes:
@@ -155,8 +163,10 @@ class ComponentHost:
             for causality in Causality
         }
         is_restorable = isinstance(self._component, RestorableComponent)
+        follower = self._component.capability(CourseFollowing)  # type: ignore[type-abstract]
         document = {
             "restorable": is_restorable,
+            "input_degree": 0 if follower is None else follower.input_degree,
             "capabilities": [
                 name
                 for name, kind in CAPABILITIES.items()
@@ -192,7 +202,20 @@ class ComponentHost:
         outputs = evaluation.evaluate(self._inputs.decode(message, offset))
         return self._done(command).encode(self._block(outputs))
 
+    def _slopes(self, command: Message, message: bytes, offset: int) -> bytes:
+        del message, offset
+        source = self._created().capability(OutputSlopes)  # type: ignore[type-abstract]
+        if source is None:
+            raise WireError("the component does not know how its outputs change")
+        document = {**slopes_to_document(source.slopes()), **self._log_document()}
+        return command.reply(Kind.DONE, document).encode()
+
     def _step(self, command: Message, message: bytes, offset: int) -> bytes:
+        if courses := command.document.get("courses"):
+            follower = self._created().capability(CourseFollowing)  # type: ignore[type-abstract]
+            if follower is None:
+                raise WireError("the component's inputs cannot change over a step")
+            follower.follow(courses_from_document(courses))
         self._created().step(self._inputs.decode(message, offset), command.t, command.h)
         return self._reached(command).encode(self._output_block())
 

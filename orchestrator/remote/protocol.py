@@ -25,9 +25,11 @@ import numpy as np
 from typing_extensions import Buffer
 
 from orchestrator.capabilities import (
+    CourseFollowing,
     EndRequest,
     EndRequesting,
     InitialEvaluation,
+    OutputSlopes,
     PointEvaluation,
     PortableState,
     VariableSteps,
@@ -49,8 +51,10 @@ _VERSION: Final = 3
 CAPABILITIES: Final[Mapping[str, type]] = {
     each.__name__: each
     for each in (
+        CourseFollowing,
         EndRequesting,
         InitialEvaluation,
+        OutputSlopes,
         PointEvaluation,
         PortableState,
         VariableSteps,
@@ -72,6 +76,7 @@ class Kind(enum.IntEnum):
     EVALUATE = 8
     DUMP = 9
     LOAD = 10
+    SLOPES = 11
     DONE = 16
     FAILED = 17
 

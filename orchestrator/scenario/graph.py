@@ -29,6 +29,7 @@ class Node:
         process: whether it runs in a process of its own.
         layer: the number of components before it on the longest chain without delay.
         feedthrough: for each output that has any, the inputs it depends on at the same time.
+        lag: how old these inputs are when the output is published [ns].
     """
 
     name: str
@@ -39,6 +40,7 @@ class Node:
     process: Isolation
     layer: int
     feedthrough: Mapping[str, tuple[str, ...]]
+    lag: StepSize = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,6 +97,7 @@ def graph_of(scenario: Scenario, assembly: Assembly) -> Graph:
     turn = {name: index for index, name in enumerate(assembly.turns)}
     edges = _edges(assembly, turn)
     layers = _layers(assembly.turns, edges)
+    lags = assembly.algorithm.lags(assembly.system)
     nodes = tuple(
         Node(
             name=name,
@@ -104,6 +107,7 @@ def graph_of(scenario: Scenario, assembly: Assembly) -> Graph:
             process=scenario.components[name].process,
             layer=layers[name],
             feedthrough=_feedthrough(assembly, name),
+            lag=lags.get(name, 0),
         )
         for name in assembly.turns
     )

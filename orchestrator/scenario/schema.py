@@ -101,13 +101,14 @@ class Coupling(_Mapping):
     model_config = ConfigDict(extra="allow")
 
     algorithm: Annotated[
-        Text, Field(examples=["gauss-seidel", "jacobi", "fixed-point", "quasi-newton"])
+        Text, Field(examples=["gauss-seidel", "jacobi", "fixed-point", "quasi-newton", "adaptive"])
     ] = "gauss-seidel"
     """The name of an installed algorithm. `gauss-seidel`: components take turns, in the given
     `order` or that of direct feedthrough, and see the newest outputs of those before them.
     `jacobi`: all see the outputs of the previous communication point, so the order is irrelevant
     and processes work at the same time. `fixed-point`: those that depend on each other repeat
-    their steps until they agree; `quasi-newton`: the same, also where that does not contract."""
+    their steps until they agree; `quasi-newton`: the same, also where that does not contract.
+    `adaptive`: those that depend on each other make as many steps as a tolerance asks for."""
 
 
 class ComponentEntry(_Mapping):

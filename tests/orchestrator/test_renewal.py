@@ -1,19 +1,24 @@
 """Jacobi: outputs with direct feedthrough are those of the inputs at the end of a step."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import pairwise, permutations
 
 import numpy as np
 import pytest
 
+from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.algorithm.fixed_point import FixedPoint
+from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
-from orchestrator.capabilities import InitialEvaluation, PointEvaluation
+from orchestrator.capabilities import CourseFollowing, InitialEvaluation, PointEvaluation
 from orchestrator.component import Component
 from orchestrator.remote.component import launch
 from orchestrator.remote.protocol import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport
 from orchestrator.system import System
 from orchestrator.timebase import nanoseconds
+from orchestrator.transformation import Transformation
 from tests.orchestrator.linear_parts import Linear, Part, connections, largest_error, order, traced
 from tests.orchestrator.mechanics import three_masses, two_masses
 from tests.orchestrator.packages.remote_units import Anew
@@ -107,3 +112,40 @@ def test_it_is_the_same_over_the_loopback_transport() -> None:
         assert run(components) == here
     for row in here:
         assert row["b.y"] == row["b.x"] - row["a.y"] / 2
+
+
+def test_an_input_that_is_made_of_others_is_read_anew_as_well() -> None:
+    """An offset of next to nothing on both ways to the right mass."""
+    system, _ = two_masses().system(H, ANEW)
+    way = Transformation(offset=1e-300)
+    links = [
+        replace(link, way=way) if link.target.component == "right" else link
+        for link in system.connections
+    ]
+    whole = System(system.components, system.step_sizes, links)
+    for row in traced(whole, Jacobi(), 10 * H).rows:
+        force = 2.0 * (row["right.y"] - row["left.x"]) + 0.1 * (row["right.w"] - row["left.v"])
+        assert row["right.f"] == pytest.approx(force, abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "kinds", "lag"),
+    [
+        (Jacobi(), OLD, H),
+        (Jacobi(), OLD | {CourseFollowing}, H),
+        (Jacobi(), ANEW, 0),
+        (Jacobi(extrapolation="linear"), OLD, H // 2),
+        (Jacobi(extrapolation="linear"), OLD | {CourseFollowing}, 0),
+        (GaussSeidel(), OLD, 0),
+        (GaussSeidel(extrapolation="linear"), OLD, H // 2),
+        (GaussSeidel(extrapolation="linear"), ANEW, 0),
+        (FixedPoint(), OLD, 0),
+    ],
+    ids=str,
+)
+def test_it_is_known_how_old_the_inputs_of_an_output_are(
+    algorithm: CosimulationAlgorithm, kinds: frozenset[type], lag: int
+) -> None:
+    """Of the force of the right mass; the left one has no direct feedthrough."""
+    system, _ = two_masses().system(H, kinds)
+    assert algorithm.lags(system) == ({"right": lag} if lag else {})

@@ -59,8 +59,6 @@ _FUNCTIONS: Final[dict[str, dict[str, tuple[Any, ...]]]] = {
         "CVodeReInit": (c_int, c_void_p, c_double, c_void_p),
         "CVodeSVtolerances": (c_int, c_void_p, c_double, c_void_p),
         "CVodeRootInit": (c_int, c_void_p, c_int, _SIGNS),
-        "CVodeSetNoInactiveRootWarn": (c_int, c_void_p),
-        "CVodeSetMaxHnilWarns": (c_int, c_void_p, c_int),
         "CVodeSetMaxStep": (c_int, c_void_p, c_double),
         "CVodeSetLinearSolver": (c_int, c_void_p, c_void_p, c_void_p),
         "CVodeSetJacFn": (c_int, c_void_p, _JACOBIAN),
@@ -189,8 +187,6 @@ class CVode(Solver):
         self._check("CVodeInit", self._memory, self._rates, t, self._vector)
         self._is_initialised = True
         self._check("CVodeRootInit", self._memory, self._problem.indicators, self._signs)
-        self._check("CVodeSetNoInactiveRootWarn", self._memory)
-        self._check("CVodeSetMaxHnilWarns", self._memory, -1)
         self._check("CVodeSetLinearSolver", self._memory, self._linear, self._matrix)
         if self._problem.has_jacobian:
             self._check("CVodeSetJacFn", self._memory, self._jacobian)

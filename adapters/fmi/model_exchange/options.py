@@ -40,7 +40,13 @@ def parameters(description: FmuDescription) -> dict[str, Parameter]:
 
 
 _OWN: Final = ("solver", "step")
-_OTHERS: Final = ("smallest_step", "event_mode", "intermediate")
+_OTHERS: Final = (
+    "smallest_step",
+    "event_mode",
+    "intermediate",
+    "input_degree",
+    "output_slopes",
+)
 
 
 def problems(kind: Kind, said: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -101,6 +101,8 @@ class _Reader:
         except expat.ExpatError as error:
             place = Place(error.lineno, error.offset + 1)
             raise MarkupError(expat.errors.messages[error.code], place) from error
+        except (LookupError, ValueError) as error:  # an encoding that Python does not know, or use
+            raise MarkupError(str(error), Place(1, 1)) from error
         assert self._root is not None  # noqa: S101  (expat refuses a file without elements)
         return self._root
 

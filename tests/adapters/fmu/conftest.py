@@ -40,6 +40,12 @@ def lag2(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
+def mass2(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMI 2.0 FMU in the folder `mass2`: inputs follow polynomials, outputs have slopes."""
+    return built("mass2", 2, tmp_path_factory.mktemp("mass2"))
+
+
+@pytest.fixture(scope="session")
 def ends3(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The FMI 3.0 FMU in the folder `ends3`: its steps say what came."""
     return built("ends3", 3, tmp_path_factory.mktemp("ends3"))
@@ -49,6 +55,12 @@ def ends3(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def starts3(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The FMI 3.0 FMU in the folder `starts3`: it shows what it was told before the first step."""
     return built("starts3", 3, tmp_path_factory.mktemp("starts3"))
+
+
+@pytest.fixture(scope="session")
+def slopes3(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMI 3.0 FMU in the folder `slopes3`: it tells the derivatives of its outputs."""
+    return built("slopes3", 3, tmp_path_factory.mktemp("slopes3"))
 
 
 @pytest.fixture(scope="session")

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -160,6 +161,7 @@ def ran(
     out: Path,
     *,
     compiled: bool,
+    start: Time = 0,
     stop: Time = 180 * MS,
     **settings: Any,
 ) -> Ran:
@@ -169,8 +171,8 @@ def ran(
     try:
         results.append(
             simulate(
-                system, algorithm, start=0, stop=stop, seed=3, observers=[recorder],
-                compiled=compiled, **settings,
+                system, algorithm, start=start, stop=stop, seed=3,
+                observers=[recorder], compiled=compiled, **settings,
             )
         )  # fmt: skip
     except ComponentError as found:
@@ -250,6 +252,35 @@ def test_the_engine_takes_all_points_but_those_of_python(
 
 
 ALGORITHMS = [Jacobi(), GaussSeidel()]
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("start", [0, -1, 10**15, 10**16])
+def test_steps_that_are_fractions_are_the_same(
+    kinds: Kinds, tmp_path: Path, stretches: list[int], algorithm: CosimulationAlgorithm, start: int
+) -> None:
+    """1/60 s, 1/30 s and 1/700 s; a component of Python is due every 1/30 s; for a second."""
+    network: list[tuple[str, int, dict[str, int]]] = [
+        ("mirror", 1, {"float64": 2, "binary": 2}),
+        ("lag", 1, {}),
+        ("mirror", 1, {"int32": 0, "boolean": 0}),
+        ("source", 1, {}),
+    ]
+    sizes = [Fraction(10**9, 60), Fraction(10**9, 30), Fraction(10**9, 700), Fraction(10**9, 30)]
+    span: dict[str, Any] = {"start": start, "stop": start + 1000 * MS}
+    runs = []
+    for name in ("plain", "compiled"):
+        made = system_of(kinds, network)
+        system = System(
+            made.components, dict(zip(made.components, sizes, strict=True)), made.connections
+        )
+        runs.append(ran(system, algorithm, tmp_path / name, compiled=name == "compiled", **span))
+    check_equal(*runs)
+    # 20 points of 1/60 s and of 1/700 s are the same; 30 are those of Python
+    is_exact = start < 10**16  # behind that, 1/700 s of a run are no exact doubles
+    assert sum(stretches) == (700 + 60 - 20 - 30 if is_exact else 0)
+    times = Recording(tmp_path / "compiled")["c0.float64.out"].times
+    assert list(times[:3] - start) == [0, 16_666_667, 33_333_333]
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)

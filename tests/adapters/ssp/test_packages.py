@@ -124,6 +124,8 @@ def test_a_package_within_a_package_is_held_to_the_same(tmp_path: Path) -> None:
     ("content", "problem"),
     [
         ("<ssd:System", ":1:1: is no XML: unclosed token"),
+        ('<?xml version="1.0" encoding="x.y"?><a/>', ":1:1: is no XML: unknown encoding: x.y"),
+        ('<?xml version="1.0" encoding="shift_jis"?><a/>', ":1:1: is no XML: multi-byte encodings"),
         ("<a/>", ":1:1: expected `ssd:SystemStructureDescription` of SSP 1.0 or 2.0, got `a`"),
         (
             "<ssd:SystemStructureDescription/>",

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from typing_extensions import override
 
-from orchestrator.capabilities import InitialEvaluation, PointEvaluation
+from orchestrator.capabilities import InitialEvaluation, PointEvaluation, VariableSteps
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
@@ -345,8 +345,8 @@ class Evaluated(Component, InitialEvaluation):
         return {"y": np.array(self._y)}
 
 
-class Follower(RestorableComponent[float]):
-    """y' = u - y / 2 from 1, by Euler; both are continuous."""
+class Follower(RestorableComponent[float], VariableSteps):
+    """y' = u - y / 2 from 1, by Euler, with any step; both are continuous."""
 
     connectors: Mapping[str, Connector] = {
         "u": Connector(causality=INPUT, variability=Variability.CONTINUOUS),
