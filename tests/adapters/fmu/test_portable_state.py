@@ -157,6 +157,10 @@ def test_other_bytes_are_refused(bilinear3: Path, product2: Path) -> None:
     ):
         with pytest.raises(FmuError, match=said):
             target.load(wrong)
+    more = begun(bilinear3, BILINEAR, **{"fmi.locals": ("time",)})
+    with pytest.raises(FmuError, match="the state has other connectors than this component"):
+        target.load(portable(more).dump())
+    more.close()
     with pytest.raises(FmuError, match="fmi3DeserializeFMUState returned Error"):
         target.load(content.replace(b"bilinear", b"BILINEAR").replace(b"{BILINEAR", b"{bilinear"))
     component.close()

@@ -12,7 +12,11 @@ from adapters.fmi.errors import FmuError
 from orchestrator.signal import Signal
 
 S = 1_000_000_000
-RESTING: Mapping[str, Signal] = {"sample": np.array(1.0), "pull": np.array(False)}
+RESTING: Mapping[str, Signal] = {
+    "sample": np.array(1.0),
+    "pull": np.array(False),
+    "plain": np.array(0.0),
+}
 
 
 def begun(path: Path, **values: float) -> RestorableFmuComponent:
@@ -60,6 +64,16 @@ def test_triggered_partitions_run_at_the_beginning_of_a_step(partitions3: Path) 
         rows.append((number(component, "out"), number(component, "n_out")))
     assert rows == [(0, 0), (1, 1), (1, 2), (0, 2)]
     assert component.outputs()["log"] == b"fpp"
+    component.close()
+
+
+def test_inputs_are_set_before_what_is_triggered_with_them(partitions3: Path) -> None:
+    component = begun(partitions3)
+    both = {**RESTING, "pull": np.array(True), "plain": np.array(5.0)}
+    component.step(both, 0, S // 100)
+    assert number(component, "pulled") == 5
+    component.step({**RESTING, "plain": np.array(6.0)}, S // 100, S // 100)
+    assert number(component, "pulled") == 5
     component.close()
 
 

@@ -5,13 +5,13 @@
 
 #include "fmi3Functions.h"
 
-enum { FAST = 1, SLOW, LATER, PULL, OUT, DELAY = 10, SAMPLE, SAMPLED, N_FAST, N_OUT, LOG };
+enum { FAST = 1, SLOW, LATER, PULL, OUT, DELAY = 10, SAMPLE, SAMPLED, N_FAST, N_OUT, LOG, PLAIN, PULLED };
 typedef struct {
     fmi3InstanceEnvironment environment;
     fmi3LogMessageCallback message;
     fmi3ClockUpdateCallback update;
     fmi3Boolean is_initialised, is_updating, is_out, counts_down;
-    fmi3Float64 delay, sample, sampled, last[OUT], now;
+    fmi3Float64 delay, sample, sampled, plain, pulled, last[OUT], now;
     fmi3Int32 count[OUT];
     char log[256];
 } Partitions;
@@ -49,13 +49,13 @@ fmi3Status fmi3Terminate(fmi3Instance c) { (void)c; return fmi3OK; }
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Float64 v[], size_t m) {
     const Partitions *p = c;
     (void)m;
-    for (size_t i = 0; i < n; i++) v[i] = r[i] == SAMPLED ? p->sampled : p->now;
+    for (size_t i = 0; i < n; i++) v[i] = r[i] == SAMPLED ? p->sampled : p->pulled;
     return fmi3OK;
 }
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3Float64 v[], size_t m) {
     Partitions *p = c;
     (void)m;
-    for (size_t i = 0; i < n; i++) *(r[i] == DELAY ? &p->delay : &p->sample) = v[i];
+    for (size_t i = 0; i < n; i++) *(r[i] == DELAY ? &p->delay : r[i] == PLAIN ? &p->plain : &p->sample) = v[i];
     return fmi3OK;
 }
 fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Int32 v[], size_t m) {
@@ -98,7 +98,7 @@ fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference clock, 
     p->count[clock]++;
     strncat(p->log, &"-fslp"[clock], 1);
     if (clock == SLOW) p->sampled = p->sample;
-    if (clock == PULL) p->is_out = fmi3True;
+    if (clock == PULL) p->is_out = fmi3True, p->pulled = p->plain;
     if (clock == SLOW && p->count[SLOW] % 2 == 0) p->counts_down = fmi3True;
     if (p->is_out || p->counts_down) {
         p->is_updating = fmi3True;
