@@ -13,7 +13,7 @@ import logging
 import math
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, NoReturn
@@ -48,18 +48,27 @@ def branching_problems(system: System, deciding: Iterable[str]) -> list[str]:
         for name, component in system.components.items()
         if isinstance(component, ConcurrentComponent)
     ]
+    return [problem for name in deciding for problem in copying_problems(name, elsewhere)]
+
+
+def copying_problems(name: str, elsewhere: Sequence[str]) -> list[str]:
+    """Why the decisions of the component `name` cannot be tried; empty if they can.
+
+    Args:
+        name: of a component that is a `DecidingComponent`.
+        elsewhere: names of those that step outside of this process.
+    """
     problems = []
-    for name in deciding:
-        what = f"component `{name}` tries its alternatives in copies of this process"
-        if sys.platform == "win32":
-            problems.append(f"{what}, which Windows cannot make; run it on Linux")
-        if elsewhere:
-            others = ", ".join(f"`{other}`" for other in elsewhere)
-            verb = "steps" if len(elsewhere) == 1 else "step"
-            problems.append(
-                f"{what}, but {others} {verb} outside of it and would not be copied; run all "
-                "components in one process: `--transport in-process`"
-            )
+    what = f"component `{name}` tries its alternatives in copies of this process"
+    if sys.platform == "win32":
+        problems.append(f"{what}, which Windows cannot make; run it on Linux")
+    if elsewhere:
+        others = ", ".join(f"`{other}`" for other in elsewhere)
+        verb = "steps" if len(elsewhere) == 1 else "step"
+        problems.append(
+            f"{what}, but {others} {verb} outside of it and would not be copied; run all "
+            "components in one process: `--transport in-process`"
+        )
     return problems
 
 

@@ -12,7 +12,9 @@ log.txt         what components and the orchestrator logged
 
 import itertools
 import logging
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -20,8 +22,10 @@ from typing import Any
 from orchestrator.early_end import EarlyEnd
 from orchestrator.errors import CosimError
 from orchestrator.findings import make_report
+from orchestrator.last_call import LastCall, noting
 from orchestrator.log import run_log
 from orchestrator.observer import Observer, WallTime
+from orchestrator.output_files import FileWritingComponent
 from orchestrator.placement import placement, placing
 from orchestrator.provenance import provenance
 from orchestrator.questions import Questions
@@ -121,6 +125,10 @@ def claim_directory(directory: Path) -> Path:
     return directory
 
 
+def _to_nobody(directory: Path) -> None:
+    del directory
+
+
 def run_scenario(
     scenario: Scenario,
     directory: Path | None = None,
@@ -130,6 +138,7 @@ def run_scenario(
     echo_warnings: bool = False,
     figure: bool = True,
     default_measures: bool = False,
+    announce: Callable[[Path], None] = _to_nobody,
 ) -> RunOutcome:
     """Run `scenario` and write everything about it to a directory.
 
@@ -143,6 +152,7 @@ def run_scenario(
         figure: whether report and measures draw.
         default_measures: whether a scenario that does not speak of measures asks all whose signals
             are recorded, as `nlosim run` does.
+        announce: called with the directory once it is there, before anything is simulated.
 
     Raises:
         ScenarioError: the components do not fit together, or files that they read are wrong. No
@@ -166,17 +176,41 @@ def run_scenario(
         except BaseException:
             assembly.close()
             raise
-        with run_log(directory, echo=echo_warnings):
-            asked = scenario.asked(every_run=default_measures)
-            return _run(
-                scenario,
-                assembly,
-                directory,
-                placed.transport,
-                observers,
-                asked=asked,
-                figure=figure,
-            )
+        announce(directory)
+        whole = directory.absolute()  # a component may change the working directory
+        for component in assembly.system.components.values():
+            if isinstance(component, FileWritingComponent):
+                component.write_into(whole)
+        try:
+            with (
+                _staying(),
+                run_log(whole, echo=echo_warnings),
+                noting(whole, tuple(assembly.system.components)) as last_call,
+            ):
+                outcome = _run(
+                    scenario,
+                    assembly,
+                    whole,
+                    placed.transport,
+                    observers,
+                    asked=scenario.asked(every_run=default_measures),
+                    figure=figure,
+                    last_call=last_call,
+                )
+        except (RunFailedError, RunInterrupted) as error:
+            error.directory = directory
+            raise
+        return replace(outcome, directory=directory)
+
+
+@contextmanager
+def _staying() -> Iterator[None]:
+    """Be in the same working directory after the block, whatever components do to it."""
+    here = Path.cwd()
+    try:
+        yield
+    finally:
+        os.chdir(here)
 
 
 def _run(
@@ -188,6 +222,7 @@ def _run(
     *,
     asked: Questions,
     figure: bool,
+    last_call: LastCall,
 ) -> RunOutcome:
     """Simulate, record and report; the log is open."""
     recorder = Recorder(
@@ -208,6 +243,7 @@ def _run(
             seed=scenario.seed,
             observers=(recorder, *observers),
             until=scenario.until,
+            last_call=last_call,
         )
     except BaseException as error:
         logger.info("the run ended early: %r", error, exc_info=error)
@@ -215,6 +251,7 @@ def _run(
         if isinstance(error, KeyboardInterrupt):
             raise RunInterrupted(directory) from error
         raise RunFailedError(str(error), directory) from error
+    last_call.nobody()
     if result.early_end is not None:
         logger.info("%s", result.early_end.text)
     logger.info("done; fingerprint %s", recorder.fingerprint)

@@ -14,6 +14,7 @@ from orchestrator.algorithm.start import initialise
 from orchestrator.branching import Branching
 from orchestrator.early_end import EarlyEnd
 from orchestrator.ending import Ending, ending
+from orchestrator.last_call import NOWHERE, LastCall
 from orchestrator.observer import Observer, SimulationResult, WallTime
 from orchestrator.plan.plan import RunPlan, plan_of
 from orchestrator.signal import Signals
@@ -34,6 +35,7 @@ def simulate(
     observers: Sequence[Observer] = (),
     until: Endpoint | None = None,
     compiled: bool = True,
+    last_call: LastCall = NOWHERE,
 ) -> SimulationResult:
     """Simulate `system` from `start` to `stop`, or until an output is true or a component asks.
 
@@ -55,6 +57,7 @@ def simulate(
             which its published value is true is the last one; `start` may be that.
         compiled: let compiled code step FMUs where nothing else is due, see `orchestrator.plan`;
             the result is the same.
+        last_call: where calls of components are noted.
 
     Raises:
         SystemStructureError: step sizes do not fit the interval, or the algorithm the system, or
@@ -63,12 +66,12 @@ def simulate(
     """
     early = ending(system.components, until)
     branching = Branching(system, stop)
-    exchange = Exchange(system, branching)
+    exchange = Exchange(system, branching, last_call)
     turns, solved = algorithm.turns(system), algorithm.solved(system)
     schedule = Schedule(exchange, turns, start, stop, solved)
     stepping = algorithm.of_run(system, exchange)
     run = _Run(exchange, start, stepping)
-    audience = _Audience(observers)
+    audience = _Audience(observers, last_call)
     plan: RunPlan | None = None
     with run.guarded("simulating"), branching.confined():
         audience.begin(system, start, stop)
@@ -86,6 +89,7 @@ def simulate(
                 recorded=wanted,
                 start=start,
                 until=until,
+                last_call=last_call,
             )
         t, is_last = start, False
         while True:
@@ -126,7 +130,8 @@ def simulate(
 class _Audience:
     """The observers, and the time they take."""
 
-    def __init__(self, observers: Sequence[Observer]) -> None:
+    def __init__(self, observers: Sequence[Observer], last_call: LastCall) -> None:
+        self._last_call = last_call
         self.begun: list[Observer] = []
         self.wall_time_ns = 0
         self._observers = tuple(observers)
@@ -138,6 +143,7 @@ class _Audience:
                 observer.begin(system, start, stop)
 
     def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
+        self._last_call.nobody()
         before = perf_counter_ns()
         for observer in self._observers:
             observer.observe(t, published, values)

@@ -2,8 +2,6 @@
 
 import ctypes
 import os
-import shutil
-import tempfile
 import zipfile
 import zlib
 from pathlib import Path
@@ -18,6 +16,7 @@ from adapters.fmi.binary import HEAD, identify, needed
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.kind import Kind
 from orchestrator.errors import ComponentTypeError
+from orchestrator.scratch import discard, temporary_folder
 
 _FMI2_PLATFORMS: Final = {
     "x86_64-linux": "linux64",
@@ -125,12 +124,12 @@ class LoadedFmu:
 
     def discard(self) -> None:
         """Remove the temporary folder."""
-        shutil.rmtree(self._folder, ignore_errors=True)
+        discard(self._folder)
 
 
 def _unpack(description: FmuDescription) -> Path:
     """Unpack what this machine needs into a new temporary folder."""
-    folder = Path(tempfile.mkdtemp(prefix=f"nlosim-{description.identifier}-"))
+    folder = temporary_folder(description.identifier)
     own = f"binaries/{host_folder(description.version)}/"
     try:
         with opened(description.path) as archive:
@@ -143,10 +142,10 @@ def _unpack(description: FmuDescription) -> Path:
                 ],
             )
     except ComponentTypeError:
-        shutil.rmtree(folder, ignore_errors=True)
+        discard(folder)
         raise
     except Exception as error:
-        shutil.rmtree(folder, ignore_errors=True)
+        discard(folder)
         raise ComponentTypeError(f"{description.path}: cannot be unpacked: {error}") from error
     return folder
 

@@ -5,7 +5,6 @@ import re
 import signal
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from adapters.sumo.files import SceneFiles
 from adapters.sumo.silencing import StandIns
 from orchestrator.errors import Location, Problem
 from orchestrator.remote.process import child_environment
+from orchestrator.scratch import scratch
 
 _MODULE: Final = "adapters.sumo.probe_main"
 _MESSAGE: Final = re.compile(r"(Error|Warning): ?(.*)")
@@ -70,11 +70,11 @@ def probe(
         SUMO's own words, at the places or else at the ids that they name, or at the configuration.
         Nothing that the scene writes is written.
     """
-    with tempfile.TemporaryDirectory(prefix="nlosim-scene-") as folder:
-        stand_ins = StandIns(files, Path(folder))
-        attempt = _attempt(stand_ins.options(), Path(folder), timeout)
+    with scratch("scene") as folder:
+        stand_ins = StandIns(files, folder)
+        attempt = _attempt(stand_ins.options(), folder, timeout)
         crash = attempt.crashed and attempt.stage == "loading" and files.net is not None
-        is_net = crash and _attempt(_net_only(files), Path(folder), timeout).crashed
+        is_net = crash and _attempt(_net_only(files), folder, timeout).crashed
     guilty = files.net if is_net and files.net is not None else files.config
     reader = _Reader(files, stand_ins.originals, declared or {})
     return reader.probe(attempt, guilty, timeout)

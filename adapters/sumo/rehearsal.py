@@ -11,7 +11,6 @@ import pickle
 import re
 import subprocess
 import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -21,6 +20,7 @@ from adapters.sumo.parameters import TrafficParameters
 from adapters.sumo.silencing import StandIns
 from orchestrator.errors import ParameterProblem
 from orchestrator.remote.process import child_environment
+from orchestrator.scratch import scratch
 
 _SEED: Final = 1
 """One draw of many: what has no room by chance alone is told as in a run with this seed."""
@@ -42,9 +42,9 @@ def rehearse(
         files: of the scene, which SUMO can open.
         timeout: for all of it [s]; one that takes longer tells nothing.
     """
-    with tempfile.TemporaryDirectory(prefix="nlosim-rehearsal-") as folder:
-        options = StandIns(files, Path(folder)).options()
-        result = Path(folder) / "result.json"
+    with scratch("rehearsal") as folder:
+        options = StandIns(files, folder).options()
+        result = folder / "result.json"
         try:
             subprocess.run(
                 [sys.executable, "-P", "-m", "adapters.sumo.rehearsal", str(result)],

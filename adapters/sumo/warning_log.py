@@ -2,12 +2,12 @@
 
 import logging
 import re
-import tempfile
 from collections import Counter
 from pathlib import Path
 from typing import Final, TextIO
 
 from adapters.sumo.checks.configuration import read_configuration
+from orchestrator.scratch import discard, temporary_folder
 
 logger = logging.getLogger(__name__)
 
@@ -44,7 +44,7 @@ class WarningLog:
     def __init__(self, config: Path) -> None:
         self.options: tuple[str, ...] = ()
         self._scene = config.name
-        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._folder: Path | None = None
         self._file: TextIO | None = None
         self._rest = ""
         self._counts: Counter[str] = Counter()
@@ -52,9 +52,8 @@ class WarningLog:
         if own := _own_choice(config):
             logger.info("SUMO's warnings are not in this log: %s has %s", config.name, own)
             return
-        # a file in use cannot be removed on Windows
-        self._folder = tempfile.TemporaryDirectory(prefix="nlosim-", ignore_cleanup_errors=True)
-        self.options = ("--error-log", str(Path(self._folder.name) / _NAME))
+        self._folder = temporary_folder("warnings")
+        self.options = ("--error-log", str(self._folder / _NAME))
 
     def read(self) -> None:
         """Pass on what SUMO has written since the last call."""
@@ -72,7 +71,7 @@ class WarningLog:
         self.read()
         if self._file is not None:
             self._file.close()
-        self._folder.cleanup()
+        discard(self._folder)
         self._folder = self._file = None
         for kind, count in self._counts.items():
             if count > 1:
@@ -83,7 +82,7 @@ class WarningLog:
         """SUMO's file, once it is there; an `output-prefix` comes before its name."""
         if self._folder is None:
             return None
-        for path in Path(self._folder.name).glob(f"*{_NAME}"):
+        for path in self._folder.glob(f"*{_NAME}"):
             return path.open(encoding="utf-8", errors="replace")
         return None
 

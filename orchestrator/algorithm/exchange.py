@@ -13,6 +13,7 @@ from orchestrator.algorithm.participants import participant
 from orchestrator.algorithm.requests import Requests
 from orchestrator.branching import Branching
 from orchestrator.errors import SystemStructureError
+from orchestrator.last_call import LastCall
 from orchestrator.randomness import stream
 from orchestrator.signal import Signals
 from orchestrator.system import System
@@ -77,6 +78,7 @@ class Exchange:
     Args:
         system: the components and their connections.
         branching: takes the decisions of `DecidingComponent`s.
+        last_call: where calls are noted.
 
     Attributes:
         participants: by name, in the order of the system.
@@ -88,7 +90,7 @@ class Exchange:
 
     __slots__ = ("participants", "requests", "sources", "values")
 
-    def __init__(self, system: System, branching: Branching) -> None:
+    def __init__(self, system: System, branching: Branching, last_call: LastCall) -> None:
         self.participants: Mapping[str, Participant] = {
             name: participant(
                 name,
@@ -98,9 +100,10 @@ class Exchange:
             )
             for name, component in system.components.items()
         }
+        last_call.begin(list(self.participants))
         self.requests = Requests()
-        for each in self.participants.values():
-            each.asking.requests = self.requests
+        for number, each in enumerate(self.participants.values()):
+            each.notes, each.asking.requests = last_call.notes_of(number), self.requests
         published = {name: each.published for name, each in self.participants.items()}
         for name, each in self.participants.items():
             each.inputs.connect(system.feeds[name], published)

@@ -17,6 +17,7 @@ from orchestrator.algorithm.slopes import KnownSlopes
 from orchestrator.capabilities import InitialEvaluation, PointEvaluation
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentError, CosimError
+from orchestrator.last_call import NOWHERE, Call
 from orchestrator.native import NativeUnit
 from orchestrator.signal import Connector, Signal, Signals
 from orchestrator.timebase import CommunicationGrid, Duration, StepSize, Time
@@ -35,6 +36,7 @@ class Participant(abc.ABC):
         asking: whether it asks for the end of the run.
         step_size: communication step size [ns].
         is_concurrent: whether the step runs elsewhere between `begin` and `finish`.
+        notes: where calls of the component are noted.
         is_begun: whether a step has been begun that has not been waited for yet.
         inputs: what it reads, and from whom.
         published: the outputs that others may see now; updated in place by `publish`.
@@ -43,7 +45,7 @@ class Participant(abc.ABC):
 
     __slots__ = ("_component", "_continuous", "_evaluation", "_followed", "_grid", "_history",
                  "_looked_at", "_past", "_pending", "_pieces", "_reached", "_sloped", "_used",
-                 "asking", "inputs", "is_begun", "name", "published", "step_size",
+                 "asking", "inputs", "is_begun", "name", "notes", "published", "step_size",
                  "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
@@ -60,6 +62,7 @@ class Participant(abc.ABC):
         self.step_size: Final = step_size
         self.published: Final[dict[str, Signal]] = {}
         self.is_begun, self.wall_time_ns = False, 0
+        self.notes = NOWHERE.notes_of(0)
         self._component = component
         self._evaluation = component.capability(InitialEvaluation)  # type: ignore[type-abstract]
         self._sloped = KnownSlopes(component, connectors)
@@ -91,7 +94,7 @@ class Participant(abc.ABC):
 
     def set_up(self, start: Time, stop: Time, rng: np.random.Generator) -> None:
         """Enter the initial state at `start`, of a run that ends at `stop` at the latest."""
-        before = perf_counter_ns()
+        before = self.notes.call(Call.SET_UP, start)
         try:
             self._grid = CommunicationGrid.over(start, stop, self.step_size)
             self._component.expect(self._grid)
@@ -103,7 +106,7 @@ class Participant(abc.ABC):
 
     def initialise(self, start: Time) -> None:
         """Compute and publish the outputs at `start` from the inputs known so far."""
-        before = perf_counter_ns()
+        before = self.notes.call(Call.INITIALISE, start)
         try:
             inputs = self.inputs.known()
             self._component.initialise(inputs)
@@ -139,7 +142,7 @@ class Participant(abc.ABC):
         Called before `initialise`, any number of times, if `can_be_tried`.
         """
         evaluation = self._evaluation
-        before = perf_counter_ns()
+        before = self.notes.call(Call.INITIALISE, start)
         try:
             inputs = self.inputs.known()
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
@@ -167,7 +170,7 @@ class Participant(abc.ABC):
         if all(inputs[name] is self._used.get(name) for name in self.inputs.driven):
             return
         evaluation = self._component.capability(PointEvaluation)  # type: ignore[type-abstract]
-        before = perf_counter_ns()
+        before = self.notes.call(Call.STEP, t)
         try:
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
@@ -263,7 +266,7 @@ class Participant(abc.ABC):
         )
 
     def _slopes(self) -> Signals:
-        before = perf_counter_ns()
+        before = self.notes.call(Call.STEP, self._reached)
         try:
             found = self._sloped.now(self.inputs.driven - self._followed)
         except Exception as error:
@@ -277,7 +280,7 @@ class Participant(abc.ABC):
         Raises:
             ComponentError: the component failed to, or is not restorable.
         """
-        before = perf_counter_ns()
+        before = self.notes.call(Call.STATE, t)
         try:
             state = self._restorable().save()
         except Exception as error:
@@ -291,7 +294,7 @@ class Participant(abc.ABC):
         Raises:
             ComponentError: the component failed to, or is not restorable.
         """
-        before = perf_counter_ns()
+        before = self.notes.call(Call.STATE, t)
         try:
             self._restorable().restore(state)
         except Exception as error:
@@ -316,6 +319,7 @@ class Participant(abc.ABC):
         Raises:
             ComponentError: the component failed to.
         """
+        self.notes.call(Call.CLOSE, self._reached)
         try:
             self._component.close()
         except Exception as error:

@@ -27,7 +27,7 @@ class LocalParticipant(Participant):
 
     @override
     def begin(self, t: Time, h: Duration | None = None) -> None:
-        before = perf_counter_ns()
+        before = self.notes.step(t)
         try:
             for piece in self._begun(t, h):
                 self._follow(piece)

@@ -11,8 +11,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ from orchestrator.remote.process import child_environment
 from orchestrator.run import RunInterrupted, new_directory, run_scenario
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.model import Scenario
+from orchestrator.scratch import scratch
 from orchestrator.signal import Signals
 from orchestrator.system import System
 from orchestrator.timebase import Time
@@ -51,12 +52,14 @@ class Work:
         overrides: as `nlosim run --set` takes them, the seed among them.
         keep: the run directory to create (numbered if it exists); `None` keeps nothing.
         scratch: where to run if nothing is kept; `None`: the worker's temporary directory.
+        transport: see `run_scenario`.
     """
 
     scenario: str
     overrides: tuple[str, ...]
     keep: str | None
     scratch: str | None
+    transport: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,11 +107,26 @@ def _run(work: Work, scenario: Scenario, observers: Sequence[Observer] = ()) -> 
     if work.keep is not None:
         keep = Path(work.keep)
         directory = new_directory(keep.parent, keep.name)
-        outcome = run_scenario(scenario, directory, figure=False, observers=observers)
+        outcome = run_scenario(
+            scenario, directory, figure=False, observers=observers, transport=work.transport
+        )
     else:
-        with tempfile.TemporaryDirectory(dir=work.scratch, prefix="nlosim-run-") as scratch:
-            outcome = run_scenario(scenario, Path(scratch), figure=False, observers=observers)
+        with _folder(work.scratch) as directory:
+            outcome = run_scenario(
+                scenario, directory, figure=False, observers=observers, transport=work.transport
+            )
     return Result(wall=0.0, fingerprint=outcome.fingerprint, metrics=outcome.metrics, error=None)
+
+
+@contextmanager
+def _folder(parent: str | None) -> Iterator[Path]:
+    """A directory of a run of which nothing is kept."""
+    if parent is None:
+        with scratch("run") as folder:
+            yield folder
+    else:
+        with tempfile.TemporaryDirectory(dir=parent, prefix="run-") as name:
+            yield Path(name)
 
 
 def _alone(work: Work) -> Result:

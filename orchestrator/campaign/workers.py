@@ -3,8 +3,6 @@
 import contextlib
 import importlib
 import logging
-import shutil
-import tempfile
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
@@ -15,6 +13,7 @@ from typing_extensions import override
 
 from orchestrator.campaign.work import Result, RunKey, Work, perform
 from orchestrator.errors import CosimError
+from orchestrator.scratch import scratch
 
 
 class MissingExtraError(CosimError):
@@ -158,12 +157,8 @@ def local_pool(count: int | None, name: str) -> Iterator[Workers]:
     Raises:
         MissingExtraError: Dask is not installed.
     """
-    scratch = Path(tempfile.mkdtemp(prefix=f"nlosim-{name}-"))
-    try:
-        with local_workers(count, scratch) as workers:
-            yield workers
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+    with scratch(name) as folder, local_workers(count, folder) as workers:
+        yield workers
 
 
 @contextlib.contextmanager

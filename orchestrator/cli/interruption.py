@@ -1,17 +1,24 @@
 """Stopping a run in good order when the user, or the system, asks for it."""
 
+import math
 import signal
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from time import monotonic
 from types import FrameType
+from typing import Final
 
 from typing_extensions import override
 
+from orchestrator.cli.watch import WATCH
 from orchestrator.observer import Observer, SimulationResult
 from orchestrator.signal import Signals
 from orchestrator.system import System
 from orchestrator.timebase import Time
+
+_SAME_REQUEST: Final = 0.1
+"""Requests that follow each other faster than this are one [s]."""
 
 
 class StopOnRequest(Observer):
@@ -26,6 +33,7 @@ class StopOnRequest(Observer):
     def __init__(self) -> None:
         self._requested = False
         self._is_running = False
+        self._heard_at = -math.inf
 
     @override
     def begin(self, system: System, start: Time, stop: Time) -> None:
@@ -39,9 +47,21 @@ class StopOnRequest(Observer):
     def end(self, result: SimulationResult) -> None:
         self._is_running = False
 
+    @property
+    def is_requested(self) -> bool:
+        """Whether there was a request."""
+        return self._requested
+
     def request(self, number: int, frame: FrameType | None) -> None:
-        """Handle a signal: note the first, obey the second at once."""
+        """Handle a signal: note the first, obey the second at once.
+
+        What comes on the heels of another one is the same request: a program that ends a group of
+        processes tells each, and those that wait for others hand it on.
+        """
         del number, frame
+        before, self._heard_at = self._heard_at, monotonic()
+        if self._heard_at - before < _SAME_REQUEST:
+            return
         is_first, self._requested = not self._requested, True
         if not (is_first and self._is_running):
             raise KeyboardInterrupt
@@ -66,5 +86,7 @@ def stopping() -> Iterator[StopOnRequest]:
     try:
         yield observer
     finally:
+        # whoever waits for this process may hand on a request that is obeyed already
+        is_over = WATCH.is_told and observer.is_requested
         for number, handler in before.items():
-            signal.signal(number, handler)
+            signal.signal(number, signal.SIG_IGN if is_over else handler)

@@ -12,6 +12,7 @@ from typing import Final
 from orchestrator.cli import failures
 from orchestrator.cli.outcome import Outcome
 from orchestrator.cli.parser import UsageError, parser
+from orchestrator.cli.watch import is_watched, watched
 
 _MODULES: Final = {
     "run": "orchestrator.cli.run",
@@ -38,6 +39,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     given = sys.argv[1:] if argv is None else list(argv)
     is_json = "--json" in given
+    ended = watched() if argv is None and is_watched(given) else None
+    if isinstance(ended, int):
+        return ended
+    if ended is not None:
+        _write(ended, is_json=is_json)
+        return int(ended.exit_code)
     with _output_kept_for_json() if is_json else contextlib.nullcontext():
         outcome = _outcome(given)
     try:

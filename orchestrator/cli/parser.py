@@ -22,7 +22,9 @@ VALUE is YAML. May be given several times."""
 
 _RUN: Final = """\
 The run directory holds the recording, manifest.json, metrics.json, log.txt, and what report and
-measures make: tables in measures/, figures in measures.svg and figure.png.
+measures make: tables in measures/, figures in measures.svg and figure.png. Without a report all
+recorded numbers are a table, measures/signals-table.csv, and curves; --no-figure leaves the curves
+out, --set measures={} both.
 Ctrl-C stops the run at the next communication point; what was recorded can be read.
 
 examples:
@@ -249,6 +251,11 @@ def _add_experiment(commands: _Commands) -> None:
     )
     experiment.add_argument(
         "--scheduler", metavar="ADDRESS", help="of a Dask scheduler, instead of own processes"
+    )
+    experiment.add_argument(
+        "--transport",
+        metavar="NAME",
+        help="of every run, as of `nlosim run`; results are the same, also with --resume",
     )
     experiment.add_argument("--resume", action="store_true", help="go on with what is in --out")
     experiment.add_argument("--keep-runs", action="store_true", help="keep all run directories")

@@ -9,6 +9,7 @@ from orchestrator.errors import CosimError
 from orchestrator.experiment import findings as experiment_findings
 from orchestrator.experiment.stored import is_experiment
 from orchestrator.findings import make_report
+from orchestrator.recording.crash import is_crash
 from orchestrator.recording.reader import Recording
 from orchestrator.scenario.measures import questions_of
 from orchestrator.table_files import Format
@@ -24,7 +25,8 @@ def execute(arguments: Namespace) -> Outcome:
 
 
 def _of_run(directory: Path, more: Sequence[str], tables: Sequence[Format] | None) -> Outcome:
-    scenario = Recording(directory).manifest.get("scenario", {})
+    manifest = Recording(directory).manifest
+    scenario = manifest.get("scenario", {})
     asked = questions_of(scenario, more=more, tables=tables)
     if asked.report is None and not asked.measures and not asked.optional:
         raise CosimError(
@@ -32,7 +34,8 @@ def _of_run(directory: Path, more: Sequence[str], tables: Sequence[Format] | Non
             "`--measures all` asks them anyway"
         )
     findings = make_report(asked, directory, figure=True)
-    lines = [findings.summary.rstrip(), "", f"wrote {', '.join(map(str, findings.files))}"]
+    crash = [f"the run ended early: {manifest['error']}", ""] if is_crash(manifest) else []
+    lines = [*crash, findings.summary.rstrip(), "", f"wrote {', '.join(map(str, findings.files))}"]
     return Outcome(
         text="\n".join(lines).lstrip("\n"),
         data={"out": str(directory), "metrics": dict(findings.metrics)},
@@ -49,5 +52,5 @@ def _of_experiment(directory: Path) -> Outcome:
     files = [str(directory / "runs.parquet"), str(directory / "summary.csv"), *written]
     return Outcome(
         text="\n".join([findings.text.rstrip(), "", f"wrote {', '.join(files)}"]).lstrip("\n"),
-        data={"out": str(directory), "tables": {**findings.tables, "summary": summary}},
+        data={"out": str(directory), "tables": {**findings.tables, "summary": summary.rows}},
     )

@@ -7,6 +7,7 @@ from pathlib import Path
 from orchestrator.cli.failures import bug, outcome_of
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
+from orchestrator.cli.watch import WATCH
 from orchestrator.errors import CosimError
 from orchestrator.observer import NoProgress, WallTime, progress_meter
 from orchestrator.run import (
@@ -37,6 +38,7 @@ def execute(arguments: Namespace) -> Outcome:
                 echo_warnings=not arguments.quiet,
                 figure=not arguments.no_figure,
                 default_measures=True,
+                announce=WATCH.begin,
             )
         except RunInterrupted as error:
             return outcome_of(error, error.directory)

@@ -49,6 +49,7 @@ class Experiment:
         combinations: all that are not skipped; the last factor varies fastest.
         metrics: for each column its path in the metrics of a run.
         report: over all runs, if there is one.
+        transport: how components in processes of their own are reached; `None`: as their marks say.
         document: where everything was written.
     """
 
@@ -58,6 +59,7 @@ class Experiment:
     combinations: tuple[Combination, ...]
     metrics: Mapping[str, str]
     report: ReportPlan | None
+    transport: str | None = None
     document: Document = field(repr=False, compare=False)
 
     @property
@@ -81,6 +83,7 @@ class Experiment:
     def command(self, key: RunKey) -> str:
         """The shell command that repeats a run."""
         words = ["nlosim", "run", str(self.scenario), "--seed", str(key.seed)]
+        words += [] if self.transport is None else ["--transport", self.transport]
         for override in self.combinations[key.combination].overrides:
             words += ["--set", override]
         return shlex.join(words)

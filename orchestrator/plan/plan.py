@@ -17,6 +17,7 @@ from orchestrator.algorithm.exchange import Exchange
 from orchestrator.algorithm.jacobi import is_renewed
 from orchestrator.algorithm.requests import Asking
 from orchestrator.errors import ComponentError
+from orchestrator.last_call import LastCall
 from orchestrator.native import NativeUnit
 from orchestrator.plan import layouts
 from orchestrator.plan.mixes import can_mix, can_remember
@@ -49,6 +50,7 @@ def plan_of(
     recorded: Iterable[Endpoint],
     start: Time,
     until: Endpoint | None,
+    last_call: LastCall,
 ) -> "RunPlan | None":
     """The plan of a run whose components are initialised; `None` where there is nothing to gain.
 
@@ -60,6 +62,7 @@ def plan_of(
         recorded: outputs that observers want every value of.
         start: of the run [ns].
         until: the output that ends the run.
+        last_call: where the engine notes what it calls.
     """
     library = layouts.engine()
     if library is None or pattern is None:
@@ -86,6 +89,7 @@ def plan_of(
         start=start,
         until=until,
         library=library,
+        last_call=last_call,
     )
 
 
@@ -142,8 +146,10 @@ class RunPlan:
         start: Time,
         until: Endpoint | None,
         library: Any,
+        last_call: LastCall,
     ) -> None:
         self._library = library
+        self._last_call = last_call
         self._values = exchange.values
         grids = {name: each.grid for name, each in exchange.participants.items()}
         self._others = {grid for name, grid in grids.items() if name not in natives}
@@ -171,12 +177,13 @@ class RunPlan:
         self._most, self._room = 64, 0
         self._failure: ComponentError | None = None
         self._ended: Asking | None = None
-        self._plan = layouts.Plan(
-            unit=self._table,
-            units=len(natives),
-            is_parallel=pattern is Pattern.PARALLEL,
-            start=start,
+        # the engine has there which unit it calls, and from when
+        self._plan = last_call.place(layouts.Plan)
+        last_call.compiled(
+            list(natives), layouts.Plan.failed.offset, layouts.Plan.failed_from.offset
         )
+        self._plan.unit, self._plan.units = self._table, len(natives)
+        self._plan.is_parallel, self._plan.start = pattern is Pattern.PARALLEL, start
         if until is not None and until.component in natives:
             self._plan.until = self._sources.of(until.component, until.connector)
         recorded_bytes = sum(each.recorded_bytes for each in self._units.values())
@@ -205,9 +212,11 @@ class RunPlan:
             unit.enter(t, self._values)
         plan = self._plan
         plan.now, plan.end, plan.most, plan.is_departed = t, end, self._most, False
+        self._last_call.engine(t)
         before = perf_counter_ns()
         outcome = self._library.plan_run(ctypes.byref(plan))
         spent = perf_counter_ns() - before
+        self._last_call.nobody()
         sampled = sum(each.spent for each in self._table)
         for unit in self._units.values():
             unit.show(plan.now, min(1.0, spent / sampled) if sampled else 0.0)

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from orchestrator.recording.crash import CRASHED, as_ended
 from orchestrator.recording.fingerprint import PartDigest, fingerprint
 from orchestrator.recording.layout import INDEX, MANIFEST, Files, Layout, RecordingError, SignalType
 from orchestrator.recording.samples import Samples, load, parts, read_samples
@@ -69,6 +70,14 @@ class Series:
             raise RecordingError(f"`{self.name}` has no value at {seconds(t)} s; {first}")
         return self._samples[k]
 
+    def between(self, first: int, end: int) -> Array:
+        """Samples `first` to `end` - 1 of a signal of constant shape, shape (sample, ...).
+
+        Read in turn, a long series takes no more memory than a few blocks.
+        """
+        ends = self._samples.ends
+        return self._samples.values[int(ends[first]) : int(ends[end])]
+
     @property
     def values(self) -> Array:
         """All samples in one array.
@@ -111,10 +120,14 @@ class Recording:
         content: dict[str, Any] = json.loads(
             (self._directory / MANIFEST).read_text(encoding="utf-8")
         )
-        return content
+        return as_ended(self._directory, content)
 
     def __contains__(self, name: str) -> bool:
         return name in self._types
+
+    def kind(self, name: str) -> str:
+        """The declared type of a recorded signal, e.g. `float64[vehicle, 3]`."""
+        return self._types[name].kind
 
     def __getitem__(self, name: str) -> Series:
         """The series of the signal `component.connector`.
@@ -159,7 +172,7 @@ class Recording:
     def _has_ended(self) -> bool:
         """Whether the run came to its end; if not, files may end anywhere."""
         manifest = json.loads((self._directory / MANIFEST).read_text(encoding="utf-8"))
-        return bool(manifest.get("status") != "running")
+        return manifest.get("status") not in {"running", CRASHED}
 
     def _files(self, name: str) -> Files:
         end = Endpoint.parse(name)

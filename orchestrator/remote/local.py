@@ -1,10 +1,13 @@
 """Processes of this machine, each at the other end of a socket pair; nobody else can reach it.
 
 Over the socket, in both directions: the length of a message, u64 little-endian, and the message.
-Where memory is shared, there may be before it, with the descriptors of the segments:
+Where memory is shared, there may be before it:
 
     u64: highest bit | count of places, bits 16 to 47 | count of segments, bits 0 to 15
     place u64 * places | number u64, size u64 * segments
+
+The descriptors of these segments come over another socket pair, before: reading from a socket that
+may have some takes longer, and segments are few.
 """
 
 import os
@@ -34,6 +37,9 @@ _BESIDE: Final = 1 << 63
 _DESCRIPTORS: Final = 64
 """How many come with one message at most."""
 
+_AT_ONCE: Final = 1.0
+"""How long to wait for descriptors that were announced, and so sent [s]."""
+
 _PIECE: Final = 1 << 20
 """What is read at once, at most [byte]: a length that is a lie takes no memory."""
 
@@ -54,11 +60,21 @@ class _Messages:
     """Whole messages over one end of a socket pair.
 
     What came of a message stays here when the waiting for the rest ends early.
+
+    Args:
+        connection: for messages.
+        memory: that both ends see.
+        beside: for descriptors, if memory is shared.
     """
 
-    def __init__(self, connection: socket.socket, memory: SharedMemory = NOTHING_SHARED) -> None:
+    def __init__(
+        self,
+        connection: socket.socket,
+        memory: SharedMemory = NOTHING_SHARED,
+        beside: socket.socket | None = None,
+    ) -> None:
         self._memory = memory
-        self._descriptors: list[int] = []
+        self._beside = beside
         self._wanted = _HEAD.size
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER)
         self._socket = connection
@@ -115,11 +131,19 @@ class _Messages:
         self._keep(start[offset:])
 
     def _arrive(self, places: Sequence[int], numbers: Sequence[int], sizes: Sequence[int]) -> None:
-        if len(numbers) != len(self._descriptors):
-            raise PlaceError(f"{len(numbers)} segments, but {len(self._descriptors)} descriptors")
-        segments = list(zip(numbers, sizes, self._descriptors, strict=True))
-        self._descriptors = []
-        self._memory.arrive(places, segments)
+        descriptors = self._announced() if numbers else []
+        if len(numbers) != len(descriptors):
+            raise PlaceError(f"{len(numbers)} segments, but {len(descriptors)} descriptors")
+        self._memory.arrive(places, list(zip(numbers, sizes, descriptors, strict=True)))
+
+    def _announced(self) -> list[int]:
+        if self._beside is None:
+            return []
+        self._beside.settimeout(_AT_ONCE)
+        try:
+            return socket.recv_fds(self._beside, 1, _DESCRIPTORS)[1]
+        except OSError as error:
+            raise PlaceError(f"no descriptors came: {error}") from None
 
     def _send_beside(self, places: Sequence[int], segments: Sequence[Segment]) -> None:
         if not places and not segments:
@@ -127,9 +151,9 @@ class _Messages:
         described = [number for segment in segments for number in (segment.number, segment.size)]
         head = _HEAD.pack(_BESIDE | len(places) << 16 | len(segments))
         head += struct.pack(f"<{len(places) + len(described)}Q", *places, *described)
-        if segments:
+        if segments and self._beside is not None:
             descriptors = [segment.descriptor for segment in segments]
-            head = head[socket.send_fds(self._socket, [head[:1]], descriptors) :]
+            socket.send_fds(self._beside, [b"\0"], descriptors)
         self._socket.sendall(head)
 
     def _keep(self, rest: bytes) -> None:
@@ -139,11 +163,7 @@ class _Messages:
         if deadline is not None:
             # 0 would mean: do not wait, and say so by another error
             self._socket.settimeout(max(1e-6, deadline - monotonic()))
-        if self._memory is NOTHING_SHARED:
-            piece = self._socket.recv(most)
-        else:
-            piece, descriptors, _, _ = socket.recv_fds(self._socket, most, _DESCRIPTORS)
-            self._descriptors += descriptors
+        piece = self._socket.recv(most)
         if not piece:
             raise EOFError
         self._pieces.append(piece)
@@ -155,14 +175,17 @@ class LocalChannel(HostChannel):
 
     Args:
         descriptor: of the socket, inherited from the orchestrator.
+        beside: likewise of that for descriptors.
         number: of this host, from 1 on; 0: no memory is shared.
     """
 
-    def __init__(self, *, descriptor: int, number: int) -> None:
-        os.set_inheritable(descriptor, False)  # noqa: FBT003 - what a component starts lacks it
+    def __init__(self, *, descriptor: int, beside: int, number: int) -> None:
+        for each in (descriptor, beside):
+            os.set_inheritable(each, False)  # noqa: FBT003 - what a component starts lacks it
         self._socket = socket.socket(fileno=descriptor)
+        self._beside = socket.socket(fileno=beside)
         self._memory = HostMemory(number) if number else NOTHING_SHARED
-        self._messages = _Messages(self._socket, self._memory)
+        self._messages = _Messages(self._socket, self._memory, self._beside)
 
     @property
     @override
@@ -183,6 +206,7 @@ class LocalChannel(HostChannel):
     @override
     def close(self) -> None:
         self._socket.close()
+        self._beside.close()
 
 
 class LocalLink(ProcessLink):
@@ -196,18 +220,19 @@ class LocalLink(ProcessLink):
 
     def __init__(self, component: str, number: int, exchange: Exchange) -> None:
         self._socket, theirs = socket.socketpair()
+        self._beside, theirs_beside = socket.socketpair()
         self._memory = LinkMemory(exchange, number) if number else NOTHING_SHARED
-        self._messages = _Messages(self._socket, self._memory)
+        self._messages = _Messages(self._socket, self._memory, self._beside)
         self._obituary = ""
         self._lock = threading.Lock()  # a descriptor is not closed while another thread uses it
-        with theirs:
-            descriptor = theirs.fileno()
+        with theirs, theirs_beside:
+            descriptor, beside = theirs.fileno(), theirs_beside.fileno()
             self._process = HostProcess(
                 component,
                 LocalChannel,
-                {"descriptor": descriptor, "number": number},
+                {"descriptor": descriptor, "beside": beside, "number": number},
                 self._disconnect,
-                descriptors=(descriptor,),
+                descriptors=(descriptor, beside),
             )
 
     @property
@@ -245,6 +270,7 @@ class LocalLink(ProcessLink):
         self._obituary = self._obituary or "its process was ended by the orchestrator"
         with self._lock:
             self._socket.close()
+            self._beside.close()
 
     @override
     def dismiss(self) -> None:

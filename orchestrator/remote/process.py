@@ -16,11 +16,9 @@ import contextlib
 import json
 import logging
 import os
-import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
@@ -28,8 +26,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.byte_size import format_size
+from orchestrator.process_end import ended
 from orchestrator.remote.host import HostChannel
 from orchestrator.remote.memory_watch import watch_memory
+from orchestrator.scratch import discard, temporary_folder
 
 _log = logging.getLogger(__name__)
 
@@ -75,14 +75,14 @@ class HostProcess:
         self._reason = ""
         self._has_ended = threading.Event()
         # what a library leaves in the temporary folder of a process that crashes goes with it
-        self._temporary = tempfile.mkdtemp(prefix="nlosim-host-")
+        self._temporary = temporary_folder("host")
         self._process = subprocess.Popen(
             # -P: a module in the working directory must not replace one of ours
             [sys.executable, "-P", "-m", "orchestrator.remote.host_main", component],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            env={**child_environment(), **dict.fromkeys(_TEMPORARY, self._temporary)},
+            env={**child_environment(), **dict.fromkeys(_TEMPORARY, str(self._temporary))},
             # Ctrl-C in a terminal goes to all processes of its session; ours are ended in order
             start_new_session=True,
             pass_fds=tuple(descriptors),
@@ -138,10 +138,8 @@ class HostProcess:
             how = self._reason
         elif code is None:
             how = "its process is still running"
-        elif code < 0:
-            how = f"its process was killed by {_signal_name(-code)}"
         else:
-            how = f"its process exited with code {code}"
+            how = f"its process {ended(code)}"
         return f"{how}{self.last_words()}"
 
     def last_words(self) -> str:
@@ -181,7 +179,7 @@ class HostProcess:
                 os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
         self._reader.join(0.5)
-        shutil.rmtree(self._temporary, ignore_errors=True)
+        discard(self._temporary)
         self._has_ended.set()
         self._on_exit()
 
@@ -191,10 +189,3 @@ def child_environment() -> dict[str, str]:
     path = os.pathsep.join(entry or str(Path.cwd()) for entry in sys.path)
     defaults = dict.fromkeys(_THREAD_VARIABLES, "1")
     return {**defaults, **os.environ, "PYTHONPATH": path, "PYTHONUNBUFFERED": "1"}
-
-
-def _signal_name(number: int) -> str:
-    try:
-        return signal.Signals(number).name
-    except ValueError:
-        return f"signal {number}"

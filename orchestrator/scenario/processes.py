@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import Final
 
+from orchestrator.branching import copying_problems
 from orchestrator.errors import Problem
 from orchestrator.limits import USUAL
 from orchestrator.scenario.diagnosis import spell
@@ -49,6 +50,19 @@ def _remedy(*uses: ComponentUse) -> str:
     if Isolation.ALWAYS in marks:
         return _REQUEST
     return f"{_MARK}, or {_REQUEST}" if Isolation.ON_REQUEST in marks else _MARK
+
+
+def uncopied(document: Document, uses: Mapping[str, ComponentUse]) -> Iterator[Problem]:
+    """Remarks on decisions that cannot be tried, as others are always in processes of their own.
+
+    Args:
+        document: the scenario.
+        uses: all components, by name.
+    """
+    apart = [name for name, use in uses.items() if use.process is Isolation.ALWAYS]
+    for name in (n for n, use in uses.items() if apart and use.type.decides):
+        for what in copying_problems(name, apart):
+            yield Problem(document.key(("components", name)), what)
 
 
 def unlimited(document: Document, uses: Mapping[str, ComponentUse]) -> Iterator[Problem]:

@@ -22,8 +22,9 @@ from orchestrator.randomness import stream
 from orchestrator.remote import local
 from orchestrator.remote.component import launch
 from orchestrator.remote.local import LocalTransport
+from orchestrator.remote.memory import HostMemory
 from orchestrator.remote.protocol import ComponentSpec
-from orchestrator.remote.segment import can_share
+from orchestrator.remote.segment import PlaceError, can_share
 
 pytestmark = pytest.mark.skipif(
     not Path("/proc/self/fd").exists(), reason="counts descriptors in /proc"
@@ -175,3 +176,19 @@ def test_messages_that_come_together_are_told_apart(pair: Pair) -> None:
     for message in sent:
         ours.send(message)
     assert [theirs.receive(time.monotonic() + 10) for _ in sent] == sent
+
+
+def test_descriptors_that_were_announced_and_do_not_come_are_not_waited_for(pair: Pair) -> None:
+    """Whether the other end sends another number of them, or none, or has no way to."""
+    announced = struct.pack("<QQQQ", 1 << 63 | 2, 4096, 1, 4097) + struct.pack("<QQ", 1, 0)
+    beside, theirs_beside = socket.socketpair()
+    with beside, theirs_beside:
+        for way, others in ((None, 0), (beside, 0), (beside, 1)):
+            messages = local._Messages(pair[0], HostMemory(1), way)
+            pair[1].sendall(announced)
+            if others:
+                socket.send_fds(theirs_beside, [b"\0"], [0] * others)
+            before = time.monotonic()
+            with pytest.raises(PlaceError, match=r"no descriptors came|2 segments, but [01] desc"):
+                messages.receive(before + 30)
+            assert time.monotonic() - before < 10

@@ -1,6 +1,8 @@
 """Components that cannot be in the same process are refused before a run, at their line."""
 
+from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -11,6 +13,7 @@ from orchestrator.experiment.load import load_experiment
 from orchestrator.placement import GROUP, placement, placing
 from orchestrator.remote.transport import LoopbackTransport
 from orchestrator.scenario.build import load_scenario
+from orchestrator.scenario.processes import uncopied
 from tests.installation import install
 
 SCENARIO = """\
@@ -114,6 +117,39 @@ def refused(path: Path, capsys: pytest.CaptureFixture[str], *options: str) -> li
     assert main(["run", str(path), *options, "--out", str(out)]) == 2
     assert not out.exists()
     return said(path, capsys)
+
+
+def test_decisions_that_could_not_be_tried_are_remarked_upon(path: Path) -> None:
+    """Others that are always elsewhere would not be copied; on request is no obstacle."""
+    marked(path, "other", "third")
+    marked(path, "one", mark="on-request")
+    scenario = load_scenario(path)
+    uses = dict(scenario.components)
+    assert list(uncopied(scenario.document, uses)) == []
+    uses["idle"] = replace(uses["idle"], type=Mock(decides=True))
+    (remark,) = uncopied(scenario.document, uses)
+    assert str(remark).startswith(f"{path}:9:3: component `idle` tries its alternatives in copies")
+    assert "but `other` and `third`" in str(remark) or "but `other`, `third` step" in str(remark)
+    del uses["other"], uses["third"]
+    assert list(uncopied(scenario.document, uses)) == []
+
+
+def test_limits_that_do_not_hold_are_remarked_upon(path: Path) -> None:
+    marked(path, "other")
+    text = path.read_text().replace("other: {", "other: {deadline: 5 s, memory: 1 GB, ")
+    path.write_text(text)
+    (other,) = (u for n, u in load_scenario(path).components.items() if n == "other")
+    assert (other.limits.deadlines.step, other.limits.deadlines.create) == (5.0, 60.0)
+    assert other.limits.memory == 10**9
+    placed = placement(None, load_scenario(path))
+    assert placed.remarks == ()
+    path.write_text(path.read_text().replace("the lamp", "a lamp", 1))
+    placed = placement("in-process", load_scenario(path))
+    assert [str(each).partition(":")[2] for each in placed.remarks] == [
+        f"6:{column}: components.other.{key}: nothing is limited: it runs in the "
+        "orchestrator's process"
+        for key, column in (("deadline", 11), ("memory", 26))
+    ]
 
 
 def test_those_that_hold_something_else_are_not_meant(path: Path) -> None:

@@ -184,7 +184,13 @@ def started(out: Path, *arguments: str) -> subprocess.Popen[str]:
 
 
 def hosts_of(parent: int) -> dict[str, int]:
-    """The component processes of a run: component name to process id."""
+    """The component processes of a run, which is a child of `parent`: command to process id."""
+    (run,) = children_of(parent).values()
+    return children_of(run)
+
+
+def children_of(parent: int) -> dict[str, int]:
+    """The processes that one has started: command to process id."""
     found = {}
     for entry in Path("/proc").glob("[0-9]*"):
         try:

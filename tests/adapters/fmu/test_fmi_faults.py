@@ -1,6 +1,9 @@
 """FMUs that harm a process of their own: the run ends in order and says which, when and how."""
 
 import json
+import os
+import subprocess
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -92,3 +95,52 @@ def test_a_change_of_directory_stays_in_its_process(scenario: Path) -> None:
     assert run(scenario, 10) == 0
     assert Path.cwd() == here
     assert recorded_until(scenario) == [1_000_000_000] * 2
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only there somebody waits")
+@pytest.mark.parametrize(
+    ("deed", "how"),
+    [(6, "was killed by SIGSEGV"), (8, "exited with code 0")],
+    ids=["crash", "exit"],
+)
+def test_in_this_process_it_says_who_was_stepping(scenario: Path, deed: int, how: str) -> None:
+    """Compiled code steps both, and notes which one and from when; `process` is not meant here."""
+    change = ["--set", f"components.bad.parameters.fail_as={deed}", "--transport", "in-process"]
+    done = subprocess.run(
+        [sys.executable, "-m", "orchestrator", "run", scenario.name, "--out", "run", *change],
+        cwd=scenario.parent,
+        env={
+            **os.environ,
+            "TMPDIR": tempfile.gettempdir(),
+            "PYTHONPATH": os.pathsep.join(sys.path),
+        },
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 3
+    text = f"crash in process: `bad` was stepping at t = 0.3 s (the process {how})"
+    assert text in done.stderr
+    assert done.stderr.count("nothing is limited") == 2
+    manifest = Recording(scenario.with_name("run")).manifest
+    assert (manifest["status"], manifest["error"]) == ("crashed", text)
+    if deed == 6:
+        assert "Segmentation fault" in (scenario.with_name("run") / "log.txt").read_text()
+
+
+def test_a_change_of_directory_in_this_process_loses_nothing(
+    scenario: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All paths are relative, and the table is written when the run ends."""
+    text = (
+        SCENARIO + "  table: {type: table-sink, step: 100 ms, parameters: {folder: ., file: t.csv,"
+    )
+    text += " columns: ['x [V]']}}\nconnections: [{from: bad.x, to: table.x}]\n"
+    scenario.write_text(text)
+    monkeypatch.chdir(scenario.parent)
+    settings = ["--set", "components.bad.parameters.fail_as=10", "--transport", "in-process"]
+    assert main(["run", scenario.name, "--out", "run", *settings]) == 0
+    assert Path.cwd() == scenario.parent
+    assert recorded_until(scenario) == [1_000_000_000] * 2
+    assert len((scenario.parent / "t.csv").read_text().splitlines()) == 12
+    assert (scenario.with_name("run") / "metrics.json").is_file()

@@ -15,6 +15,7 @@ from adapters.fmi import FmuComponentType
 from adapters.fmi.kind import Kind
 from adapters.fmi.model_exchange.solvers import NAMES
 from adapters.fmu_command import KINDS, SOLVERS, add_command
+from orchestrator.algorithm.adaptive import Adaptive
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
@@ -285,3 +286,14 @@ def test_info_counts_what_is_integrated(ball: Path) -> None:
     outcome = executed(add_command, "fmu", "info", str(ball))
     assert outcome.data["model_exchange"] == {"states": 2, "event_indicators": 1}
     assert "to be integrated: states: 2, event indicators: 1\n" in outcome.text
+
+
+def test_adaptive_steps_of_coupled_fmus_follow_the_tolerance(ball: Path, tmp_path: Path) -> None:
+    """A tenth of the tolerance, about a tenth of the error, at the same communication step."""
+    fmu = without_units(ball, tmp_path)
+    errors = [
+        error_of(fmu, Adaptive(relative_tolerance=e), 200 * MS, tmp_path / str(e))
+        for e in (1e-3, 1e-4)
+    ]
+    assert errors[0] < 0.02
+    assert 5 < errors[0] / errors[1] < 14

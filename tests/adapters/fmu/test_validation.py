@@ -1,5 +1,6 @@
 """`nlosim fmu validate`: broken rules of FMUs, each with its line."""
 
+import struct
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -241,9 +242,50 @@ def test_a_binary_that_exports_less_is_named(ends3: Path, tmp_path: Path) -> Non
         target.writestr(
             name, binary.replace(b"fmi3GetAdjointDerivative", b"fmi3GotAdjointDerivative")
         )
-    (finding,) = validate(path)
+        target.writestr("binaries/aarch64-other/ends3.so", binary[:100])
+        target.writestr("binaries/aarch64-other/ends3.pdb", b"debugging")
+    cut, finding = validate(path)
     assert finding.file == f"ends3.fmu/{name}"
     assert finding.what == "does not export `fmi3GetAdjointDerivative`"
+    assert cut.file == "ends3.fmu/binaries/aarch64-other/ends3.so"
+    assert cut.what.startswith("cannot be told what it exports: its table of exported functions is")
+
+
+@pytest.mark.parametrize(
+    ("folder", "machine", "said"),
+    [
+        ("aarch64-darwin", 62, "is ELF for x86_64, in a folder for Mach-O for aarch64"),
+        ("aarch64-linux", 62, "is ELF for x86_64, in a folder for ELF for aarch64"),
+        ("x86-linux", 0, "is no shared library, in a folder for ELF for x86"),
+        ("aarch64-linux", 183, None),
+        ("amiga", 183, None),
+    ],
+)
+def test_a_binary_for_another_platform_than_its_folder_is_named(
+    ends3: Path, tmp_path: Path, folder: str, machine: int, said: str | None
+) -> None:
+    """A folder that the standard does not name is anybody's."""
+    path = tmp_path / "ends3.fmu"
+    path.write_bytes(ends3.read_bytes())
+    name = f"binaries/{folder}/ends3.{'dylib' if 'darwin' in folder else 'so'}"
+    elf = struct.pack("<4sBBB9xHH", b"\x7fELF", 2, 1, 1, 3, machine) if machine else b"nothing"
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr(name, elf.ljust(64, b"\0"))
+    found = [(each.file, each.what) for each in validate(path)]
+    assert found == ([] if said is None else [(f"ends3.fmu/{name}", said)])
+
+
+def test_a_binary_that_this_machine_cannot_load_is_remarked_upon(
+    ends3: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "ends3.fmu"
+    name = f"binaries/{host_folder(3)}/ends3{fmpy.sharedLibraryExtension}"
+    with zipfile.ZipFile(ends3) as source, zipfile.ZipFile(path, "w") as target:
+        target.writestr(DESCRIPTION, source.read(DESCRIPTION))
+        target.writestr(name, b"no library")
+    misplaced, remark = sorted(validate(path), key=lambda each: each.is_remark)
+    assert misplaced.what.startswith("is no shared library, in a folder for ")
+    assert remark.what == f"cannot run on this machine: `{name}` is no shared library"
 
 
 def test_as_many_functions_are_asked_for_as_the_headers_of_the_standard_have() -> None:

@@ -1,0 +1,132 @@
+"""A run that crashes still ends with a message: another process waits for it.
+
+The command goes on in a copy of this process (`fork`), before anything is loaded, and this one does
+nothing but wait for its end. What the copy cannot say itself, killed by a signal or ended by
+`exit()` in a component, is said here, from what the run noted last (`orchestrator.last_call`).
+Linux only; elsewhere `nlosim report` says it.
+"""
+
+import ctypes
+import faulthandler
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from orchestrator.cli.outcome import Exit, Outcome, failure
+from orchestrator.last_call import FILE
+from orchestrator.log import LOG
+from orchestrator.process_end import ended
+from orchestrator.scratch import sweep
+
+_WATCHED: Final = ("run", "fmu")
+"""Commands that call components in their process."""
+
+_KILL_WITH_PARENT: Final = 1  # PR_SET_PDEATHSIG
+_REQUESTS: Final = (signal.SIGINT, signal.SIGTERM)
+
+
+class Watch:
+    """What the process that runs tells the one that waits; without one, nothing."""
+
+    def __init__(self) -> None:
+        self._pipe: int | None = None
+
+    def told_by(self, pipe: int) -> None:
+        """Write what is to be told into `pipe` from now on."""
+        self._pipe = pipe
+
+    @property
+    def is_told(self) -> bool:
+        """Whether a process waits for this one."""
+        return self._pipe is not None
+
+    def begin(self, directory: Path) -> None:
+        """A run has begun in `directory`; if it crashes, its log has the stack of Python, too."""
+        if self._pipe is None:
+            return
+        os.write(self._pipe, os.fsencode(directory.absolute()) + b"\0")
+        log = os.open(directory / LOG, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+        faulthandler.enable(log)
+
+
+WATCH: Final = Watch()
+
+
+def is_watched(arguments: Sequence[str]) -> bool:
+    """Whether the command is worth another process, and this system has what it takes."""
+    named = [argument for argument in arguments if not argument.startswith("-")]
+    is_asked = bool(named) and named[0] in _WATCHED and not {"-h", "--help"} & set(arguments)
+    return is_asked and sys.platform == "linux"
+
+
+def watched() -> Outcome | int | None:
+    """Go on in a copy of this process, and wait for it here.
+
+    Returns:
+        `None` in the copy, and where there can be none. In the process that waited, the exit code
+        of the copy, or what there is to say if a run in it was cut off.
+    """
+    reading, writing = os.pipe()
+    waiting = {signal.SIGCHLD, *_REQUESTS}
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, waiting)
+    here = os.getpid()
+    try:
+        copy = os.fork()
+    except OSError:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        return None
+    if copy == 0:
+        os.close(reading)
+        ctypes.CDLL(None).prctl(_KILL_WITH_PARENT, signal.SIGKILL)
+        if os.getppid() != here:
+            os._exit(1)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        WATCH.told_by(writing)
+        return None
+    os.close(writing)
+    status = _status_of(copy, waiting)
+    with os.fdopen(reading, "rb") as pipe:
+        directories = pipe.read().split(b"\0")[:-1]
+    signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    crash = _crash(Path(os.fsdecode(directories[-1])), status) if directories else None
+    if crash is not None:
+        return crash
+    if os.WIFSIGNALED(status):
+        signal.signal(os.WTERMSIG(status), signal.SIG_DFL)
+        os.kill(here, os.WTERMSIG(status))
+    return os.waitstatus_to_exitcode(status)
+
+
+def _status_of(copy: int, waiting: set[signal.Signals]) -> int:
+    """Wait for the copy; what others ask of this process is asked of it."""
+    while True:
+        news = signal.sigwaitinfo(waiting)
+        if news.si_signo != signal.SIGCHLD and news.si_code <= 0:
+            os.kill(copy, news.si_signo)  # a terminal, whose code is positive, tells both
+        done, status = os.waitpid(copy, os.WNOHANG)
+        if done:
+            return status
+
+
+def _crash(directory: Path, status: int) -> Outcome | None:
+    if not (directory / FILE).exists():
+        return None
+    from orchestrator.recording.crash import conclude  # noqa: PLC0415 - NumPy takes a while
+
+    found = conclude(directory, f"the process {ended(os.waitstatus_to_exitcode(status))}")
+    if found is None:
+        return None
+    sweep()  # the copy could not
+    recorded = f"\nrecorded until then: {directory}" if directory.is_dir() else ""
+    return failure(
+        "crash",
+        Exit.COMPONENT_FAILED,
+        found.text,
+        text=f"error: {found.text}{recorded}",
+        component=found.last.component,
+        time_s=found.last.time / 1e9,
+        out=str(directory),
+    )
