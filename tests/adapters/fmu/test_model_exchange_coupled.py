@@ -185,6 +185,10 @@ def test_check_and_graph_say_how_it_is_integrated(
     assert main(["graph", str(scenario)]) == 0
     said = "(Model Exchange by rk4, steps of 0.002 s at most between communication points)"
     assert said in capsys.readouterr().out
+    scenario.write_text(SCENARIO + "      fmi.step: 2 ms\n")
+    assert main(["check", str(scenario)]) == 0
+    said = "Model Exchange by cvode, relative tolerance 1e-07, steps of 0.002 s at most\n"
+    assert said in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
