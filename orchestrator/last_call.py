@@ -194,6 +194,14 @@ class CutOff:
         return f"{what} at t = {seconds(self.time):.9g} s"
 
 
+def called(directory: Path) -> CutOff | None:
+    """What the run in `directory` does now, or did last; `None` if it came to its end."""
+    try:
+        return _read((directory / FILE).read_bytes())
+    except OSError:
+        return None
+
+
 def cut_off(directory: Path) -> CutOff | None:
     """What the run in `directory` did last; `None` if it came to its end, or goes on."""
     try:

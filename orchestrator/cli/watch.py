@@ -12,10 +12,12 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
 from orchestrator.cli.outcome import Exit, Outcome, failure
+from orchestrator.cli.patience import Patience
 from orchestrator.last_call import FILE
 from orchestrator.log import LOG
 from orchestrator.process_end import ended
@@ -87,11 +89,13 @@ def watched() -> Outcome | int | None:
         WATCH.told_by(writing)
         return None
     os.close(writing)
-    status = _status_of(copy, waiting)
-    with os.fdopen(reading, "rb") as pipe:
-        directories = pipe.read().split(b"\0")[:-1]
+    told = _Told(reading)
+    patience = Patience(told.directory)
+    status = _status_of(copy, waiting, patience)
     signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    crash = _crash(Path(os.fsdecode(directories[-1])), status) if directories else None
+    directory = told.directory()
+    os.close(reading)
+    crash = None if directory is None else _crash(directory, status, is_hang=patience.is_over)
     if crash is not None:
         return crash
     if os.WIFSIGNALED(status):
@@ -100,29 +104,57 @@ def watched() -> Outcome | int | None:
     return os.waitstatus_to_exitcode(status)
 
 
-def _status_of(copy: int, waiting: set[signal.Signals]) -> int:
+class _Told:
+    """What comes out of the pipe of a `Watch`."""
+
+    def __init__(self, pipe: int) -> None:
+        os.set_blocking(pipe, False)
+        self._pipe = pipe
+        self._content = b""
+
+    def directory(self) -> Path | None:
+        """Of the run that was begun last; `None` if none was."""
+        with suppress(BlockingIOError):
+            while more := os.read(self._pipe, 4096):
+                self._content += more
+        found = self._content.split(b"\0")[:-1]
+        return Path(os.fsdecode(found[-1])) if found else None
+
+
+def _status_of(copy: int, waiting: set[signal.Signals], patience: Patience) -> int:
     """Wait for the copy; what others ask of this process is asked of it."""
     while True:
-        news = signal.sigwaitinfo(waiting)
-        if news.si_signo != signal.SIGCHLD and news.si_code <= 0:
-            os.kill(copy, news.si_signo)  # a terminal, whose code is positive, tells both
+        pause = patience.pause
+        news = signal.sigwaitinfo(waiting) if pause is None else signal.sigtimedwait(waiting, pause)
+        if news is None:
+            patience.look()
+            if patience.is_over:
+                os.kill(copy, signal.SIGKILL)
+        elif news.si_signo != signal.SIGCHLD:
+            patience.ask()
+            if news.si_code <= 0:
+                os.kill(copy, news.si_signo)  # a terminal, whose code is positive, tells both
         done, status = os.waitpid(copy, os.WNOHANG)
         if done:
             return status
 
 
-def _crash(directory: Path, status: int) -> Outcome | None:
+def _crash(directory: Path, status: int, *, is_hang: bool) -> Outcome | None:
     if not (directory / FILE).exists():
         return None
     from orchestrator.recording.crash import conclude  # noqa: PLC0415 - NumPy takes a while
 
-    found = conclude(directory, f"the process {ended(os.waitstatus_to_exitcode(status))}")
+    how = f"the process {ended(os.waitstatus_to_exitcode(status))}"
+    what = "crash"
+    if is_hang:
+        how, what = "it did not come back when the run was asked to stop, and was killed", "hang"
+    found = conclude(directory, how, what)
     if found is None:
         return None
     sweep()  # the copy could not
     recorded = f"\nrecorded until then: {directory}" if directory.is_dir() else ""
     return failure(
-        "crash",
+        what,
         Exit.COMPONENT_FAILED,
         found.text,
         text=f"error: {found.text}{recorded}",

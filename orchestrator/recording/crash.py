@@ -26,18 +26,19 @@ class Crash:
     text: str
 
 
-def crash_of(directory: Path, how: str = "") -> Crash | None:
+def crash_of(directory: Path, how: str = "", what: str = "crash") -> Crash | None:
     """How the run in `directory` was cut off; `None` if it was not.
 
     Args:
         directory: of the run.
         how: its process ended, if that is known.
+        what: cut it off, if that is known.
     """
     last = cut_off(directory)
     if last is None:
         return None
     if how:
-        return Crash(last, f"crash in process: {last} ({how})")
+        return Crash(last, f"{what} in process: {last} ({how})")
     return Crash(last, f"the run was cut off, by a crash or from outside: {last}")
 
 
@@ -56,14 +57,15 @@ def _said(crash: Crash) -> dict[str, Any]:
     return {"status": CRASHED, "error": crash.text, "reached_ns": crash.last.time}
 
 
-def conclude(directory: Path, how: str) -> Crash | None:
+def conclude(directory: Path, how: str, what: str) -> Crash | None:
     """Say in the manifest of a run how it was cut off; `None` if it was not.
 
     Args:
         directory: of the run.
         how: its process ended.
+        what: cut it off, a `crash` or a `hang`.
     """
-    crash = crash_of(directory, how)
+    crash = crash_of(directory, how, what)
     path = directory / MANIFEST
     if crash is not None and path.is_file():
         manifest = json.loads(path.read_text(encoding="utf-8"))

@@ -39,6 +39,15 @@ DEEDS = {
 }
 
 
+def hang():
+    # code that never returns, and lets Python hear no signal
+    mutex, lock = ctypes.create_string_buffer(256), ctypes.CDLL(None).pthread_mutex_lock
+    lock(mutex), lock(mutex)
+
+
+DEEDS["hang"] = hang
+
+
 class Bad(Component):
     @dataclass(frozen=True, slots=True, kw_only=True)
     class Parameters:
@@ -188,6 +197,34 @@ def test_what_is_killed_with_all_that_waits_for_it_is_known_to_the_next_command(
     capsys.readouterr()
     short = ["--set", "components.plant.parameters.when=never", "--out", str(run) + "-2"]
     assert main(["run", str(scenario), "--quiet", *short]) == 0  # sweeps what the other one left
+
+
+def test_a_hang_is_named_at_the_first_request_to_stop_and_ended_at_the_second(
+    scenario: Path,
+) -> None:
+    process = subprocess.Popen(
+        command(scenario, "--set", "components.plant.parameters.deed=hang"),
+        cwd=scenario.parent,
+        env=environment(),
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    until_stepping_from(400_000_000, scenario, process)
+    assert process.stderr is not None
+    process.send_signal(signal.SIGINT)
+    assert process.stderr.readline() == "\n"
+    who = "`plant` was stepping at t = 0.4 s"
+    waiting = f"waiting: {who} and has not come back; again to end the process\n"
+    assert process.stderr.readline() == waiting
+    process.send_signal(signal.SIGINT)
+    said = process.stderr.read()
+    assert process.wait() == 3
+    how = "it did not come back when the run was asked to stop, and was killed"
+    text = f"hang in process: {who} ({how})"
+    assert said == f"error: {text}\nrecorded until then: {scenario.with_name('run')}\n"
+    recording = Recording(scenario.with_name("run"))
+    assert (recording.manifest["status"], recording.manifest["error"]) == ("crashed", text)
+    assert recording["good.y"].values.tolist() == [k * 1e8 for k in range(5)]
 
 
 def test_a_request_to_stop_reaches_the_run(scenario: Path) -> None:
