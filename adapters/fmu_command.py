@@ -35,27 +35,30 @@ the FMU is run. Exit code 1 if a rule is broken.
 """
 _RUN: Final = """\
 Times that are not given are those of the default experiment of the FMU; without one, it is 1 s in
-500 steps. Steps are whole nanoseconds and divide the time. Inputs come from a table with a column
-`time` and columns with the names of inputs (Reference FMUs: `_in.csv`): those that are continuous
-are interpolated, others keep their last value; two rows with the same time are a step. Inputs
-without a column keep their start values. Elements of an array stand in one field, with spaces.
-The result has a row for every communication point. An FMU with both interfaces is run by
-Co-Simulation; --kind model-exchange, or a --solver, has it integrated here: by cvode or
-dopri5 to --tolerance, or by rk4 or euler with the longest step --solver-step.
+500 steps. Steps divide the time exactly; they may be fractions, such as 1/60. Inputs come from a
+table with a column `time` and columns with the names of inputs (Reference FMUs: `_in.csv`): those
+that are continuous are interpolated, others keep their last value; two rows with the same time are
+a step. Inputs without a column keep their start values. Elements of an array stand in one field,
+with spaces. The result has a row for every communication point. An FMU with both interfaces is run
+by Co-Simulation; --kind model-exchange, or a --solver, has it integrated here: by cvode or dopri5
+to --tolerance, or by rk4 or euler with the longest step --solver-step.
 
   nlosim fmu run controller.fmu --stop-time 10 --step 0.01 --output result.csv --plot result.svg
-  nlosim fmu run controller.fmu --start-value gain=2 --input inputs.csv --plot terminal
+  nlosim fmu run controller.fmu --start-value gain=2 --input inputs.csv --plot -
   nlosim fmu run ball.fmu --solver cvode --tolerance 1e-8
   nlosim fmu run ball.fmu --solver euler --solver-step 1e-4
 """
 _COMPARE: Final = """\
 A result is a CSV or Parquet file with a column `time`, a run directory of nlosim, or an FMU, which
 is run as `nlosim fmu run` does. Variables of the same name are compared at the times of the first
-result that both have; numbers are interpolated. They agree where their difference is at most
-ABSOLUTE + RELATIVE times the largest value of the variable in the second result. Exit code 1 if
-one does not, or if there is nothing to compare.
+result that both have; numbers are interpolated, and converted where both headings have a unit,
+`v [km/h]`. Columns of text are left out. They agree where their difference is at most ABSOLUTE +
+RELATIVE times the largest value of the variable in the second result. Exit code 1 if one does not,
+or if there is nothing to compare; of each variable the worst point is told, and where it was first
+too far.
 
-  nlosim fmu compare result.csv controller_ref.csv
+  nlosim fmu compare result.csv controller_ref.csv --whole
+  nlosim fmu compare runs/a-1 runs/a-2 --relative 0
   nlosim fmu compare old.fmu new.fmu --relative 0
 """
 
@@ -78,6 +81,9 @@ def add_command(commands: Any) -> None:
         comparer.add_argument(name, type=Path, metavar=name.upper(), help=what)
     comparer.add_argument("--relative", type=float, default=1e-6, help="default: %(default)s")
     comparer.add_argument("--absolute", type=float, default=1e-12, help="default: %(default)s")
+    comparer.add_argument(
+        "--whole", action="store_true", help="both have to begin and end at the same time"
+    )
     add_installed(actions, entry_points(group=ACTIONS), "`fmu {}`")
 
 
@@ -89,13 +95,13 @@ def _add_run_arguments(runner: argparse.ArgumentParser) -> None:
         default=[],
         dest="starts",
         metavar="NAME=VALUE",
-        help="of a parameter or an input; may be given several times",
+        help="of a parameter, an input, or a state; may be given several times",
     )
     runner.add_argument("--input", type=Path, metavar="FILE", help="CSV or Parquet")
     for name, what in (
         ("start-time", "the first communication point [s]"),
         ("stop-time", "the last one [s]"),
-        ("step", "the communication step size [s]"),
+        ("step", "the communication step size [s], e.g. 0.01 or 1/60"),
     ):
         runner.add_argument(f"--{name}", metavar="SECONDS", help=what)
     runner.add_argument("--kind", choices=KINDS, help="the interface of the FMU that is used")
@@ -110,11 +116,12 @@ def _add_run_arguments(runner: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME",
-        help="an output, or a pattern with `*`; may be given several times (default: all)",
+        help="an output or a variable inside, or a pattern with `*`; may be given several times\n"
+        "(default: all outputs)",
     )
     runner.add_argument("--output", type=Path, metavar="FILE", help="CSV or Parquet")
     runner.add_argument(
-        "--plot", metavar="FILE|terminal", help="an SVG or PNG file, or lines of text"
+        "--plot", metavar="FILE|-", help="an SVG or PNG file, or lines of text in the terminal"
     )
     runner.add_argument("--quiet", action="store_true", help="no progress bar")
 
@@ -138,8 +145,9 @@ def _run(arguments: argparse.Namespace) -> Outcome:
 
 
 def _compare(arguments: argparse.Namespace) -> Outcome:
-    from adapters.fmi.command.comparing import compare  # noqa: PLC0415
+    from adapters.fmi.command.comparing import Tolerance, compare  # noqa: PLC0415
 
-    return compare(
-        arguments.first, arguments.second, relative=arguments.relative, absolute=arguments.absolute
+    tolerance = Tolerance(
+        relative=arguments.relative, absolute=arguments.absolute, whole=arguments.whole
     )
+    return compare(arguments.first, arguments.second, tolerance)

@@ -11,7 +11,7 @@ from orchestrator.measure import Answer, Measure, Panel
 from orchestrator.questions import Questions
 from orchestrator.recording.layout import RecordingError, write_json
 from orchestrator.recording.reader import Recording
-from orchestrator.table_files import chosen, write_tables
+from orchestrator.table_files import Blocks, Table, chosen, write_tables
 
 METRICS: Final = "metrics.json"
 FIGURE: Final = "figure.png"
@@ -69,11 +69,10 @@ def make_report(asked: Questions, directory: Path, *, figure: bool) -> Findings:
     # through JSON and back, so that everybody sees what a reader of the file will see
     metrics = json.loads(json.dumps(found, allow_nan=False))
     write_json(directory / METRICS, metrics)
-    tables = {
-        f"{label}-{name}": table
-        for label, answer in answers.items()
-        for name, table in answer.tables.items()
-    }
+    tables: dict[str, Table | Blocks] = {}
+    for label, answer in answers.items():
+        tables |= {f"{label}-{name}": table for name, table in answer.tables.items()}
+        tables |= {f"{label}-{name}": table for name, table in answer.long_tables.items()}
     files = [directory / METRICS, *write_tables(tables, directory / TABLES, formats)]
     panels = dict(_panels(answers))
     if figure and report is not None:
@@ -84,7 +83,8 @@ def make_report(asked: Questions, directory: Path, *, figure: bool) -> Findings:
 
         files.append(draw_panels(panels, directory / PANELS))
     summary = "" if report is None else report.summary(metrics, recording.manifest)
-    lines = "\n".join(filter(None, [summary, *_lines(metrics, more)]))
+    is_topic = any(asked.optional[label].signals() for label in more)
+    lines = "\n".join(filter(None, [summary, *_lines(metrics, more, is_topic=is_topic)]))
     return Findings(metrics, lines, tuple(files))
 
 
@@ -131,10 +131,13 @@ def _finite(found: Mapping[str, Any]) -> Mapping[str, Any]:
     return dict(found)
 
 
-def _lines(metrics: Mapping[str, Any], brief: Collection[str]) -> Iterator[str]:
+def _lines(metrics: Mapping[str, Any], brief: Collection[str], *, is_topic: bool) -> Iterator[str]:
     """What the measures found, for the terminal: a line for each, and one for each reason.
 
-    Of those in `brief`, which nobody has named, the first few numbers.
+    Args:
+        metrics: of the run.
+        brief: measures that nobody has named; of these the first few numbers.
+        is_topic: whether the run is about what they ask; if not, no reasons are told.
     """
     for label, found in metrics.get("measures", {}).items():
         told = [f"{key} {_spell(value)}" for key, value in found.items()]
@@ -142,7 +145,7 @@ def _lines(metrics: Mapping[str, Any], brief: Collection[str]) -> Iterator[str]:
             told = [*told[:_BRIEF], "..."]
         yield f"{label}: {', '.join(told)}"
     left_out: Mapping[str, str] = metrics.get(LEFT_OUT, {})
-    if left_out and not brief:  # the scenario is about something else
+    if left_out and not is_topic:
         yield f"left out: {', '.join(left_out)} (`{METRICS}` says which signals they need)"
         return
     reasons: dict[str, list[str]] = {}

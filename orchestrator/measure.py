@@ -10,11 +10,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Final, TypeAlias
 
-from orchestrator.errors import ComponentTypeError
+from orchestrator.errors import ComponentTypeError, ParameterProblem, Problem
 from orchestrator.installed import installed_class, offers
 from orchestrator.parameters import REQUIRED, Parametrised, declared
 from orchestrator.recording.reader import Recording
-from orchestrator.table_files import Table
+from orchestrator.signal import Connector
+from orchestrator.table_files import Blocks, Table
+from orchestrator.timebase import Time
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,11 +36,12 @@ class Answer:
     """What a measure found that is more than numbers.
 
     Attributes:
-        numbers: by name.
-        tables: by name. The ending of a column's name says the unit, `_m`, `_s`, `_ms`, `_ns` or
-            `_kbit_s`; what has none is a pure number or text. Each table is written to
-            `measures/MEASURE-NAME.csv`, and `.parquet`, in the run directory; NaN is an empty field
-            there, and null here.
+        numbers: by name. If one of them is `unit`, it is the unit of the others, as text.
+        tables: by name. A column's name says the unit, as in `speed [km/h]`, or by its ending,
+            `_m`, `_s`, `_ms`, `_ns` or `_kbit_s`; what has none is a pure number or text. Each
+            table is written to `measures/MEASURE-NAME.csv`, and `.parquet`, in the run directory;
+            NaN is an empty field there, and null here.
+        long_tables: likewise, part by part, for what would not fit into memory.
         panel: draws it into its place on the page `measures.svg`; `None` if there is nothing to
             draw.
         panels: further ones, by what they show.
@@ -46,8 +49,23 @@ class Answer:
 
     numbers: Findings
     tables: Mapping[str, Table] = field(default_factory=dict)
+    long_tables: Mapping[str, Blocks] = field(default_factory=dict)
     panel: "Panel | None" = None
     panels: "Mapping[str, Panel]" = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Planned:
+    """What a run is going to record, known before it begins.
+
+    Attributes:
+        signals: every output that is recorded, by its name `component.connector`.
+        start, stop: the first and the last communication point [ns]; it may end earlier.
+    """
+
+    signals: Mapping[str, Connector]
+    start: Time
+    stop: Time
 
 
 class Measure(Parametrised):
@@ -61,9 +79,11 @@ class Measure(Parametrised):
     Attributes:
         by_default: whether it is asked of runs whose scenario names no measures. Such a measure
             needs no parameters, and `signals` says what it reads.
+        beside_reports: whether that is so, too, if the scenario has a report.
     """
 
     by_default: ClassVar[bool] = False
+    beside_reports: ClassVar[bool] = True
 
     def signals(self) -> Sequence[str]:
         """The recorded signals that it cannot do without, `component.connector`.
@@ -71,6 +91,14 @@ class Measure(Parametrised):
         A measure that is asked by default is left out, and the run says so, where one is missing.
         """
         return ()
+
+    def check(self, planned: Planned) -> "Iterator[ParameterProblem | Problem]":
+        """Everything that shows before a run that it cannot have an answer.
+
+        Asked of measures that a scenario names, once its components are connected.
+        """
+        del planned
+        yield from ()
 
     @abc.abstractmethod
     def compute(self, recording: Recording) -> Findings | Answer:
@@ -95,12 +123,15 @@ def measure_type(name: str) -> type[Measure]:
     return installed_class(GROUP, name, Measure, "measure")  # type: ignore[type-abstract]
 
 
-def defaults() -> dict[str, Measure]:
+def defaults(*, has_report: bool = False) -> dict[str, Measure]:
     """The installed measures that are asked by default, with their defaults, by name.
 
     What cannot be loaded is not among them; whoever names it is told why.
+
+    Args:
+        has_report: whether the scenario has a report.
     """
-    return dict(_defaults())
+    return {n: each for n, each in _defaults() if each.beside_reports or not has_report}
 
 
 def _defaults() -> Iterator[tuple[str, Measure]]:

@@ -39,6 +39,7 @@ from orchestrator.component import Component, DecidingComponent, OncePerProcessC
 from orchestrator.errors import ParameterProblem
 from orchestrator.input_files import FileCheck, FileReadingComponent, named_files
 from orchestrator.kinds import FrozenMapping
+from orchestrator.output_files import FileWritingComponent
 from orchestrator.timebase import StepSize
 
 REQUIRED: Final = dataclasses.MISSING
@@ -160,6 +161,15 @@ class ComponentType(abc.ABC):
         del values, thorough
         return FileCheck()
 
+    def output_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:
+        """Every file that an instance writes; relative paths are in the directory of the run.
+
+        Args:
+            values: as for `create`.
+        """
+        del values
+        return ()
+
     @abc.abstractmethod
     def create(self, name: str, values: Mapping[str, Any]) -> Component:
         """Create an instance called `name`.
@@ -258,6 +268,12 @@ class PythonComponentType(ComponentType):
         if not issubclass(self._component, FileReadingComponent):
             return FileCheck()
         return self._component.check_files(self._record(**values), thorough=thorough)
+
+    @override
+    def output_files(self, values: Mapping[str, Any]) -> tuple[Path, ...]:
+        if not issubclass(self._component, FileWritingComponent):
+            return ()
+        return tuple(self._component.output_files(self._record(**values)))
 
     @override
     def create(self, name: str, values: Mapping[str, Any]) -> Component:

@@ -15,6 +15,7 @@ from orchestrator.remote.transport import LoopbackTransport, Transport
 from orchestrator.scenario.diagnosis import once
 from orchestrator.scenario.isolation import IN_PROCESS, LOCAL, LOOPBACK, usual_transport
 from orchestrator.scenario.model import ComponentUse, Scenario
+from orchestrator.scenario.outputs import belonging_here
 from orchestrator.scenario.paths import anchored
 from orchestrator.scenario.processes import crowding, unlimited
 from orchestrator.scenario.wiring import Place, in_process
@@ -67,16 +68,17 @@ def placement(transport: str | None, scenario: Scenario) -> Placement:
 
     Raises:
         ComponentTypeError: there is no such transport.
-        ScenarioError: components that would be in this process cannot be in one.
+        ScenarioError: components that would be in this process cannot be in one, or one that would
+            be in another belongs here.
     """
     uses, document = scenario.components, scenario.document
     remote = {name: use for name, use in uses.items() if use.process.is_behind(transport)}
     named = transport or (usual_transport() if remote else IN_PROCESS)
     makes_processes = named != IN_PROCESS and transport_type(named).makes_processes
     here = {n: use for n, use in uses.items() if not (makes_processes and n in remote)}
-    crowded = crowding(document, here)
-    if crowded:
-        raise ScenarioError(once(document, crowded))
+    misplaced = [*crowding(document, here), *belonging_here(document, remote)]
+    if misplaced:
+        raise ScenarioError(once(document, misplaced))
     return Placement(scenario, named, remote, tuple(unlimited(document, here)))
 
 

@@ -25,6 +25,7 @@ from orchestrator.findings import make_report
 from orchestrator.last_call import LastCall, noting
 from orchestrator.log import run_log
 from orchestrator.observer import Observer, WallTime
+from orchestrator.output_files import FileWritingComponent
 from orchestrator.placement import placement, placing
 from orchestrator.provenance import provenance
 from orchestrator.questions import Questions
@@ -177,6 +178,9 @@ def run_scenario(
             raise
         announce(directory)
         whole = directory.absolute()  # a component may change the working directory
+        for component in assembly.system.components.values():
+            if isinstance(component, FileWritingComponent):
+                component.write_into(whole)
         try:
             with (
                 _staying(),

@@ -4,7 +4,9 @@ import csv
 import importlib
 import importlib.util
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias, get_args
 
@@ -16,6 +18,9 @@ from orchestrator.signal import Array
 Table: TypeAlias = Mapping[str, Array]
 """Columns by name, each of shape (row,)."""
 
+Blocks: TypeAlias = Callable[[], Iterator[Table]]
+"""Yields a long table in parts, one beneath the other, with the same columns; one at least."""
+
 Format: TypeAlias = Literal["csv", "parquet"]
 """A kind of file; its name is the suffix."""
 
@@ -26,6 +31,8 @@ NO_PARQUET: Final = (
 
 UNITS: Final = {"_kbit_s": "kbit/s", "_ms": "ms", "_ns": "ns", "_m": "m", "_s": "s"}
 """Units by the endings of names that have them."""
+
+_BRACKETS: Final = re.compile(r".*\s\[([^\[\]]+)\]")
 
 
 class MissingParquetError(CosimError):
@@ -51,13 +58,18 @@ def chosen(said: Sequence[Format] | None) -> tuple[Format, ...]:
 
 
 def unit_of(column: str) -> str:
-    """The unit that the ending of a name says; `1` for pure numbers and for text."""
+    """The unit in a heading such as `v [km/h]`, or that the ending of a name says.
+
+    It is `1` for pure numbers and for text.
+    """
+    if match := _BRACKETS.fullmatch(column):
+        return match[1]
     endings = (unit for ending, unit in UNITS.items() if column.endswith(ending))
     return next(endings, "1")
 
 
 def write_tables(
-    tables: Mapping[str, Table], folder: Path, formats: Collection[Format]
+    tables: Mapping[str, Table | Blocks], folder: Path, formats: Collection[Format]
 ) -> Iterator[Path]:
     """Write tables as files of their names into `folder`; yields the files.
 
@@ -74,14 +86,15 @@ def write_tables(
             yield path
 
 
-def write_table(table: Table, path: Path) -> None:
-    """Write a table to a file, as Parquet if its suffix says so, else as CSV.
+def write_table(table: Table | Blocks, path: Path) -> None:
+    """Write a table, or its parts, to a file, as Parquet if its suffix says so, else as CSV.
 
     Raises:
         MissingParquetError: it is to be Parquet, and pyarrow is not installed.
         OSError: it cannot be written.
     """
-    (_write_parquet if path.suffix == ".parquet" else _write_csv)(table, path)
+    parts = table() if callable(table) else iter([table])
+    (_write_parquet if path.suffix == ".parquet" else _write_csv)(parts, path)
 
 
 def read_table(path: Path) -> dict[str, Array]:
@@ -106,16 +119,20 @@ def read_table(path: Path) -> dict[str, Array]:
     return {name: _column(list(fields)) for name, fields in zip(header, columns, strict=True)}
 
 
-def _write_csv(table: Table, path: Path) -> None:
-    columns = [np.asarray(column).tolist() for column in table.values()]
+def _write_csv(parts: Iterator[Table], path: Path) -> None:
+    first = next(parts)
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(table)
-        writer.writerows(map(_fields, zip(*columns, strict=True)))
+        writer.writerow(first)
+        for part in chain([first], parts):
+            writer.writerows(zip(*map(_fields, part.values()), strict=True))
 
 
-def _fields(row: tuple[Any, ...]) -> list[Any]:
-    return ["" if isinstance(each, float) and math.isnan(each) else each for each in row]
+def _fields(column: Array) -> list[Any]:
+    values = np.asarray(column)
+    if values.dtype.kind != "f" or not np.isnan(values).any():
+        return list(values.tolist())
+    return ["" if math.isnan(each) else each for each in values.tolist()]
 
 
 def _column(fields: list[str]) -> Array:
@@ -130,15 +147,35 @@ def _column(fields: list[str]) -> Array:
     return np.array(fields, dtype=np.str_)
 
 
-def _write_parquet(table: Table, path: Path) -> None:
+def _write_parquet(parts: Iterator[Table], path: Path) -> None:
     """NaN becomes null; every column has its unit in its metadata, under `unit`."""
     arrow, parquet = _pyarrow()
-    arrays = [arrow.array(np.asarray(column), from_pandas=True) for column in table.values()]
+    first = next(parts)
     fields = [
-        arrow.field(name, array.type, metadata={"unit": unit_of(name)})
-        for name, array in zip(table, arrays, strict=True)
+        arrow.field(name, _arrow(arrow, column).type, metadata={"unit": unit_of(name)})
+        for name, column in first.items()
     ]
-    parquet.write_table(arrow.Table.from_arrays(arrays, schema=arrow.schema(fields)), path)
+    schema = arrow.schema(fields)
+    with parquet.ParquetWriter(path, schema) as writer:
+        for part in chain([first], parts):
+            arrays = [_arrow(arrow, column) for column in part.values()]
+            writer.write_table(arrow.Table.from_arrays(arrays, schema=schema))
+
+
+def _arrow(arrow: Any, column: Array) -> Any:
+    """A column in the form of Arrow, NaN as null.
+
+    Numbers are handed over as they lie: what converts them would load pandas where it is installed.
+    """
+    values = np.ascontiguousarray(column)
+    kind, count = values.dtype.kind, len(values)
+    if kind not in "biuf" or not values.dtype.isnative:
+        return arrow.array(values, from_pandas=True)
+    known = ~np.isnan(values) if kind == "f" else np.ones(count, np.bool_)
+    mask = None if known.all() else arrow.py_buffer(np.packbits(known, bitorder="little"))
+    data = np.packbits(values, bitorder="little") if kind == "b" else values
+    type_ = arrow.from_numpy_dtype(values.dtype)
+    return arrow.Array.from_buffers(type_, count, [mask, arrow.py_buffer(data)])
 
 
 def _read_parquet(path: Path) -> dict[str, Array]:

@@ -7,7 +7,6 @@ import shlex
 import shutil
 import subprocess
 import sys
-import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stdout
 from dataclasses import dataclass
@@ -75,8 +74,6 @@ class Session:
             if words[0] == "nlosim" and "scenarios/" not in command:
                 self._nlosim(words[1:])
                 assert not expected or shown(expected, self._printed), self._printed
-            elif words == ["pip", "install", "--editable", "."]:
-                self._install()
 
     def _nlosim(self, words: list[str]) -> None:
         path = os.pathsep.join([str(self._folder), os.environ.get("PYTHONPATH", "")])
@@ -90,21 +87,6 @@ class Session:
         )
         assert done.returncode == 0, done.stderr
         self._printed = done.stdout
-
-    def _install(self) -> None:
-        """What pip would do, without the package index."""
-        project = tomllib.loads((self._folder / "pyproject.toml").read_text())["project"]
-        info = self._folder / f"{project['name']}-{project['version']}.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text(
-            f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
-        )
-        (info / "entry_points.txt").write_text(
-            "".join(
-                f"[{group}]\n" + "".join(f"{name} = {value}\n" for name, value in offers.items())
-                for group, offers in project["entry-points"].items()
-            )
-        )
 
     def _python(self, text: str) -> None:
         printed = io.StringIO()

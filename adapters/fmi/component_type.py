@@ -25,6 +25,7 @@ from adapters.fmi.options import (
     check_options,
     may_retry,
     option_parameters,
+    recordable,
     with_options,
 )
 from adapters.fmi.settings import settings, start_settings
@@ -82,6 +83,21 @@ class FmuComponentType(ComponentType):
             | start_parameters(self._fmu, chosen)
             | option_parameters(self._fmu)
         )
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The names of its inputs."""
+        return tuple(variable.name for variable in self._fmu.of("input"))
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """The names of its outputs."""
+        return tuple(variable.name for variable in self._fmu.of("output"))
+
+    @property
+    def inner(self) -> tuple[str, ...]:
+        """The names of variables inside that `fmi.locals` can make outputs."""
+        return tuple(recordable(self._fmu))
 
     @override
     def once_per_process(self, values: Mapping[str, Any]) -> str | None:

@@ -12,7 +12,7 @@ from typing_extensions import override
 from adapters.fmi.clocks import HALF_NANOSECOND, Clocks
 from adapters.fmi.errors import FmuError
 from adapters.fmi.handle import Handle
-from adapters.fmi.outcome import MADE, StepOutcome
+from adapters.fmi.outcome import StepOutcome
 
 DoStep: TypeAlias = Callable[[float, float], StepOutcome]
 """Calls `fmi3DoStep` from a time over a length [s]."""
@@ -107,8 +107,6 @@ class EventMode(Events):
             wants_end = outcome.wants_end
             if not wants_end and (outcome.needs_event or reached >= self.next_time):
                 wants_end = self.handle(reached)
-            elif outcome is MADE and stop == t + h:
-                return MADE
             if wants_end or reached > t:
                 is_early = outcome.is_early and not outcome.needs_event
                 return StepOutcome(time=reached, is_early=is_early, wants_end=wants_end)

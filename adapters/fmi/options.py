@@ -99,7 +99,7 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             is_optional=True,
         )
     }
-    if _recordable(description):
+    if recordable(description):
         found["locals"] = Parameter(
             type=tuple[str, ...],
             default=(),
@@ -197,7 +197,7 @@ def with_locals(description: FmuDescription, wanted: tuple[str, ...]) -> FmuDesc
     Raises:
         ParameterError: a pattern matches nothing.
     """
-    offered = _recordable(description)
+    offered = recordable(description)
     chosen = _matching("locals", "no variable inside", offered, wanted)
     if not chosen:
         return description
@@ -246,7 +246,7 @@ def _shown(description: FmuDescription) -> tuple[str, ...]:
     )
 
 
-def _recordable(description: FmuDescription) -> dict[str, FmuVariable]:
-    """The variables that can be outputs and are none."""
+def recordable(description: FmuDescription) -> dict[str, FmuVariable]:
+    """The variables that can be outputs and are none, by name."""
     inner = description.of("local", "calculatedParameter", "independent")
     return {v.name: v for v in inner if v.is_signal}

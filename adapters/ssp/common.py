@@ -4,15 +4,12 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import Final
 
-from adapters.ssp.grammar import REALS, WHOLES
+from adapters.ssp.grammar import NOTES, OPENMODELICA, REALS, WHOLES
 from adapters.ssp.model import AS_IT_IS, Change, Linear, Port, Table, UnitUse
 from adapters.ssp.node import Findings, Node
 from orchestrator.errors import Location
 from orchestrator.unit_table import exponents
 from orchestrator.units import Unit, UnitError, parse_unit
-
-NOTES: Final = "io.github.nlosim"
-"""The type of the annotations that nlosim writes and reads."""
 
 TOP: Final = ("seed", "coupling", "recording", "measures", "tables", "report")
 """Keys of a scenario that nlosim notes down in a description, as JSON; `title`, `description` and
@@ -181,7 +178,7 @@ def notes(node: Node, prefix: str) -> dict[str, str]:
 def step_note(node: Node, findings: Findings) -> tuple[Fraction, Location] | None:
     """The communication step size that OMSimulator has noted down within an element [s]."""
     for annotation in node.all("ssd:Annotations", "ssc:Annotation"):
-        if annotation.get("type") == "org.openmodelica":
+        if annotation.get("type") == OPENMODELICA:
             for each in _all(annotation):
                 for name in _STEPS:
                     if each.get(name) is not None:

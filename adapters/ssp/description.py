@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final, TypeAlias
 
-from adapters.ssp.common import NOTES, change, notes, port, step_note, units
+from adapters.ssp.common import change, notes, port, step_note, units
 from adapters.ssp.model import (
     Binding,
     Component,
@@ -129,7 +129,6 @@ class _Reader:
         )
 
     def _group(self, node: Node, name: str) -> Group:
-        self._mention_notes(node)
         elements: dict[str, Element] = {}
         for child in (c for each in node.all("ssd:Elements") for c in each.children):
             element = self._element(child)
@@ -151,15 +150,6 @@ class _Reader:
             where=node.where,
         )
 
-    def _mention_notes(self, node: Node) -> None:
-        """Say which annotations of other tools are left out."""
-        for annotation in node.all("ssd:Annotations", "ssc:Annotation"):
-            if annotation.get("type") != NOTES:
-                what = f"annotations of `{annotation.text('type')}`"
-                if step_note(node, Findings()) is not None:
-                    what += ", except the step size"
-                self._findings.leave_out(annotation.where, what)
-
     def _element(self, node: Node) -> Element | None:
         name = node.text("name")
         if not name:
@@ -168,6 +158,9 @@ class _Reader:
             return self._group(node, name)
         if node.name == "ssd:SignalDictionaryReference":
             ports = self._ports(node)
+            if (bindings := node.first("ssd:ParameterBindings")) is not None:
+                what = f"`{name}` is a signal dictionary, which has no parameters"
+                self._findings.add(bindings.where, what)
             return Reference(
                 name=name, dictionary=node.text("dictionary"), ports=ports, where=node.where
             )
@@ -175,7 +168,6 @@ class _Reader:
 
     def _component(self, node: Node) -> Element | None:
         findings, name = self._findings, node.text("name")
-        self._mention_notes(node)
         kind = node.get("type") or _FMU
         source = node.get("source")
         if source is None:

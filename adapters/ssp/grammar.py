@@ -18,6 +18,12 @@ NAMESPACES: Final = {
 }
 """Prefixes by namespace; SSP 2.0 has the namespaces of 1.0."""
 
+NOTES: Final = "io.github.nlosim"
+"""The type of the annotations that nlosim writes and reads."""
+
+OPENMODELICA: Final = "org.openmodelica"
+"""The type of the annotations of OMSimulator, of which the step size is read."""
+
 REALS: Final = ("Real", "Float64", "Float32")
 WHOLES: Final = (
     "Integer", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64",

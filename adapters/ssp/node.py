@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Final
 
 from adapters.fmi.validation.document import Element, MarkupError, Place, parse
-from adapters.ssp.grammar import NAMESPACES, RULES, UNUSED, Rule
+from adapters.ssp.grammar import NAMESPACES, NOTES, OPENMODELICA, RULES, UNUSED, Rule
 from orchestrator.errors import Location, Problem, ScenarioError
 from orchestrator.suggestion import suggestion
 
@@ -15,7 +15,7 @@ _DEEPEST: Final = 200
 """Levels of elements; a system of systems needs four for each of its levels."""
 
 _OTHER: Final = "other-"
-"""In front of names with a prefix of the standard that stands for something else."""
+"""What names begin with whose prefix is one of the standard and stands for something else."""
 
 _URIS: Final = {prefix: uri for uri, prefix in NAMESPACES.items()}
 
@@ -200,6 +200,9 @@ def _check(node: Node, findings: Findings) -> None:
     """Everything in `node` that should not be there, or is missing."""
     if node.name in UNUSED:
         findings.leave_out(node.where, UNUSED[node.name])
+    if node.name == "ssc:Annotation" and node.get("type") != NOTES:
+        rest = ", except the step size" if node.get("type") == OPENMODELICA else ""
+        findings.leave_out(node.where, f"annotations of `{node.text('type')}`{rest}")
     rule = RULES.get(node.name)
     if rule is None:  # told at the element that holds it
         return

@@ -6,8 +6,7 @@ from typing import Any, Final
 
 from lxml import etree
 
-from adapters.ssp.common import NOTES
-from adapters.ssp.grammar import NAMESPACES
+from adapters.ssp.grammar import NAMESPACES, NOTES, OPENMODELICA
 from orchestrator.unit_table import BASE_UNITS
 from orchestrator.units import Unit
 
@@ -72,7 +71,7 @@ def steps_of_omsimulator(step: str) -> Tag:
         method="oms_ma",
         fixedStepSize=step,
     )
-    return tag("ssc:Annotation", tag("oms:Annotations", solver), type="org.openmodelica")
+    return tag("ssc:Annotation", tag("oms:Annotations", solver), type=OPENMODELICA)
 
 
 def annotations(prefix: str, each: Iterable[Tag]) -> Tag:

@@ -34,10 +34,12 @@ class Content:
     Attributes:
         times: strictly ascending [ns], int64, shape (row,).
         columns: by heading, in the order of the file; float64, shape (row,) each.
+        lines: where each row is in the file, int64, shape (row,).
     """
 
     times: Array
     columns: dict[Heading, Array]
+    lines: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +71,13 @@ class _Reading:
         index = [heading.name for heading in headings].index(self.time)
         factor = _unit_of_time(headings[index]).factor * NANOSECONDS_PER_SECOND
         times: list[int] = []
+        lines: list[int] = []
         values: list[list[float]] = [[] for _ in headings]
         line = head[0].where.line
         for row in rows:
             line = row[0].where.line
-            self._row(row, index, factor, times, values)
+            if self._row(row, index, factor, times, values):
+                lines.append(line)
         if not times and not self.problems:
             self._add(Location(str(self.path), line, 1), "there are no rows beneath the heading")
         if self.problems:
@@ -83,7 +87,7 @@ class _Reading:
             for k, (heading, column) in enumerate(zip(headings, values, strict=True))
             if k != index
         }
-        return Content(np.array(times, np.int64), columns)
+        return Content(np.array(times, np.int64), columns, np.array(lines, np.int64))
 
     def _add(self, where: Location, what: str) -> None:
         self.problems.append(Problem(where, what))
@@ -117,24 +121,25 @@ class _Reading:
         factor: Fraction,
         times: list[int],
         values: list[list[float]],
-    ) -> None:
-        """Take over one row, or say what is wrong with it."""
+    ) -> bool:
+        """Take over one row, or say what is wrong with it; whether it is sound."""
         if len(row) != len(values):
             what = f"expected {len(values)} fields as in the heading, got {len(row)}"
             self._add(row[0].where, what)
-            return
+            return False
         numbers = [self._number(cell) for cell in row]
         if any(number is None for number in numbers):
-            return
+            return False
         exact = [number for number in numbers if number is not None]
         t = round(exact[index] * factor)
         if times and t <= times[-1]:
             what = f"the time {row[index].said} is not after the one in the row before"
             self._add(row[index].where, what)
-            return
+            return False
         times.append(t)
         for column, number in zip(values, exact, strict=True):
             column.append(float(number))
+        return True
 
     def _number(self, cell: _Cell) -> Fraction | None:
         """The exact number in a field."""

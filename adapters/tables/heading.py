@@ -1,4 +1,4 @@
-"""Headings of columns: a name and a unit, `speed [km/h]`."""
+"""Headings of columns: a name and a unit, `speed [km/h]`, `force[2] [N]`."""
 
 import re
 from dataclasses import dataclass
@@ -6,7 +6,8 @@ from typing import Final
 
 from orchestrator.units import UnitError, parse_unit
 
-_HEADING: Final = re.compile(r"\s*(?P<name>[^\[\]]*[^\[\]\s])\s*(?:\[(?P<unit>[^\[\]]*)\])?\s*")
+_NAME: Final = r"[^\[\]]*[^\[\]\s](?:\[[0-9, ]+\])?"
+_HEADING: Final = re.compile(rf"\s*(?P<name>{_NAME})\s*(?:\[(?P<unit>[^\[\]]*)\])?\s*")
 
 
 @dataclass(frozen=True, slots=True)

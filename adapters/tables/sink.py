@@ -1,22 +1,23 @@
 """`table-sink`: a table that is written."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from typing_extensions import override
 
 from adapters.tables.heading import Heading
-from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError, ParameterError, ParameterProblem
+from orchestrator.output_files import FileWritingComponent
 from orchestrator.parameters import parameter
 from orchestrator.signal import Causality, Connector, Signals, Variability
 from orchestrator.table_files import FORMATS, NO_PARQUET, has_parquet, write_table
 from orchestrator.timebase import Duration, Time, seconds
 
 
-class TableSink(Component):
+class TableSink(FileWritingComponent):
     """Writes what it sees at each of its communication points as a row of a table.
 
     The first row has what it sees at the start. The file is written when the run ends, also with
@@ -28,19 +29,21 @@ class TableSink(Component):
         """What is written, and where.
 
         Attributes:
-            folder: that exists.
+            folder: that exists; `None`: the directory of the run.
             file: a name in it.
             columns: headings.
         """
 
-        folder: Path = parameter(doc="where the file is written; it must exist")
+        folder: Path | None = parameter(
+            None, doc="where the file is written, which must exist; without it, the run directory"
+        )
         file: str = parameter(doc="name of the file, `.csv` or `.parquet`; an old one is replaced")
         columns: tuple[str, ...] = parameter(
             doc="the inputs as headings, `v [km/h]`; they become columns behind `time [s]`"
         )
 
     def __init__(self, parameters: Parameters) -> None:
-        self._path = parameters.folder / parameters.file
+        self._folder, self._file = parameters.folder, parameters.file
         problems = list(_file_problems(parameters.file))
         headings: list[Heading] = []
         for k, text in enumerate(parameters.columns):
@@ -67,6 +70,16 @@ class TableSink(Component):
         self._times: list[Time] = []
         self._rows: list[list[float]] = []
 
+    @classmethod
+    @override
+    def output_files(cls, parameters: Any) -> Iterable[Path]:
+        folder = Path() if parameters.folder is None else parameters.folder.absolute()
+        return (folder / parameters.file,)
+
+    @override
+    def write_into(self, directory: Path) -> None:
+        self._folder = self._folder or directory
+
     @property
     @override
     def connectors(self) -> Mapping[str, Connector]:
@@ -74,6 +87,8 @@ class TableSink(Component):
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
+        if self._folder is None:
+            raise ComponentTypeError(f"nobody said where to write `{self._file}`; give `folder`")
         self._times, self._rows = [start], []
 
     @override
@@ -91,7 +106,7 @@ class TableSink(Component):
 
     @override
     def close(self) -> None:
-        if not self._rows:
+        if not self._rows or self._folder is None:
             return
         values = np.array(self._rows)
         table = {"time [s]": np.array([seconds(t) for t in self._times[: len(values)]])}
@@ -99,10 +114,11 @@ class TableSink(Component):
             unit = "" if heading.unit == "1" else f" [{heading.unit}]"
             table[f"{heading.name}{unit}"] = values[:, k]
         self._rows = []
+        path = self._folder / self._file
         try:
-            write_table(table, self._path)
+            write_table(table, path)
         except OSError as error:
-            what = f"cannot write `{self._path}`: {error.strerror}"
+            what = f"cannot write `{path}`: {error.strerror}"
             raise ComponentTypeError(what) from error
 
     def _note(self, inputs: Signals) -> None:

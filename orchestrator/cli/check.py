@@ -13,6 +13,7 @@ from orchestrator.scenario.inputs import check_inputs
 from orchestrator.scenario.installed import scenario_path
 from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import Scenario
+from orchestrator.scenario.outputs import belonging_here
 from orchestrator.scenario.processes import crowding, uncopied
 from orchestrator.scenario.wiring import Assembly, assemble
 
@@ -30,10 +31,11 @@ def execute(arguments: Namespace) -> Outcome:
         )
     assembly.close()
     components, connections = len(scenario.components), len(assembly.system.connections)
-    together = {n: u for n, u in scenario.components.items() if u.process is not Isolation.ALWAYS}
-    crowded = once(scenario.document, crowding(scenario.document, together))
-    not_copied = uncopied(scenario.document, scenario.components)
-    found = (*scenario.remarks, *file_remarks, *assembly.remarks, *crowded, *not_copied)
+    document, uses = scenario.document, scenario.components
+    together = {n: u for n, u in uses.items() if u.process is not Isolation.ALWAYS}
+    placed = once(document, [*crowding(document, together), *belonging_here(document, together)])
+    not_copied = uncopied(document, uses)
+    found = (*scenario.remarks, *file_remarks, *assembly.remarks, *placed, *not_copied)
     remarks = [problem_data(remark) for remark in found]
     lines = [
         *(f"{remark} (a remark)" for remark in found),

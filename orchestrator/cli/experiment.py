@@ -91,6 +91,7 @@ def _data(experiment: Experiment, outcome: ExperimentOutcome) -> dict[str, Any]:
         "out": str(outcome.directory),
         "runs": outcome.runs,
         "failed": failed,
+        "units": dict(outcome.units),
         "tables": {**outcome.report.tables, "summary": outcome.summary},
     }
 
@@ -145,7 +146,11 @@ def _table(experiment: Experiment, outcome: ExperimentOutcome) -> list[str]:
         [*(str(row[name]) for name in (*experiment.factors, "n")), *_cells(experiment, row)]
         for row in outcome.summary
     ]
-    return tables.text(tables.left(*experiment.factors, "n", *experiment.metrics), body)
+    metrics = [
+        f"{name} [{outcome.units[name]}]" if name in outcome.units else name
+        for name in experiment.metrics
+    ]
+    return tables.text(tables.left(*experiment.factors, "n", *metrics), body)
 
 
 def _cells(experiment: Experiment, row: dict[str, Any]) -> list[str]:

@@ -22,7 +22,9 @@ VALUE is YAML. May be given several times."""
 
 _RUN: Final = """\
 The run directory holds the recording, manifest.json, metrics.json, log.txt, and what report and
-measures make: tables in measures/, figures in measures.svg and figure.png.
+measures make: tables in measures/, figures in measures.svg and figure.png. Without a report all
+recorded numbers are a table, measures/signals-table.csv, and curves; --no-figure leaves the curves
+out, --set measures={} both.
 Ctrl-C stops the run at the next communication point; what was recorded can be read.
 
 examples:

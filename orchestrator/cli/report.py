@@ -52,5 +52,5 @@ def _of_experiment(directory: Path) -> Outcome:
     files = [str(directory / "runs.parquet"), str(directory / "summary.csv"), *written]
     return Outcome(
         text="\n".join([findings.text.rstrip(), "", f"wrote {', '.join(files)}"]).lstrip("\n"),
-        data={"out": str(directory), "tables": {**findings.tables, "summary": summary}},
+        data={"out": str(directory), "tables": {**findings.tables, "summary": summary.rows}},
     )

@@ -1,5 +1,6 @@
 """Conducting an experiment: what is not done yet is run, and everything done is written."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -27,6 +28,7 @@ class ExperimentOutcome:
         directory: of the results.
         runs: how many there are results of.
         summary: one row per combination.
+        units: of metrics, as far as they have one.
         failed: runs that failed twice, and why.
         report: what the report says; of one that failed, nothing.
         report_error: why the report could not be made.
@@ -35,6 +37,7 @@ class ExperimentOutcome:
     directory: Path
     runs: int
     summary: list[dict[str, Any]]
+    units: Mapping[str, str]
     failed: dict[RunKey, str]
     report: ExperimentFindings
     report_error: Exception | None
@@ -116,7 +119,8 @@ class _Runs(Campaign[Journal, ExperimentOutcome]):
         return ExperimentOutcome(
             directory=directory,
             runs=len(journal.results),
-            summary=summary,
+            summary=summary.rows,
+            units=summary.units,
             failed={k: r.error for k, r in sorted(journal.results.items()) if r.error is not None},
             report=report,
             report_error=report_error,

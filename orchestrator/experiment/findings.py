@@ -7,6 +7,8 @@ report/                     what the report of the experiment file writes
 import json
 import shutil
 import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -17,7 +19,20 @@ REPORT: Final = "report"
 """The folder that belongs to the report."""
 
 
-def write_tables(directory: Path) -> list[tables.Row]:
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """What all runs of each combination say together.
+
+    Attributes:
+        rows: one per combination; see `orchestrator.experiment.tables.summary`.
+        units: of metrics, as far as they have one.
+    """
+
+    rows: list[tables.Row]
+    units: Mapping[str, str]
+
+
+def write_tables(directory: Path) -> Summary:
     """Write `runs.parquet` and `summary.csv`; the summary.
 
     Raises:
@@ -26,9 +41,10 @@ def write_tables(directory: Path) -> list[tables.Row]:
     """
     results = stored.read(directory)
     table = tables.summary(results.experiment, results.rows)
-    tables.write_runs(directory, results.experiment, results.rows)
-    tables.write_summary(directory, table)
-    return table
+    units = tables.units(results.experiment, results.metrics)
+    tables.write_runs(directory, results.experiment, results.rows, units)
+    tables.write_summary(directory, table, units)
+    return Summary(table, units)
 
 
 def make_report(directory: Path) -> ExperimentFindings:

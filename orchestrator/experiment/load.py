@@ -1,14 +1,14 @@
 """From an experiment file to an `Experiment`: every problem at once, each at its place."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.campaign import loading
-from orchestrator.errors import ComponentTypeError
+from orchestrator.errors import ComponentTypeError, ScenarioError
 from orchestrator.experiment import skip
 from orchestrator.experiment.plan import Combination, Experiment, ReportPlan
 from orchestrator.experiment.report import ExperimentReport, experiment_report_type
@@ -18,10 +18,14 @@ from orchestrator.placement import placement
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.document import Address
 from orchestrator.scenario.model import Scenario
+from orchestrator.scenario.outputs import repeated
 from orchestrator.scenario.wiring import assemble
 
 OWN_COLUMNS: Final = ("seed", "fingerprint", "wall_s", "error", "n")
 """Columns that every table of results has."""
+
+SIGNAL: Final = "signal"
+"""The measure that metrics of signals are."""
 
 
 def load_experiment(path: Path, transport: str | None = None) -> Experiment:
@@ -68,7 +72,7 @@ class _Load(loading.Load[ExperimentFile]):
             scenario=scenario,
             seeds=self.file.seeds,
             combinations=tuple(combinations),
-            metrics=self.file.metrics,
+            metrics=self._paths,
             report=None
             if chosen is None
             else ReportPlan(name=chosen.type, parameters=chosen.parameters),
@@ -124,16 +128,45 @@ class _Load(loading.Load[ExperimentFile]):
             overrides = (*fixed, *self.factors.overrides(levels))
             with self.factors.loading(levels):
                 loaded = load_scenario(scenario, overrides)
-                if loaded.measures is None and self._named_measures:
-                    overrides = (*overrides, *self._named_measures)
+                self._check_names(loaded.measures or {})
+                asked = (*self._of_signals, *(self._named if loaded.measures is None else ()))
+                if asked:
+                    overrides = (*overrides, *asked)
                     loaded = load_scenario(scenario, overrides)
                 found.append(Combination(levels, overrides, self._resolved(loaded, transport)))
         return found
 
     @cached_property
-    def _named_measures(self) -> tuple[str, ...]:
+    def _paths(self) -> Mapping[str, str]:
+        """The path of every metric."""
+        return {
+            name: said if isinstance(said, str) else f"measures.{name}.value"
+            for name, said in self.file.metrics.items()
+        }
+
+    @cached_property
+    def _of_signals(self) -> tuple[str, ...]:
+        """What asks for the metrics that are numbers of signals: each is a measure of its name."""
+        found = []
+        for name, said in self.file.metrics.items():
+            if isinstance(said, dict):
+                at = ("metrics", name)
+                found.append(self.source.override(f"measures.{name}.type", SIGNAL, at))
+                for key, value in said.items():
+                    found.append(self.source.override(f"measures.{name}.{key}", value, (*at, key)))
+        return tuple(found)
+
+    def _check_names(self, measures: Collection[str]) -> None:
+        """A metric of a signal has a name that no measure of the scenario has."""
+        for name, said in self.file.metrics.items():
+            if isinstance(said, dict) and name in measures:
+                what = f"the scenario has a measure `{name}`; choose another name"
+                self.source.add(("metrics", name), what, at_key=True)
+
+    @cached_property
+    def _named(self) -> tuple[str, ...]:
         """What asks those installed measures that metrics name, for scenarios that ask none."""
-        paths = [path.split(".") for path in self.file.metrics.values()]
+        paths = [said.split(".") for said in self.file.metrics.values() if isinstance(said, str)]
         names = [p[1] for p in paths if len(p) == 3 and p[0] == "measures" and p[1] in defaults()]
         return tuple(f"measures.{name}={{}}" for name in dict.fromkeys(names))
 
@@ -144,6 +177,8 @@ class _Load(loading.Load[ExperimentFile]):
         if scenario.report is None and not scenario.measures:
             what = "the scenario names no `report` and no `measures`: its runs have no metrics"
             self.source.add(("scenario",), what)
+        if problems := list(repeated(scenario.document, scenario.components)):
+            raise ScenarioError(problems)
         return loading.resolved(scenario)
 
 

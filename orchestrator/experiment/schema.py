@@ -90,6 +90,22 @@ def _report(value: object) -> object:
     return {"type": value} if isinstance(value, str) else value
 
 
+def _metric(value: object) -> object:
+    match value:
+        case str() if value:
+            return value
+        case dict() if all(isinstance(key, str) for key in value):
+            return value
+    what = (
+        "a path in the metrics of a run, `prr.end_to_end`, or `{signal: plant.x, statistic: mean}`"
+    )
+    raise ValueError(f"expected {what}, got {show(value)}")
+
+
+Metric = Annotated[str | dict[str, Any], BeforeValidator(_metric)]
+"""A path in the metrics of a run, or the parameters of the measure `signal`."""
+
+
 class ExperimentFile(_Mapping):
     """A scenario, the seeds to run it with, and what to vary."""
 
@@ -112,8 +128,9 @@ class ExperimentFile(_Mapping):
     fixed: Annotated[Settings, Field(alias="set")] = {}
     """Values that are set in every run."""
 
-    metrics: Annotated[dict[Name, Text], Field(min_length=1)]
-    """Columns of the results, each with its path in the metrics of a run: `prr.end_to_end`."""
+    metrics: Annotated[dict[Name, Metric], Field(min_length=1)]
+    """Columns of the results: each with its path in the metrics of a run, `prr.end_to_end`, or with
+    what it is of a recorded signal, `{signal: plant.x, statistic: maximum}`."""
 
     report: Annotated[ReportChoice | None, BeforeValidator(_report)] = None
     """Makes tables and figures of all runs: its name, or `type` and `parameters`."""

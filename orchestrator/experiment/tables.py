@@ -5,7 +5,7 @@ summary.csv    for every combination and metric: mean or share, interval of 95 %
 """
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,6 +21,9 @@ RUNS: Final = "runs.parquet"
 SUMMARY: Final = "summary.csv"
 
 Row = dict[str, Any]
+
+_UNIT: Final = "unit"
+"""The key of the unit of the numbers that stand beside it."""
 
 
 def selected(experiment: Experiment, metrics: Mapping[str, Any]) -> Row:
@@ -39,6 +42,22 @@ def selected(experiment: Experiment, metrics: Mapping[str, Any]) -> Row:
     if problems:
         raise ScenarioError(problems)
     return row
+
+
+def units(experiment: Experiment, metrics: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+    """The units of metrics beside which a run says one, under `unit`; pure numbers have none.
+
+    Args:
+        experiment: whose metrics they are.
+        metrics: of each run all that were found.
+    """
+    found: dict[str, set[str]] = {}
+    for each in metrics:
+        for name, path in experiment.metrics.items():
+            unit, what = _value(each, ".".join((*path.split(".")[:-1], _UNIT)))
+            if what is None and isinstance(unit, str) and unit != "1":
+                found.setdefault(name, set()).add(unit)
+    return {name: said.pop() for name, said in found.items() if len(said) == 1}
 
 
 def _value(metrics: Mapping[str, Any], path: str) -> tuple[Any, str | None]:
@@ -87,8 +106,19 @@ def rows(experiment: Experiment, results: Mapping[RunKey, Result]) -> list[Row]:
     return found
 
 
-def write_runs(directory: Path, experiment: Experiment, found: Sequence[Mapping[str, Any]]) -> None:
-    """Write `runs.parquet` in one piece.
+def write_runs(
+    directory: Path,
+    experiment: Experiment,
+    found: Sequence[Mapping[str, Any]],
+    units_of: Mapping[str, str],
+) -> None:
+    """Write `runs.parquet` in one piece; columns with a unit have it in their metadata.
+
+    Args:
+        directory: of the experiment.
+        experiment: that was conducted.
+        found: a row per finished run.
+        units_of: metrics, as far as they have one.
 
     Raises:
         MissingExtraError: pyarrow is not installed.
@@ -105,7 +135,13 @@ def write_runs(directory: Path, experiment: Experiment, found: Sequence[Mapping[
         for name in names
     }
     draft = directory / f"{RUNS}.draft"
-    parquet.write_table(arrow.table(columns), draft)
+    fields = [
+        arrow.field(
+            name, types[name], metadata={"unit": units_of[name]} if name in units_of else {}
+        )
+        for name in names
+    ]
+    parquet.write_table(arrow.table(columns, schema=arrow.schema(fields)), draft)
     draft.replace(directory / RUNS)
 
 
@@ -158,11 +194,21 @@ def _estimate(values: Sequence[Any]) -> Estimate | None:
     return mean([float(v) for v in values]) if is_numeric else None
 
 
-def write_summary(directory: Path, table: Sequence[Row]) -> None:
-    """Write `summary.csv` in one piece; an empty cell is a value that there is not."""
+def write_summary(directory: Path, table: Sequence[Row], units_of: Mapping[str, str]) -> None:
+    """Write `summary.csv` in one piece; an empty cell is a value that there is not.
+
+    Args:
+        directory: of the experiment.
+        table: a row per combination.
+        units_of: metrics, as far as they have one; headings are `m [s]`, `m_low [s]`.
+    """
+    headings = {name: name for name in table[0]}
+    for metric, unit in units_of.items():
+        for name in (metric, f"{metric}_low", f"{metric}_high"):
+            headings[name] = f"{name} [{unit}]"
     draft = directory / f"{SUMMARY}.draft"
     with draft.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(table[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(table)
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(headings.values())
+        writer.writerows([row[name] for name in headings] for row in table)
     draft.replace(directory / SUMMARY)

@@ -70,6 +70,14 @@ class Series:
             raise RecordingError(f"`{self.name}` has no value at {seconds(t)} s; {first}")
         return self._samples[k]
 
+    def between(self, first: int, end: int) -> Array:
+        """Samples `first` to `end` - 1 of a signal of constant shape, shape (sample, ...).
+
+        Read in turn, a long series takes no more memory than a few blocks.
+        """
+        ends = self._samples.ends
+        return self._samples.values[int(ends[first]) : int(ends[end])]
+
     @property
     def values(self) -> Array:
         """All samples in one array.
@@ -116,6 +124,10 @@ class Recording:
 
     def __contains__(self, name: str) -> bool:
         return name in self._types
+
+    def kind(self, name: str) -> str:
+        """The declared type of a recorded signal, e.g. `float64[vehicle, 3]`."""
+        return self._types[name].kind
 
     def __getitem__(self, name: str) -> Series:
         """The series of the signal `component.connector`.

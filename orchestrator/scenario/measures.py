@@ -41,7 +41,8 @@ def questions_of(
     for name in more:
         if name != ALL and name not in known:
             raise CosimError(f"no measure `{name}` can be asked; {suggestion(name, (ALL, *known))}")
-    optional = known if said is None or ALL in more else {}
+    usual = known if ALL in more else defaults(has_report=resolved.get("report") is not None)
+    optional = usual if said is None or ALL in more else {}
     asked = Questions(
         report=_report(resolved.get("report")),
         measures={**{name: known[name] for name in more if name != ALL}, **measures},

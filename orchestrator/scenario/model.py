@@ -182,10 +182,11 @@ class Scenario:
             every_run: whether a scenario that does not speak of measures asks the default ones.
         """
         said = self.measures or {}
+        has_report = self.report is not None
         return Questions(
             report=None if self.report is None else self.report.made,
             measures={name: use.made for name, use in said.items()},
-            optional=defaults() if every_run and self.measures is None else {},
+            optional=defaults(has_report=has_report) if every_run and self.measures is None else {},
             tables=self.tables,
         )
 

@@ -80,10 +80,13 @@ class SettingsFile:
             settings: values by their paths.
             address: of the mapping in the file.
         """
-        texts = setting_texts(settings)
-        for path, text in zip(settings, texts, strict=True):
-            self._places[Override(text).file] = self.document.places[(*address, path)]
-        return texts
+        return [self.override(path, value, (*address, path)) for path, value in settings.items()]
+
+    def override(self, path: str, value: Any, address: Address) -> str:
+        """One setting as `setting_texts` makes it; its address in the file is kept in mind."""
+        (text,) = setting_texts({path: value})
+        self._places[Override(text).file] = self.document.places[address]
+        return text
 
     def add_of_scenario(self, problems: Iterable[Problem], levels: Mapping[str, str]) -> None:
         """Note problems of the scenario; those of a setting at the place where it is written.

@@ -21,12 +21,15 @@ from orchestrator.errors import (
 )
 from orchestrator.feedthrough import describe_outcome, is_within, loops
 from orchestrator.input_files import Finding
+from orchestrator.measure import Planned
 from orchestrator.recording.recorder import select
 from orchestrator.scenario.diagnosis import once, spell
 from orchestrator.scenario.document import Address, Document
+from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import ComponentUse, ConnectionUse, ConstantUse, Scenario
+from orchestrator.scenario.outputs import belonging_here, sharing
 from orchestrator.scenario.paths import anchored
-from orchestrator.system import Connection, Constant, System, elements, expand
+from orchestrator.system import Connection, Constant, Endpoint, System, elements, expand
 
 Place: TypeAlias = Callable[[ComponentUse], Component]
 """Creates a component somewhere: in this process, or in another one."""
@@ -106,9 +109,17 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
         except SystemStructureError as error:
             raise scenario_error(scenario, ("coupling",), error) from error
         try:
-            select(system, scenario.include, scenario.exclude)
+            recorded = select(system, scenario.include, scenario.exclude)
         except SystemStructureError as error:
             raise scenario_error(scenario, ("recording",), error) from error
+        always = {n: u for n, u in scenario.components.items() if u.process is Isolation.ALWAYS}
+        problems = [
+            *sharing(scenario.document, scenario.components),
+            *belonging_here(scenario.document, always),
+            *_unanswered(scenario, system, recorded),
+        ]
+        if problems:
+            raise _error(scenario, problems)
         remarks = (
             *_undriven(scenario.document, system),
             *_unsolved(scenario.document, system, scenario.coupling.made),
@@ -125,6 +136,16 @@ def _unsolved(
         if not is_within(loop, solved):
             what = describe_outcome(loop, is_solved=False)
             yield Problem(document.key(("coupling",)), f"coupling: {what}")
+
+
+def _unanswered(
+    scenario: Scenario, system: System, recorded: Iterable[Endpoint]
+) -> Iterator[Problem]:
+    """What the measures that the scenario names find wrong with what will be recorded."""
+    signals = {str(end): system.connectors[end.component][end.connector] for end in recorded}
+    planned = Planned(signals=signals, start=scenario.start, stop=scenario.stop)
+    for name, use in (scenario.measures or {}).items():
+        yield from located(scenario.document, ("measures", name), use.made.check(planned))
 
 
 def _undriven(document: Document, system: System) -> Iterator[Problem]:

@@ -12,10 +12,13 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 
 from adapters.tables import TableSink, TableSource
 from adapters.tables.content import MOST_PROBLEMS, read
+from orchestrator.campaign.work import Work, perform
 from orchestrator.cli import main
-from orchestrator.errors import ParameterError
+from orchestrator.errors import ComponentTypeError, ParameterError, ScenarioError
+from orchestrator.experiment.load import load_experiment
 from orchestrator.table_files import Format, read_table, write_table
 from orchestrator.testing import check_component
+from tests.orchestrator.files import change
 
 MS = 1_000_000
 
@@ -229,4 +232,86 @@ def test_the_example_of_the_manual_runs(tmp_path: Path) -> None:
         main(["run", str(tmp_path / "tables.yaml"), "--out", str(tmp_path / "r"), "--quiet"]) == 0
     )
     speeds = [10, 15, 20, 15, 10, 5, 5, 5, 5]
-    assert read_table(tmp_path / "log.csv")["v [m/s]"] == pytest.approx(speeds, rel=1e-15)
+    assert read_table(tmp_path / "r" / "log.csv")["v [m/s]"] == pytest.approx(speeds, rel=1e-15)
+
+
+def sink_scenario(folder: Path, *changes: tuple[str, str]) -> Path:
+    (folder / "in.csv").write_text(TABLE)
+    path = folder / "tables.yaml"
+    path.write_text(SCENARIO.format(source="", suffix=".csv"))
+    change(path, *changes)
+    return path
+
+
+OWN = ("folder: ., ", "")
+
+
+def test_every_run_writes_its_own_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two runs of an experiment, kept, and one that is not."""
+    monkeypatch.setenv("NLOSIM_THREADS", "1")
+    path = sink_scenario(tmp_path, OWN)
+    for stop in (200, 400):
+        keep, overrides = str(tmp_path / f"{stop}"), (f"time.stop={stop} ms",)
+        work = Work(scenario=str(path), overrides=overrides, keep=keep, scratch=None)
+        assert perform(work).error is None
+    rows = [len(read_table(tmp_path / f"{stop}" / "out.csv")["open"]) for stop in (200, 400)]
+    assert rows == [5, 9]
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    work = Work(scenario=str(path), overrides=(), keep=None, scratch=str(scratch))
+    assert perform(work).error is None
+    assert list(scratch.iterdir()) == []
+    assert not (tmp_path / "out.csv").exists()
+
+
+def test_a_table_that_all_runs_would_write_is_refused(tmp_path: Path) -> None:
+    sink_scenario(tmp_path)
+    experiment = tmp_path / "all.yaml"
+    metrics = "metrics: {late: {signal: source.speed}}"
+    experiment.write_text(f"schema: 1\nscenario: tables.yaml\nseeds: 2\n{metrics}\n")
+    with pytest.raises(ScenarioError) as error:
+        load_experiment(experiment)
+    (problem,) = error.value.problems
+    assert f"all runs of an experiment would write `{tmp_path / 'out.csv'}`" in problem.what
+    assert (Path(problem.where.file).name, problem.where.line) == ("tables.yaml", 6)
+    change(tmp_path / "tables.yaml", OWN)
+    assert len(load_experiment(experiment).runs()) == 2
+
+
+@pytest.mark.parametrize("changes", [(), (OWN,)])
+def test_two_sinks_do_not_write_one_file(
+    tmp_path: Path, changes: tuple[tuple[str, str], ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = sink_scenario(tmp_path, *changes)
+    text = path.read_text()
+    (sink,) = re.findall(r"  sink:\n.*\n.*\n.*\n", text)
+    path.write_text(text.replace(sink, sink + sink.replace("sink:", "other:")))
+    assert main(["check", str(path)]) == 2
+    assert f"{path}:10:3: components.other: writes `" in capsys.readouterr().out
+
+
+def test_a_sink_in_another_process_cannot_write_here(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Always, or where a transport is asked for."""
+    marked = ("type: table-sink", "type: table-sink\n    process: on-request")
+    path = sink_scenario(tmp_path, marked, OWN)
+    out = ["--out", str(tmp_path / "out"), "--quiet", "--no-figure"]
+    said = "8:14: components.sink: writes into the directory of the run, which is here; remove"
+    assert main(["run", str(path), "--transport", "loopback", *out]) == 2
+    assert said in capsys.readouterr().err
+    assert main(["check", str(path)]) == 0
+    assert said in capsys.readouterr().out
+    assert main(["run", str(path), *out]) == 0
+    assert len(read_table(tmp_path / "out" / "out.csv")["open"]) == 9
+    change(path, ("on-request", "true"))
+    for command in (["check", str(path)], ["run", str(path), *out]):
+        assert main(command) == 2
+        printed = capsys.readouterr()
+        assert said in printed.out + printed.err
+
+
+def test_a_sink_that_nobody_tells_where_to_write_says_so() -> None:
+    sink = TableSink(TableSink.Parameters(file="out.csv", columns=("a",)))
+    with pytest.raises(ComponentTypeError, match=r"where to write `out.csv`; give `folder`"):
+        sink.setup(0, np.random.default_rng(0))

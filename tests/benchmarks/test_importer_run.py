@@ -3,10 +3,12 @@
 import dataclasses
 import json
 from pathlib import Path
+from typing import Any
 
 import jsonschema  # type: ignore[import-untyped]
 import numpy as np
 import pytest
+from typing_extensions import override
 
 from adapters.fmi import FmuComponentType
 from benchmarks.benchmark import Case, Measurement
@@ -20,11 +22,17 @@ from benchmarks.importer.matrix import MatrixRun
 from benchmarks.importer.model import Model, fmu
 from benchmarks.importer.ours import OursRun
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
+from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.cli import main
+from orchestrator.component import Component
 from orchestrator.errors import ComponentError
+from orchestrator.plan.plan import RunPlan
 from orchestrator.recording.recorder import Recorder
+from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
+from orchestrator.timebase import Duration, Time
+from orchestrator.transformation import Transformation
 from tests.benchmarks.schema import ONE
 
 STEPS = 101
@@ -101,6 +109,54 @@ def test_infinity_ends_a_run_at_the_same_point(tmp_path: Path, factor: float, ve
             )  # fmt: skip
         errors.append(str(caught.value))
     assert errors[0] == errors[1]
+
+
+class Spike(Component):
+    """Nineteen ones; from the second step on one of them is 1e300."""
+
+    connectors = {"x": Connector(causality=Causality.OUTPUT, shape=(19,))}  # noqa: RUF012
+
+    def __init__(self, place: int) -> None:
+        self._place = place
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._x = np.ones(19)
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._x = np.ones(19)
+        self._x[self._place] = 1e300 if t else 1.0
+
+    @override
+    def outputs(self) -> Signals:
+        return {"x": self._x}
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_infinity_is_seen_at_every_place(monkeypatch: pytest.MonkeyPatch, sign: float) -> None:
+    """Of nineteen numbers, which are checked eight at a time."""
+    stretches: list[Time] = []
+    run = RunPlan.run
+
+    def noted(self: RunPlan, t: Time, end: Time) -> Any:
+        stretches.append(t)
+        return run(self, t, end)
+
+    monkeypatch.setattr(RunPlan, "run", noted)
+    row = FmuComponentType(fmu(Chain("matrix", 3, 2, (19,)).follower))
+    wire = Connection(
+        Endpoint("x", "x"), Endpoint("row", "Float64_in_1"), Transformation(gain=sign * 1e10)
+    )
+    for place in range(19):
+        system = System(
+            {"row": row.create("row", {}), "x": Spike(place)},
+            {"row": STEP_NS, "x": 8 * STEP_NS}, [wire],
+        )  # fmt: skip
+        said = r"^component `row` at t = 0\.016 s: .* `Float64_in_1` is not finite$"
+        with pytest.raises(ComponentError, match=said):
+            simulate(system, Jacobi(), start=0, stop=80 * STEP_NS, seed=0)
+        assert stretches.pop() == 16 * STEP_NS
 
 
 def test_a_matrix_is_measured_beside_copies() -> None:

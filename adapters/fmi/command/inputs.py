@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 from typing_extensions import override
 
+from adapters.fmi.command.reading import converted
 from adapters.fmi.command.table import Results, TableError
 from orchestrator.component import Component
 from orchestrator.signal import Array, Causality, Connector, Signals, Variability
 from orchestrator.suggestion import suggestion
 from orchestrator.timebase import Duration, Time, seconds
+from orchestrator.units import UnitError
 
 
 class Inputs(Component):
@@ -68,6 +70,25 @@ class Inputs(Component):
         return np.array(value, dtype=connector.dtype).reshape(shape)
 
 
+def in_units_of(connectors: Mapping[str, Connector], table: Results, path: Path) -> Results:
+    """A table whose columns are in the units of the inputs that they drive.
+
+    Raises:
+        TableError: the unit in a heading is none of the input's quantity.
+    """
+    problems, columns = [], dict(table.columns)
+    for name, unit in table.units.items():
+        if name not in connectors or unit == connectors[name].unit:
+            continue
+        try:
+            columns[name] = converted(np.asarray(columns[name]), unit, connectors[name].unit)
+        except UnitError as error:
+            problems.append(f"{path}:1: `{name}`: {error}")
+    if problems:
+        raise TableError("\n".join(problems))
+    return Results(table.times, columns, {})
+
+
 def table_of_inputs(
     path: Path, table: Results, connectors: Mapping[str, Connector]
 ) -> dict[str, Connector]:
@@ -91,6 +112,10 @@ def table_of_inputs(
         size = int(np.prod([n for n in connector.shape if isinstance(n, int)], dtype=np.int64))
         if size != int(np.prod(column.shape[1:], dtype=np.int64)):
             problems.append(f"{path}: `{name}` has {size} elements, not {column[0].size}")
+            continue
+        unknown = np.flatnonzero(np.isnan(column).reshape(len(column), -1).any(axis=1))
+        if len(unknown):
+            problems.append(f"{path}:{int(unknown[0]) + 2}: `{name}`: there is no number")
             continue
         kind = np.dtype(connector.dtype)
         wrong = np.flatnonzero((column != column.astype(kind)).reshape(len(column), -1).any(axis=1))

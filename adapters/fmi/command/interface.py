@@ -4,16 +4,12 @@ from argparse import Namespace
 from collections.abc import Mapping
 from typing import Any
 
+from adapters.fmi.command.span import RunError
 from adapters.fmi.kind import Kind
 from adapters.fmi.options import PREFIX
-from orchestrator.errors import CosimError
 from orchestrator.parameters import ComponentType
 
 _INTEGRATION = ("solver", "solver-step")
-
-
-class RunError(CosimError):
-    """What is asked for cannot be run; a line for each problem. Exit code 2."""
 
 
 def interface_options(arguments: Namespace, type_: ComponentType) -> dict[str, Any]:

@@ -4,7 +4,6 @@ from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from fractions import Fraction
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
@@ -12,19 +11,19 @@ from typing import Any, Final
 import numpy as np
 import yaml
 
-from adapters.fmi.command.inputs import Inputs, table_of_inputs
-from adapters.fmi.command.interface import RunError, interface_options, used_text
+from adapters.fmi.command.inputs import Inputs, in_units_of, table_of_inputs
+from adapters.fmi.command.interface import interface_options, used_text
+from adapters.fmi.command.reading import read_results
+from adapters.fmi.command.span import RunError, Span, span_of
 from adapters.fmi.command.table import (
     Results,
-    TableError,
     draw,
     lines_of_text,
-    read_results,
     summary,
     write_results,
 )
 from adapters.fmi.component_type import FmuComponentType
-from adapters.fmi.experiment import DefaultExperiment, default_experiment
+from adapters.fmi.experiment import default_experiment
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.cli.failures import outcome_of
 from orchestrator.cli.interruption import stopping
@@ -35,7 +34,6 @@ from orchestrator.early_end import EarlyEnd
 from orchestrator.errors import CosimError
 from orchestrator.last_call import noting
 from orchestrator.observer import NoProgress, Observer, progress_meter
-from orchestrator.parameters import ComponentType
 from orchestrator.recording import Recording
 from orchestrator.recording.recorder import Recorder
 from orchestrator.scenario.conversion import Conversion
@@ -45,26 +43,13 @@ from orchestrator.simulation import simulate
 from orchestrator.suggestion import suggestion
 from orchestrator.system import Connection, Endpoint, System
 from orchestrator.table_files import NO_PARQUET, has_parquet
-from orchestrator.timebase import CommunicationGrid, Duration, Time, nanoseconds
+from orchestrator.timebase import format_duration
+from orchestrator.units import parse_quantity, parse_unit
 
 _FMU: Final = "fmu"
 _INPUTS: Final = "inputs"
-_STEPS: Final = 500
-"""How many there are in a run whose FMU does not say a step size."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Span:
-    """Communication points of a run.
-
-    Attributes:
-        start, stop: the first and the last one [ns].
-        step: between two of them [ns].
-    """
-
-    start: Time
-    stop: Time
-    step: Duration
+_TERMINAL: Final = ("terminal", "-")
+_LOCALS: Final = "fmi.locals"
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +78,8 @@ def run(arguments: Namespace) -> Outcome:
         found = default_experiment(arguments.path)
         given = (arguments.start_time, arguments.stop_time, arguments.step)
         span = span_of(found, *given)
+        if problem := type_.step_problem(span.step):
+            raise RunError(f"--step {float(span.step) / 1e9:g}: {problem}")
         simulated = simulated_fmu(
             type_,
             span,
@@ -108,7 +95,7 @@ def run(arguments: Namespace) -> Outcome:
     if arguments.output is not None:
         write_results(results, arguments.output)
         files.append(arguments.output)
-    if arguments.plot == "terminal":
+    if arguments.plot in _TERMINAL:
         lines.append(lines_of_text(results))
     elif arguments.plot is not None and results.columns:
         draw(results, Path(arguments.plot))
@@ -124,7 +111,7 @@ def run(arguments: Namespace) -> Outcome:
     data = {
         "start_s": span.start / 1e9,
         "stop_s": span.stop / 1e9,
-        "step_s": span.step / 1e9,
+        "step_s": float(span.step) / 1e9,
         "ended_early": None if early is None else early.text,
         "rows": rows,
         "last": {name: np.asarray(c[-1]).tolist() for name, c in results.columns.items()},
@@ -134,9 +121,10 @@ def run(arguments: Namespace) -> Outcome:
 
 
 def _steps_text(span: Span) -> str:
-    start, stop, step = (ns / 1e9 for ns in (span.start, span.stop, span.step))
     count = (span.stop - span.start) // span.step
-    return f"{start:g} to {stop:g} s in {count} steps of {step:g} s"
+    is_whole = isinstance(span.step, int)
+    step = f"{span.step / 1e9:g} s" if is_whole else format_duration(span.step)
+    return f"{span.start / 1e9:g} to {span.stop / 1e9:g} s in {count} steps of {step}"
 
 
 def _file_problems(arguments: Namespace) -> list[str]:
@@ -146,64 +134,14 @@ def _file_problems(arguments: Namespace) -> list[str]:
         problems.append(f"--output {arguments.output}: write a name that ends in .csv or .parquet")
     elif arguments.output is not None and arguments.output.suffix != ".csv" and not has_parquet():
         problems.append(f"--output {arguments.output}: {NO_PARQUET}")
-    is_file = arguments.plot not in {None, "terminal"}
+    is_file = arguments.plot is not None and arguments.plot not in _TERMINAL
     if is_file and Path(arguments.plot).suffix not in {".svg", ".png"}:
         problems.append(f"--plot {arguments.plot}: write `terminal`, or a name in .svg or .png")
     return problems
 
 
-def span_of(
-    default: DefaultExperiment, start: str | None, stop: str | None, step: str | None
-) -> Span:
-    """The communication points that are asked for, and what the FMU says where nothing is.
-
-    Args:
-        default: of the FMU.
-        start: the first one [s], or `None`.
-        stop: the last one [s], or `None`.
-        step: between two [s], or `None`.
-
-    Raises:
-        RunError: they do not fit together.
-    """
-    problems: list[str] = []
-    begin = _time("--start-time", start, default.start or "0", problems)
-    if stop is None and default.stop is None:
-        stop = str(float(Fraction(begin, 10**9) + 1))
-    end = _time("--stop-time", stop, default.stop, problems)
-    if not problems and end <= begin:
-        what = f"the run stops at {end / 1e9:g} s, not after its start at {begin / 1e9:g} s"
-        problems.append(what)
-    if problems:
-        raise RunError("\n".join(problems))
-    if step is None and default.step is None:
-        even = Fraction(end - begin, _STEPS)
-        if even.denominator != 1:
-            raise RunError(f"{_STEPS} steps are no whole nanoseconds each; choose --step")
-        return Span(start=begin, stop=end, step=int(even))
-    size = _time("--step", step, default.step, problems)
-    if not problems:
-        try:
-            CommunicationGrid.over(begin, end, size)
-        except ValueError as error:
-            problems.append(f"--step {size / 1e9:g}: {error}")
-    if problems:
-        raise RunError("\n".join(problems))
-    return Span(start=begin, stop=end, step=size)
-
-
-def _time(option: str, said: str | None, default: str | None, problems: list[str]) -> Time:
-    text = default if said is None else said
-    try:
-        return nanoseconds(text or "")
-    except (ValueError, ZeroDivisionError):
-        of = option if said is not None else f"{option}: the default experiment says"
-        problems.append(f"{of} {text!r}: write seconds, a whole number of nanoseconds")
-        return 0
-
-
 def simulated_fmu(
-    type_: ComponentType,
+    type_: FmuComponentType,
     span: Span,
     *,
     starts: Sequence[str] = (),
@@ -217,10 +155,10 @@ def simulated_fmu(
     Args:
         type_: of the FMU.
         span: its communication points.
-        starts: `NAME=VALUE` of parameters and inputs.
+        starts: `NAME=VALUE` of parameters, inputs and other variables that have a start value.
         options: further parameters, converted.
         table: of inputs over time.
-        record: patterns of outputs; all if there are none.
+        record: patterns of outputs and of variables inside; all outputs if there are none.
         quiet: draw no progress bar.
 
     Raises:
@@ -229,8 +167,9 @@ def simulated_fmu(
         CosimError: the FMU cannot be run, or recorded.
     """
     values, held = _start_values(type_, starts)
+    values |= _inner(type_, record)
     component = type_.create(_FMU, {**values, **options})
-    outputs = _recorded(component.connectors, record)
+    outputs = _recorded(component.connectors, record, type_.inner)
     source = _source(component.connectors, held, table)
     components: dict[str, Component] = {_FMU: component}
     connections: list[Connection] = []
@@ -265,10 +204,21 @@ def simulated_fmu(
         return Simulated(_results(folder, outputs, component.connectors), error, early_end)
 
 
+def _inner(type_: FmuComponentType, record: Sequence[str]) -> dict[str, Any]:
+    """What makes outputs of variables inside: those that patterns mean that mean no output."""
+    wanted = tuple(
+        pattern
+        for pattern in record
+        if not any(_matches(name, pattern) for name in type_.outputs)
+        and any(_matches(name, pattern) for name in type_.inner)
+    )
+    return {_LOCALS: wanted} if wanted and _LOCALS in type_.parameters else {}
+
+
 def _start_values(
-    type_: ComponentType, starts: Sequence[str]
+    type_: FmuComponentType, starts: Sequence[str]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Those of parameters, converted, and what is said of everything else."""
+    """Those of parameters, states and the like, converted, and what is said of inputs."""
     problems: list[str] = []
     said: dict[str, Any] = {}
     others: dict[str, Any] = {}
@@ -281,16 +231,30 @@ def _start_values(
             parsed = yaml.safe_load(value)
         except yaml.YAMLError:
             parsed = value
-        (said if name in type_.parameters else others)[name] = parsed
+        names = [name] if name in type_.inputs else [name, f"start.{name}"]
+        offered = [each for each in names if each in type_.parameters]
+        if offered:
+            said[offered[0]] = parsed
+        elif name in type_.inputs:
+            others[name] = parsed
+        else:
+            known = [*type_.inputs, *(each.removeprefix("start.") for each in type_.parameters)]
+            hint = suggestion(name, dict.fromkeys(known))
+            problems.append(f"--start-value {name}: there is no such parameter or input; {hint}")
     conversion = Conversion(lambda _: Path.cwd())
     values = conversion.parameters(type_.parameters, said)
-    problems += [f"--start-value {p.address[0]}: {p.what}" for p in conversion.problems]
+    problems += [
+        f"--start-value {str(p.address[0]).removeprefix('start.')}: {p.what}"
+        for p in conversion.problems
+    ]
     if problems:
         raise RunError("\n".join(problems))
     return values, others
 
 
-def _recorded(connectors: Mapping[str, Connector], record: Sequence[str]) -> list[str]:
+def _recorded(
+    connectors: Mapping[str, Connector], record: Sequence[str], inner: Sequence[str]
+) -> list[str]:
     outputs = [
         name
         for name, c in connectors.items()
@@ -299,15 +263,20 @@ def _recorded(connectors: Mapping[str, Connector], record: Sequence[str]) -> lis
         and all(isinstance(n, int) for n in c.shape)
     ]
     problems = [
-        f"--record {pattern}: no output matches; {suggestion(pattern, outputs)}"
+        f"--record {pattern}: no variable matches; {suggestion(pattern, [*outputs, *inner])}"
         for pattern in record
-        if not any(fnmatchcase(name, pattern) for name in outputs)
+        if not any(_matches(name, pattern) for name in outputs)
     ]
     if problems:
         raise RunError("\n".join(problems))
     if not outputs:
         raise RunError("the FMU has no outputs that can stand in a table")
-    return [n for n in outputs if not record or any(fnmatchcase(n, p) for p in record)]
+    return [n for n in outputs if not record or any(_matches(n, p) for p in record)]
+
+
+def _matches(name: str, pattern: str) -> bool:
+    """Whether a pattern means a variable, whose name may have brackets of its own."""
+    return name == pattern or fnmatchcase(name, pattern)
 
 
 def _source(
@@ -318,23 +287,34 @@ def _source(
     columns: dict[str, Array] = {}
     for name, value in held.items():
         if name not in inputs:
-            hint = suggestion(name, inputs)
-            problems.append(f"--start-value {name}: there is no such parameter or input; {hint}")
+            problems.append(f"--start-value {name}: is no input of numbers")
             continue
         try:
-            columns[name] = np.asarray(value, np.float64)[np.newaxis]
+            columns[name] = np.asarray(_number(value, connectors[name].unit))[np.newaxis]
         except (TypeError, ValueError):
-            problems.append(f"--start-value {name}: {value!r} is no number")
+            unit = f" in {connectors[name].unit}" if connectors[name].unit != "1" else ""
+            problems.append(f"--start-value {name}: {value!r} is no number{unit}")
     if problems:
         raise RunError("\n".join(problems))
     path, driven = Path("--start-value"), Results(np.zeros(1), columns, {})
     if table is not None:
-        path, found = table, read_results(table)
+        path, found = table, in_units_of(connectors, read_results(table), table)
         held_columns = {n: np.repeat(c, len(found.times), axis=0) for n, c in columns.items()}
         driven = Results(found.times, {**held_columns, **found.columns}, {})
     if not driven.columns:
         return None
     return Inputs(table_of_inputs(path, driven, connectors), driven)
+
+
+def _number(value: Any, unit: str) -> Array:
+    """One number or several, in `unit`; text says a unit of its own.
+
+    Raises:
+        TypeError, ValueError: it is none.
+    """
+    if isinstance(value, str):
+        value = float(parse_quantity(value).into(parse_unit(unit)))
+    return np.asarray(value, np.float64)
 
 
 def _results(folder: Path, outputs: Sequence[str], connectors: Mapping[str, Connector]) -> Results:
@@ -350,6 +330,3 @@ def _results(folder: Path, outputs: Sequence[str], connectors: Mapping[str, Conn
     columns = {n: c if len(c) == len(times) else np.repeat(c, len(times), axis=0)
                for n, c in columns.items()}  # fmt: skip
     return Results(times, columns, {n: connectors[n].unit for n in outputs})
-
-
-__all__ = ["RunError", "Simulated", "Span", "TableError", "run", "simulated_fmu", "span_of"]

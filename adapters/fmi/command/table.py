@@ -1,8 +1,7 @@
 """Results over time: in files, in a run directory, as lines of text, as a figure."""
 
-import csv
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -10,9 +9,8 @@ from typing import Any, Final
 import numpy as np
 
 from orchestrator.errors import CosimError
-from orchestrator.recording import Recording
 from orchestrator.signal import Array
-from orchestrator.table_files import read_table, write_table
+from orchestrator.table_files import write_table
 
 TIME: Final = "time"
 """The column of times [s]."""
@@ -39,89 +37,6 @@ class Results:
     times: Array
     columns: Mapping[str, Array]
     units: Mapping[str, str]
-
-
-def read_results(path: Path) -> Results:
-    """The results in a CSV or Parquet file, or in a run directory.
-
-    Raises:
-        TableError: every problem, each with its line.
-        RecordingError: the run directory has no recording.
-        MissingParquetError: pyarrow is not installed.
-    """
-    if path.is_dir():
-        return _recorded(path)
-    try:
-        table = dict(read_table(path)) if path.suffix == ".parquet" else _read_csv(path)
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "is no text in UTF-8"
-        raise TableError(f"{path}: cannot be read: {reason}") from error
-    times = table.pop(TIME, None)
-    if times is None:
-        raise TableError(f"{path}:1: there is no column `{TIME}` [s]")
-    times = np.asarray(times, np.float64)
-    wrong = np.flatnonzero(~(np.diff(times) >= 0))
-    if len(wrong):
-        k = int(wrong[0]) + 1
-        what = f"the time {times[k]:g} s comes after {times[k - 1]:g} s"
-        raise TableError(f"{path}:{k + 2}: {what}; times have to ascend")
-    return Results(times, table, {})
-
-
-def _read_csv(path: Path) -> dict[str, Array]:
-    problems: list[str] = []
-    with path.open(encoding="utf-8-sig", newline="") as file:
-        reader = csv.reader(file)
-        header = [name.strip() for name in next(reader, [])]
-        if twice := sorted({name for name in header if header.count(name) > 1}):
-            problems.append(f"{path}:1: the column `{twice[0]}` is there twice")
-        values: list[list[list[float]]] = [[] for _ in header]
-        for row in reader:
-            if not row:
-                continue
-            line = reader.line_num
-            if len(row) != len(header):
-                problems.append(f"{path}:{line}: {len(row)} fields, the header has {len(header)}")
-                continue
-            for name, column, text in zip(header, values, row, strict=True):
-                try:
-                    column.append(_numbers(text))
-                except ValueError:
-                    problems.append(f"{path}:{line}: `{name}`: `{text}` is no number")
-    for name, column in zip(header, values, strict=True):
-        sizes = {len(each) for each in column}
-        if len(sizes) > 1:
-            problems.append(f"{path}: `{name}` has rows of {' and '.join(map(str, sorted(sizes)))}")
-    if problems:
-        raise TableError("\n".join(problems))
-    return {n: _column(v) for n, v in zip(header, values, strict=True)}
-
-
-def _numbers(text: str) -> list[float]:
-    words = {"true": 1.0, "false": 0.0}
-    return [words[w.lower()] if w.lower() in words else float(w) for w in text.split()]
-
-
-def _column(rows: Sequence[Sequence[float]]) -> Array:
-    values = np.array(rows, np.float64)
-    return values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
-
-
-def _recorded(path: Path) -> Results:
-    """The numbers of a run that were recorded at all of its points."""
-    recording = Recording(path)
-    series = [recording[name] for name in recording.signals]
-    most = max((len(each) for each in series), default=0)
-    plain = [each for each in series if len(each) == most and _is_plain(each)]
-    if not plain:
-        raise TableError(f"{path}: there is no recorded signal of numbers")
-    columns = {e.name: np.asarray(e.values) for e in plain}
-    return Results(plain[0].times * 1e-9, columns, {e.name: e.unit for e in plain})
-
-
-def _is_plain(series: Any) -> bool:
-    values = np.asarray(series.values)
-    return values.dtype.kind in "biuf" and len(values) == len(series)
 
 
 def write_results(results: Results, path: Path) -> None:

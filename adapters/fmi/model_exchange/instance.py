@@ -156,7 +156,7 @@ class ModelExchangeInstance(FmuInstance):
             return StepOutcome(time=t, wants_end=True)
         self._drive(integration.equation, courses, t, h)
         try:
-            wants_end = integration.advance(t, t + h, is_alike=not courses)
+            wants_end = integration.advance(t, t + h)
         finally:
             integration.equation.drive = None
         self._held.update({name: course.at(1.0) for name, course in courses.items()})
@@ -184,8 +184,7 @@ class ModelExchangeInstance(FmuInstance):
         write = self._loaded.write
 
         def drive(now: float) -> None:
-            share = min(1.0, (now - t) / h)
-            write({name: course.at(share) for name, course in courses.items()})
+            write({name: course.at((now - t) / h) for name, course in courses.items()})
 
         equation.drive = drive
 
@@ -265,7 +264,6 @@ class ModelExchangeInstance(FmuInstance):
         self._loaded.restore(state, lengths)
         kept = self._kept[state]
         self._held, self._pending = dict(kept.held), dict(kept.pending)
-        self._courses = {}
         self._running().resume(kept.moment)
 
     @override

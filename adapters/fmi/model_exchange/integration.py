@@ -30,6 +30,19 @@ def are_one(a: float, b: float) -> bool:
     return abs(a - b) <= max(_ULPS * math.ulp(max(abs(a), abs(b))), _SHORTEST)
 
 
+def usable(nominals: Array) -> Array:
+    """Nominal values of which only the size counts, and 1 in the place of 0.
+
+    Args:
+        nominals: as an FMU says them, shape (state,).
+
+    Returns:
+        Positive, shape (state,).
+    """
+    sizes = np.abs(nominals)
+    return np.where(sizes == 0.0, 1.0, sizes)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Moment:
     """Where an integration is.
@@ -117,7 +130,7 @@ class Integration:
             raise FmuError(f"the FMU does not know its derivatives at {self._now:.9g} s (Discard)")
         return found
 
-    def advance(self, start: float, stop: float, *, is_alike: bool) -> bool:
+    def advance(self, start: float, stop: float) -> bool:
         """Go on from the communication point `start` to `stop` [s].
 
         If earlier states may be returned to, the solver begins without a memory of the steps
@@ -126,7 +139,6 @@ class Integration:
         Args:
             start: where the last one has ended [s].
             stop: behind it [s].
-            is_alike: whether inputs are and will be what they were at the end of the last one.
 
         Returns:
             Whether the FMU asks to end the simulation; `moment` is when.
@@ -135,7 +147,7 @@ class Integration:
             FmuError: the FMU or the solver failed, or events do not end.
         """
         self._now = max(self._now, start)
-        self._is_fresh = self._is_fresh and is_alike and self._keeps_state
+        self._is_fresh = self._is_fresh and self._keeps_state
         self._stuck = 0
         while True:
             target = self._target(stop)
@@ -180,8 +192,7 @@ class Integration:
         states, nominals = np.ones(1), np.ones(1)
         if self._count:
             states = self._functions.states(self._count)
-            nominals = np.abs(self._functions.nominals(self._count))
-            nominals[nominals == 0.0] = 1.0
+            nominals = usable(self._functions.nominals(self._count))
         solver.restart(self._now, states, nominals)
         self._is_fresh = True
 

@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from typing import Final
 
+from adapters.fmi.exports import exported
+
 _TYPES2: Final = ("Real", "Integer", "Boolean", "String")
 _TYPES3: Final = (
     "Float32", "Float64", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64",
@@ -74,6 +76,10 @@ def required(version: int, kinds: Iterable[str]) -> tuple[str, ...]:
 
 
 def missing(binary: bytes, version: int, kinds: Iterable[str]) -> tuple[str, ...]:
-    """The required functions whose names are nowhere in a binary, which so cannot export them."""
-    # what stands before a name may be anything: tables of names share their ends
-    return tuple(n for n in required(version, kinds) if n.encode() + b"\0" not in binary)
+    """The required functions that a binary does not export.
+
+    Raises:
+        ExportsError: nobody can tell.
+    """
+    there = exported(binary)
+    return tuple(name for name in required(version, kinds) if name not in there)

@@ -3,13 +3,14 @@
 import re
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
 import fmpy
 
 from adapters.fmi.archive import archive_problems
+from adapters.fmi.exports import ExportsError
 from adapters.fmi.unpacked import host_folder
 from adapters.fmi.validation import definitions, names, structure, variables
 from adapters.fmi.validation.binaries import made_for, misplaced, shown
@@ -25,13 +26,15 @@ _VERSION: Final = re.compile(r"(2)\.0(?:\.\d+)?|(3)\.\d+(?:\.\d+)?(?:[-.].+)?")
 _FOLDERS: Final = {"sources", "terminalsAndIcons"}
 """Where the further files in XML are that have a schema."""
 
+_LIBRARIES: Final = {"so", "dll", "dylib"}
+"""How shared libraries end."""
+
 
 def validate(path: Path) -> list[Finding]:
     """Every rule of FMI 2.0.4 or 3.0.2 that an FMU breaks, in the order of its files and lines.
 
-    The XML is held against the schemas of the standard and the rules of its text; of the binary for
-    this machine it is seen whether it can export the functions of the standard. Nothing of the FMU
-    is run.
+    The XML is held against the schemas of the standard and the rules of its text; of every binary
+    it is seen whether it exports the functions of the standard. Nothing of the FMU is run.
 
     Args:
         path: of the archive.
@@ -103,9 +106,10 @@ def _binaries(archive: zipfile.ZipFile, name: str, model: Model) -> Iterator[Fin
     has_sources = any(e.startswith("sources/") for e in entries)
     folder, suffix = host_folder(model.version), fmpy.sharedLibraryExtension
     for identifier in dict.fromkeys(k.get("modelIdentifier") or "" for k in model.kinds):
-        of = [k.tag for k in model.kinds if k.get("modelIdentifier") == identifier]
-        binary = re.compile(rf"binaries/[^/]+/{re.escape(identifier)}\.\w+")
-        if not has_sources and not any(map(binary.fullmatch, entries)):
+        kinds = [k.tag for k in model.kinds if k.get("modelIdentifier") == identifier]
+        binary = re.compile(rf"binaries/[^/]+/{re.escape(identifier)}\.(\w+)")
+        found = {entry: match[1] for entry in entries if (match := binary.fullmatch(entry))}
+        if not has_sources and not found:
             what = f"has neither a binary `{identifier}` nor sources"
             yield Finding(file=name, place=None, what=what, rule=rule)
         for entry, what in misplaced(archive, identifier, model.version):
@@ -115,14 +119,23 @@ def _binaries(archive: zipfile.ZipFile, name: str, model: Model) -> Iterator[Fin
         if wanted not in entries:
             what = f"cannot run on this machine: `{wanted}` is missing"
             yield Finding(file=name, place=None, what=what, rule=rule, is_remark=True)
-        elif (found := made_for(archive, wanted)) is None or not found.runs_on(platform):
-            what = f"cannot run on this machine: `{wanted}` is {shown(found)}"
+        elif (made := made_for(archive, wanted)) is None or not made.runs_on(platform):
+            what = f"cannot run on this machine: `{wanted}` is {shown(made)}"
             yield Finding(file=name, place=None, what=what, rule=rule, is_remark=True)
-        elif absent := missing(archive.read(wanted), model.version, of):
-            what = f"does not export {', '.join(f'`{f}`' for f in absent)}"
-            functions = SECTIONS["functions"][model.version - 2]
-            rule_ = f"FMI {('2.0.4', '3.0.2')[model.version - 2]}, {functions}"
-            yield Finding(file=f"{name}/{wanted}", place=None, what=what, rule=rule_)
+        for entry, ending in found.items():
+            if ending in _LIBRARIES and (what := _exports(archive.read(entry), model, kinds)):
+                functions = SECTIONS["functions"][model.version - 2]
+                rule_ = f"FMI {('2.0.4', '3.0.2')[model.version - 2]}, {functions}"
+                yield Finding(file=f"{name}/{entry}", place=None, what=what, rule=rule_)
+
+
+def _exports(binary: bytes, model: Model, kinds: Sequence[str]) -> str:
+    """What is wrong with the functions that a library exports; empty if nothing is."""
+    try:
+        absent = missing(binary, model.version, kinds)
+    except ExportsError as error:
+        return f"cannot be told what it exports: {error}"
+    return f"does not export {', '.join(f'`{f}`' for f in absent)}" if absent else ""
 
 
 def _other_file(archive: zipfile.ZipFile, name: str, other: str, model: Model) -> Iterator[Finding]:

@@ -9,6 +9,7 @@ import pytest
 
 from adapters.fmi import FmuComponentType
 from adapters.fmi.component import RestorableFmuComponent
+from adapters.fmi.errors import FmuError
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.capabilities import PortableState
 from orchestrator.component import Component
@@ -152,10 +153,24 @@ def test_a_clock_drives_a_clock(clocks3: Path, tmp_path: Path) -> None:
 
 
 def without(flag: bytes, path: Path, target: Path) -> Path:
+    return replaced(path, target, flag + b'="true"', b"")
+
+
+def replaced(path: Path, target: Path, text: bytes, by: bytes) -> Path:
     with zipfile.ZipFile(path) as old, zipfile.ZipFile(target, "w") as new:
         for name in old.namelist():
-            new.writestr(name, old.read(name).replace(flag + b'="true"', b""))
+            new.writestr(name, old.read(name).replace(text, by))
     return target
+
+
+@pytest.mark.parametrize("interval", ["0", "-0.3"])
+def test_a_clock_without_an_interval_is_refused(
+    clocks3: Path, tmp_path: Path, interval: str
+) -> None:
+    said = f'intervalDecimal="{interval}"'.encode()
+    path = replaced(clocks3, tmp_path / "still.fmu", b'intervalDecimal="0.3"', said)
+    with pytest.raises(FmuError, match=f"the clock `every` has the interval {interval} s"):
+        begun(path)
 
 
 def test_a_clock_that_knows_no_fractions_is_asked_for_decimals(

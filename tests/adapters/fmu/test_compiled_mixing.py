@@ -47,6 +47,8 @@ class Source(Component):
         "float64.out": Connector(causality=Causality.OUTPUT, shape=(3,)),
         "float32.out": Connector(causality=Causality.OUTPUT, shape=(3,), dtype=np.float32),
         "int16.out": Connector(causality=Causality.OUTPUT, shape=(3,), dtype=np.int16),
+        "uint32.out": Connector(causality=Causality.OUTPUT, shape=(3,), dtype=np.uint32),
+        "uint64.out": Connector(causality=Causality.OUTPUT, shape=(3,), dtype=np.uint64),
         "boolean.out": Connector(causality=Causality.OUTPUT, shape=(3,), dtype=np.bool_),
         "float64.in": Connector(causality=Causality.INPUT, shape=(3,)),
         "seen": Connector(causality=Causality.OUTPUT, shape=(3,)),
@@ -61,6 +63,8 @@ class Source(Component):
             "float64.out": np.array([k, -k / 3, 0.5]),
             "float32.out": np.array([0.1 * k, k, -2.5], np.float32),
             "int16.out": np.array([k, -k, 30000], np.int16),
+            "uint32.out": np.array([k, 2**31 + k, 2**32 - 1 - k], np.uint32),
+            "uint64.out": np.array([k, 2**63 + k, 2**64 - 1 - k], np.uint64),
             "boolean.out": np.array([k % 2, k % 3, 1], bool),
             "seen": np.array(look),
         }
@@ -255,6 +259,7 @@ def test_the_engine_takes_all_points(
     system = pair(mirror, *ways)
     plain, compiled = (ran(system, algorithm, tmp_path / str(c), compiled=c) for c in (False, True))
     assert plain == compiled
+    assert not plain[1]
     assert sum(points) == 180
 
 
@@ -278,6 +283,65 @@ def test_what_overflows_is_the_same_error(
     assert errors == ["", f"component `b` at t = {begin} s: {what}"]
     before = 32 if isinstance(algorithm, Jacobi) else 31
     assert sum(points) == 180 + before
+
+
+def test_large_whole_numbers_widen(
+    mirror: FmuComponentType, tmp_path: Path, points: list[int]
+) -> None:
+    """From 2^31 on a uint32 is no negative int32."""
+    second, turned = Elements((1,)), Elements((Span(None, None, -1),))
+    wires = [
+        ("uint32", "int64", Transformation(picked=second)),
+        ("uint32", "uint64", Transformation()),
+        ("uint32", "float64", Transformation(picked=turned)),
+        ("int16", "int32", Transformation()),
+        ("boolean", "boolean", Transformation(picked=turned)),
+    ]
+    network = Network(
+        [("mirror", 1), ("source", 6)],
+        [Connection(Endpoint("c1", f"{a}.out"), Endpoint("c0", f"{b}.in"), w) for a, b, w in wires],
+    )
+    plain, compiled = (
+        ran(system_of(mirror, network), Jacobi(), tmp_path / str(c), compiled=c)
+        for c in (False, True)
+    )
+    assert plain == compiled
+    assert sum(points) == 180 - 30
+    last = Recording(tmp_path / "True")["c0.int64.out"].at(180 * MS)
+    assert last == 2**31 + 27 + 180
+
+
+class Percent(Component):
+    """Ramps that are given in another unit."""
+
+    connectors = {"x": Connector(causality=Causality.OUTPUT, unit="%", shape=(3,))}  # noqa: RUF012
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._x = np.array([1e3, 2e3, 7e3])
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._x = self._x + np.array([1e3, 7e3, 1e4]) / 3
+
+    @override
+    def outputs(self) -> Signals:
+        return {"x": self._x}
+
+
+def test_a_unit_is_converted_by_the_same_roundings(
+    mirror: FmuComponentType, tmp_path: Path, points: list[int]
+) -> None:
+    """`/ 100` is not `* 0.01`: of 90 values some differ in the last bit."""
+    components: dict[str, Component] = {"m": mirror.create("m", {}), "x": Percent()}
+    wire = Connection(Endpoint("x", "x"), Endpoint("m", "float64.in"))
+    system = System(components, {"m": MS, "x": 6 * MS}, [wire])
+    plain, compiled = (ran(system, Jacobi(), tmp_path / str(c), compiled=c) for c in (False, True))
+    assert plain == compiled
+    assert not plain[1]
+    assert sum(points) == 180 - 30
+    x = np.asarray(Recording(tmp_path / "True")["x.x"].values)
+    assert np.any(x / 100.0 != x * 0.01)
 
 
 def test_values_of_python_pass_through_it_late(

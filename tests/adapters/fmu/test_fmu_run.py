@@ -10,7 +10,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from adapters.fmi.command.table import read_results
+from adapters.fmi.command.reading import read_results
 from adapters.fmu_command import add_command
 from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.table_files import has_parquet
@@ -50,6 +50,21 @@ def test_a_constant_input_gives_the_analytic_solution(lag2: Path, tmp_path: Path
     assert "41 rows, 0 to 4 s in 40 steps of 0.1 s" in outcome.text
 
 
+def test_a_step_is_a_fraction_of_a_second(lag2: Path, tmp_path: Path) -> None:
+    """60 steps of 1/60 s end at 1 s."""
+    out = tmp_path / "out.csv"
+    outcome = run(lag2, "--stop-time", "1", "--step", "1/60", "--output", out)
+    assert "61 rows, 0 to 1 s in 60 steps of 1/60 s" in outcome.text
+    assert outcome.data["step_s"] == 1 / 60
+    found = table(out)["time"]
+    assert found == pytest.approx([k / 60 for k in range(61)], abs=0.5e-9)
+    assert found[-1] == 1.0
+    wrong = run(lag2, "--stop-time", "1", "--step", "1/7.5")
+    assert "--step '1/7.5': write seconds, such as `0.01` or `1/60`" in wrong.text
+    wrong = run(lag2, "--stop-time", "1", "--step", "3/7")
+    assert "--step 0.428571: the interval of 1000000000 ns is not a whole number of" in wrong.text
+
+
 def test_it_is_what_fmpy_simulates(lag2: Path, tmp_path: Path) -> None:
     """Continuous inputs interpolated, discrete ones held, two rows of one time a step."""
     inputs = tmp_path / "in.csv"
@@ -78,7 +93,9 @@ def test_plots_are_drawn_where_they_are_asked_for(lag2: Path, tmp_path: Path) ->
         picture = tmp_path / f"a{suffix}"
         assert run(lag2, *SPAN, "--record", "x", "--plot", picture).exit_code == 0
         assert picture.read_bytes().startswith(head)
-    outcome = run(lag2, *SPAN, "--start-value", "u=3", "--record", "x", "--plot", "terminal")
+    starts = ("--start-value", "u=3", "--record", "x")
+    outcome = run(lag2, *SPAN, *starts, "--plot", "terminal")
+    assert run(lag2, *SPAN, *starts, "--plot", "-").text == outcome.text
     name, line, axis = outcome.text.splitlines()[:3]
     blocks = line.split()[0]
     assert name == "x"
@@ -108,7 +125,7 @@ def test_the_summary_has_last_least_greatest_and_mean(lag2: Path, tmp_path: Path
         (("--start-value", "v=1"), "--start-value v: there is no such parameter or input"),
         (("--start-value", "u=text"), "--start-value u: 'text' is no number"),
         (("--start-value", "time_constant=-1"), "--start-value time_constant: "),
-        (("--record", "z*"), "--record z*: no output matches"),
+        (("--record", "z*"), "--record z*: no variable matches"),
         (("--step", "0.3"), "--step 0.3: "),
         (("--step", "x"), "--step 'x': write seconds"),
         (("--stop-time", "-1"), "the run stops at -1 s, not after its start at 0 s"),
@@ -133,6 +150,8 @@ def test_every_problem_of_a_table_is_told_with_its_line(lag2: Path, tmp_path: Pa
     text = run(lag2, "--input", path).text
     assert f"{path}:1: there is no input `v`; there are: count_in, flag_in, u" in text
     assert f"{path}:3: `count_in` is int32, not 1.5" in text
+    path.write_text("time,u\n0,1\n1,\n")
+    assert f"{path}:3: `u`: there is no number" in run(lag2, "--input", path).text
     path.write_text("u\n0\n")
     assert f"{path}:1: there is no column `time`" in run(lag2, "--input", path).text
     path.write_text("time,u\n0,0\n2,0\n1,0\n")

@@ -36,7 +36,7 @@ def scenario(fmu: Callable[[str], Path], tmp_path: Path) -> Path:
 
 
 def ran(path: Path, out: Path, *options: str) -> Recording:
-    assert main(["run", str(path), "--out", str(out), "--quiet", *options]) == 0
+    assert main(["run", str(path), "--out", str(out), "--quiet", "--no-figure", *options]) == 0
     return Recording(out)
 
 

@@ -175,6 +175,17 @@ def test_an_order_that_the_fmu_refuses_is_an_error_with_a_way_out(mass2: Path) -
     mass.close()
 
 
+def test_slopes_that_the_fmu_does_not_give_are_an_error(mass2: Path) -> None:
+    """It gives none before it is initialised."""
+    mass = FmuComponentType(mass2).create("mass", {})
+    source = mass.capability(OutputSlopes)  # type: ignore[type-abstract]
+    assert source is not None
+    mass.setup(0, stream(1, "mass"))
+    with pytest.raises(FmuError, match="fmi2GetRealOutputDerivatives returned Error"):
+        source.slopes()
+    mass.close()
+
+
 @pytest.mark.parametrize("algorithm", [Jacobi(extrapolation="linear"), InterfaceQuasiNewton()])
 def test_no_more_is_told_than_is_asked_for(mass2: Path, algorithm: CosimulationAlgorithm) -> None:
     told = traced(masses(mass2, H, {}), algorithm, 2 * H).rows[-1]["left.told"]

@@ -16,6 +16,7 @@ import pytest
 from adapters.fmi import FmuComponentType
 from adapters.fmi.errors import FmuError
 from adapters.fmi.model_exchange import solvers
+from adapters.fmi.model_exchange.integration import are_one, usable
 from orchestrator.capabilities import (
     CourseFollowing,
     DirectionalDerivatives,
@@ -144,11 +145,13 @@ def test_the_error_falls_with_the_tolerance(ball: Path, solver: str) -> None:
     assert np.polyfit(np.log(tolerances), np.log(errors), 1)[0] == pytest.approx(0.9, abs=0.2)
 
 
-def test_the_solver_has_the_tolerance_that_the_fmu_hears(ball: Path) -> None:
+def test_the_solver_has_the_tolerance_that_the_fmu_hears(ball: Path, tmp_path: Path) -> None:
     """That of the default experiment unless the scenario says another one."""
-    for said, heard in (({}, 1e-8), ({"fmi__tolerance": 1e-3}, 1e-3)):
+    silent = changed(ball, tmp_path, (' tolerance="1e-8"', ""))
+    cases: Any = ((ball, {}, 1e-8), (ball, {"fmi__tolerance": 1e-3}, 1e-3), (silent, {}, 1e-6))
+    for fmu, said, heard in cases:
         values: dict[str, Any] = {"fmi__locals": ("tolerance", "stop"), **said}
-        row = stepped(started(ball, **values), 100 * MS, 1)[-1]
+        row = stepped(started(fmu, **values), 100 * MS, 1)[-1]
         assert (row["tolerance"], row["stop"]) == (heard, 10.0)
 
 
@@ -163,6 +166,31 @@ def test_time_events_are_met_exactly(ball: Path, solver: str) -> None:
     rows = stepped(started(ball, **values), 333 * MS, 9)
     assert [row["ticks"] for row in rows] == [k * 333 // 100 for k in range(10)]
     assert rows[-1]["late"] == 0
+
+
+def test_late_times_are_no_less_exact(ball: Path) -> None:
+    """At 1000 s two neighbouring floats are 1e-13 s apart, and sums of tenths differ by some."""
+    late = started(ball, start=1_000_000 * MS, period=0.1, fmi__solver="rk4", fmi__step=0.1)
+    rows = stepped(late, 100 * MS, 60, start=1_000_000 * MS)
+    assert [row["ticks"] for row in rows] == list(range(61))
+    assert are_one(0.1 + 0.2, 0.3)
+    assert are_one(0.0, 1e-15)
+    assert not are_one(1.0, 1.0 + 1e-14)
+    assert not are_one(0.0, 1e-14)
+
+
+def test_nominal_values_are_made_positive() -> None:
+    assert list(usable(np.array([-2.0, 0.0, 3.0]))) == [2.0, 1.0, 3.0]
+
+
+def test_the_fmu_hears_whether_its_states_are_kept(ball: Path) -> None:
+    """FMI: `noSetFMUStatePriorToCurrentPoint`."""
+    for never_returns in (False, True):
+        kind = FmuComponentType(ball, never_returns=never_returns)
+        component = kind.create("ball", {"fmi.locals": ("keeps",)})
+        component.setup(0, stream(1, "ball"))
+        component.initialise(REST)
+        assert stepped(component, 100 * MS, 1)[-1]["keeps"] == never_returns
 
 
 def test_time_begins_where_the_run_does(ball: Path) -> None:
@@ -272,7 +300,7 @@ def test_an_output_that_depends_on_a_discrete_input_cannot_be_tried(
     ball: Path, tmp_path: Path
 ) -> None:
     """What such an input does takes an event, from which the FMU has to return."""
-    leads = changed(ball, tmp_path, ('dependencies="2 9"', 'dependencies="28"'),
+    leads = changed(ball, tmp_path, ('dependencies="2 9"', 'dependencies="29"'),
                     ('dependencies="1 8"', 'dependencies="200"'))  # fmt: skip
     for never_returns in (False, True):
         component = FmuComponentType(leads, never_returns=never_returns).create("ball", {})
@@ -361,22 +389,25 @@ def changed(fmu: Path, folder: Path, *changes: tuple[str, str]) -> Path:
     return path
 
 
-def test_an_fmu_without_states_has_events_only(ball: Path, tmp_path: Path) -> None:
-    """A clockwork: no states and no event indicators for the importer of FMI 2.0."""
+@pytest.mark.parametrize("indicators", [0, 1])
+def test_an_fmu_without_states_has_events_only(ball: Path, tmp_path: Path, indicators: int) -> None:
+    """A clockwork: no states, and perhaps an event indicator, for the importer of FMI 2.0."""
     if ball.stem == "ball3":
         pytest.skip("the instance says how many there are")
     clockwork = changed(
         ball, tmp_path,
         ("    <Derivatives>\n", ""), ("    </Derivatives>\n", ""),
         ('</Outputs>\n      <Unknown index="3"/>\n      <Unknown index="5"/>\n', "</Outputs>\n"),
-        ('numberOfEventIndicators="1"', ""), (' derivative="2"', ""), (' derivative="4"', ""),
+        ('numberOfEventIndicators="1"', f'numberOfEventIndicators="{indicators}"'),
+        (' derivative="2"', ""), (' derivative="4"', ""),
     )  # fmt: skip
     values: dict[str, Any] = {"period": 0.3, "fmi__locals": ("steps", "late")}
     rows = stepped(started(clockwork, **values), 200 * MS, 6)
     assert [row["ticks"] for row in rows] == [0, 0, 1, 2, 2, 3, 4]
     assert rows[-1]["late"] == 0
     assert rows[-1]["h"] == 1.0
-    assert rows[-1]["steps"] == 8  # a step to each communication point and to two events between
+    if not indicators:  # a step to each communication point, and to two events between
+        assert rows[-1]["steps"] == 8
     assert capability(FmuComponentType(clockwork).create("c", {}), OutputSlopes) is None
 
 

@@ -15,6 +15,7 @@ from adapters.fmi import FmuComponentType
 from adapters.fmi.kind import Kind
 from adapters.fmi.model_exchange.solvers import NAMES
 from adapters.fmu_command import KINDS, SOLVERS, add_command
+from orchestrator.algorithm.adaptive import Adaptive
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
@@ -120,6 +121,34 @@ def test_a_run_has_the_same_bytes_in_another_process(scenario: Path, tmp_path: P
         assert int(run["ball.ticks"].at(1000 * MS)) == 14
         assert float(run["ball.energy"].at(0)) == pytest.approx(9.81 * 1.5)
     assert len(set(fingerprints)) == 1
+
+
+COUPLED = """\
+schema: 1
+title: Two that read each other
+time: {stop: 400 ms}
+coupling: {algorithm: quasi-newton, interpolation: quadratic}
+components:
+  a: {fmu: ball.fmu, step: 50 ms, process: true, parameters: {g: 0, start.h: 12 m}}
+  b: {fmu: ball.fmu, step: 50 ms, process: true, parameters: {g: 0, start.h: 8 m}}
+connections:
+  - {from: a.h, to: b.u}
+  - {from: b.h, to: a.u}
+"""
+
+
+def test_processes_follow_inputs_as_well(ball: Path, tmp_path: Path) -> None:
+    """To the bit, with returns to saved states and slopes of outputs."""
+    (tmp_path / "ball.fmu").write_bytes(without_units(ball, tmp_path).read_bytes())
+    path = tmp_path / "two.yaml"
+    path.write_text(COUPLED.replace(" m}", "}"))
+    found = []
+    for transport in ("in-process", "local"):
+        out = tmp_path / transport
+        words = ["run", str(path), "--out", str(out), "--quiet", "--transport", transport]
+        assert main(words) == 0
+        found.append(json.loads((out / "manifest.json").read_text())["fingerprint"])
+    assert found[0] == found[1]
 
 
 @pytest.mark.parametrize(
@@ -253,3 +282,14 @@ def test_info_counts_what_is_integrated(ball: Path) -> None:
     outcome = executed(add_command, "fmu", "info", str(ball))
     assert outcome.data["model_exchange"] == {"states": 2, "event_indicators": 1}
     assert "to be integrated: states: 2, event indicators: 1\n" in outcome.text
+
+
+def test_adaptive_steps_of_coupled_fmus_follow_the_tolerance(ball: Path, tmp_path: Path) -> None:
+    """A tenth of the tolerance, about a tenth of the error, at the same communication step."""
+    fmu = without_units(ball, tmp_path)
+    errors = [
+        error_of(fmu, Adaptive(relative_tolerance=e), 200 * MS, tmp_path / str(e))
+        for e in (1e-3, 1e-4)
+    ]
+    assert errors[0] < 0.02
+    assert 5 < errors[0] / errors[1] < 14

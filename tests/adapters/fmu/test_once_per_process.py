@@ -68,7 +68,7 @@ def test_another_fmu_that_says_so_is_no_obstacle(scenario: Path, lag2: Path, end
 def test_in_another_process_it_runs(scenario: Path) -> None:
     scenario.write_text(SCENARIO.replace("copy.fmu,", "copy.fmu, process: true,"))
     out = scenario.with_name("run")
-    command = ["run", str(scenario), "--out", str(out), "--quiet"]
+    command = ["run", str(scenario), "--out", str(out), "--quiet", "--no-figure"]
     assert main([*command, "--transport", "in-process"]) == 2
     assert main(command) == 0
     connectors = FmuComponentType(scenario.with_name("one.fmu")).create("one", {}).connectors

@@ -293,3 +293,28 @@ def test_a_step_that_is_a_fraction_comes_back_exactly(lag2: Path, tmp_path: Path
     path = written(tmp_path, lag2, PAIR.replace("20 ms", "1/60 s"))
     back = round_trip(path, tmp_path, "1.0")
     assert {each["step"] for each in Document.read(back).data["components"].values()} == {"1/60 s"}
+
+
+BALL = """\
+schema: 1
+title: A ball
+time: {{stop: 1 s}}
+components:
+  ball:
+    fmu: {fmu}
+    step: 10 ms
+    parameters: {{start.h: 2, e: 0.5, fmi.solver: euler, fmi.step: 5 ms}}
+"""
+
+
+def test_an_fmu_for_model_exchange_is_one_in_the_package(ball: Path, tmp_path: Path) -> None:
+    path = written(tmp_path, ball, BALL.format(fmu=ball.name))
+    back = round_trip(path, tmp_path, "1.0")
+    with zipfile.ZipFile(tmp_path / "pair.ssp") as archive:
+        root = etree.fromstring(archive.read("SystemStructure.ssd"))
+    (component,) = root.iterfind(".//{*}Elements/{*}Component")
+    assert component.get("implementation") == "ModelExchange"
+    assert fingerprint(back, tmp_path / "1") == fingerprint(path, tmp_path / "2")
+    said = Document.read(back).data["components"]["ball"]["parameters"]
+    assert said["start.h"] == 2.0
+    assert said["fmi.solver"] == "euler"

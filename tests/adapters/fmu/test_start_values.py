@@ -7,10 +7,14 @@ from typing import Any
 import pytest
 
 from adapters.fmi import FmuComponentType
+from adapters.fmu_command import add_command
 from orchestrator.cli import main
+from orchestrator.cli.outcome import Exit
 from orchestrator.component import Component
 from orchestrator.randomness import stream
 from orchestrator.recording.reader import Recording
+from orchestrator.table_files import read_table
+from tests.commands import executed
 
 SCENARIO = """\
 schema: 1
@@ -91,7 +95,10 @@ def test_nothing_said_is_said_to_nobody(starts3: Path) -> None:
 def test_a_scenario_says_it_all(scenario: Path, tmp_path: Path, transport: str) -> None:
     """The stop time is that of the run; variables inside are recorded like any output."""
     out = tmp_path / transport
-    assert main(["run", str(scenario), "--out", str(out), "--transport", transport]) == 0
+    assert (
+        main(["run", str(scenario), "--out", str(out), "--transport", transport, "--no-figure"])
+        == 0
+    )
     run = Recording(out)
     assert run["starts.stop"].at(0) == 2.0
     assert run["starts.tolerance"].at(0) == 1e-4
@@ -106,7 +113,7 @@ def test_the_manifest_repeats_the_run_and_says_no_more_than_the_scenario(
     scenario: Path, tmp_path: Path
 ) -> None:
     first, again, second = tmp_path / "first", tmp_path / "again.yaml", tmp_path / "second"
-    assert main(["run", str(scenario), "--out", str(first)]) == 0
+    assert main(["run", str(scenario), "--out", str(first), "--no-figure"]) == 0
     resolved = json.loads((first / "manifest.json").read_text())["scenario"]
     assert resolved["components"]["starts"]["parameters"] == {
         "start.x": "3.0 m",
@@ -115,7 +122,7 @@ def test_the_manifest_repeats_the_run_and_says_no_more_than_the_scenario(
         "fmi.locals": ["twice", "der(*)"],
     }
     again.write_text(json.dumps(resolved))
-    assert main(["run", str(again), "--out", str(second)]) == 0
+    assert main(["run", str(again), "--out", str(second), "--no-figure"]) == 0
     assert Recording(second).fingerprint() == Recording(first).fingerprint()
 
 
@@ -140,3 +147,42 @@ def test_mistakes_are_located(
     number = SCENARIO[: SCENARIO.index(old)].count("\n") + 1
     assert line.startswith(f"{scenario}:{number}:")
     assert f"components.starts.parameters.{problem}" in line
+
+
+def test_a_run_of_one_fmu_says_the_same_without_prefixes(starts3: Path, tmp_path: Path) -> None:
+    """States and guesses by their names; variables inside are recorded on request only."""
+    out = tmp_path / "out.csv"
+    words = ("fmu", "run", str(starts3), "--stop-time", "2", "--step", "1", "--quiet")
+    starts = ("--start-value", "x=300 cm", "--start-value", "guess=5", "--start-value", "u=40 dm")
+    record = ("--record", "*", "--record", "der(x)", "--record", "tw*ce")
+    outcome = executed(add_command, *words, *starts, *record, "--output", str(out))
+    assert outcome.exit_code is Exit.DONE, outcome.text
+    found = read_table(out)
+    assert list(found) == ["time", "y", "tolerance", "stop", "twice", "der(x)"]
+    assert found["y"].tolist() == [543.0, 544.0, 545.0]
+    assert found["twice"].tolist() == [6.0, 8.0, 10.0]
+    assert "twice" not in executed(add_command, *words, "--record", "*").text
+    wrong = executed(add_command, *words, "--start-value", "gues=5")
+    assert (
+        "--start-value gues: there is no such parameter or input; did you mean `guess`?"
+        in wrong.text
+    )
+    assert "--start-value x: " in executed(add_command, *words, "--start-value", "x=3 s").text
+    wrong = executed(add_command, *words, "--start-value", "u=3 s")
+    assert "--start-value u: '3 s' is no number in m" in wrong.text
+
+
+def test_a_table_of_inputs_may_have_units(starts3: Path, tmp_path: Path) -> None:
+    """`u` is in metres; y is x + 10 u + 100 guess."""
+    words = ("fmu", "run", str(starts3), "--stop-time", "2", "--step", "1", "--quiet")
+    table, out = tmp_path / "in.csv", tmp_path / "out.csv"
+    found = []
+    for heading, value in (("u", 3), ("u [m]", 3), ("u [cm]", 300)):
+        table.write_text(f"time [s],{heading}\n0,{value}\n")
+        outcome = executed(add_command, *words, "--input", str(table), "--output", str(out))
+        assert outcome.exit_code is Exit.DONE, outcome.text
+        found.append(read_table(out)["y"].tolist())
+    assert found[0] == found[1] == found[2] == [531.0, 532.0, 533.0]
+    table.write_text("time,u [s]\n0,1\n")
+    outcome = executed(add_command, *words, "--input", str(table))
+    assert f"{table}:1: `u`: expected a length (m), got a time (s)" in outcome.text

@@ -7,9 +7,12 @@ from pathlib import Path
 import pytest
 
 from adapters.fmi import FmuComponentType
+from adapters.fmu_command import add_command
 from orchestrator.cli import main
+from orchestrator.cli.outcome import Exit
 from orchestrator.errors import ScenarioError
 from orchestrator.scenario.build import load_scenario
+from tests.commands import executed
 
 MS = 1_000_000
 SCENARIO = """\
@@ -97,4 +100,16 @@ def test_an_fmu_that_wants_a_constant_step_runs(
     with_attribute(request.getfixturevalue(version), tmp_path, said)
     path = tmp_path / "unit.yaml"
     path.write_text(SCENARIO)
-    assert main(["run", str(path), "--out", str(tmp_path / "run"), "--quiet"]) == 0
+    assert main(["run", str(path), "--out", str(tmp_path / "run"), "--quiet", "--no-figure"]) == 0
+
+
+def test_a_run_of_one_fmu_is_refused_the_same(ends3: Path, tmp_path: Path) -> None:
+    path = with_attribute(ends3, tmp_path, 'fixedInternalStepSize="0.02"')
+    words = ("fmu", "run", str(path), "--stop-time", "0.6", "--quiet")
+    outcome = executed(add_command, *words, "--step", "0.05")
+    assert outcome.exit_code is Exit.WRONG_INPUT
+    assert (
+        "--step 0.05: is no whole multiple of the internal step of the FMU, 0.02 s" in outcome.text
+    )
+    assert outcome.text.endswith("write 0.04 s or 0.06 s")
+    assert executed(add_command, *words, "--step", "0.04").exit_code is Exit.DONE

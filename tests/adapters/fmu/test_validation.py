@@ -242,9 +242,13 @@ def test_a_binary_that_exports_less_is_named(ends3: Path, tmp_path: Path) -> Non
         target.writestr(
             name, binary.replace(b"fmi3GetAdjointDerivative", b"fmi3GotAdjointDerivative")
         )
-    (finding,) = validate(path)
+        target.writestr("binaries/aarch64-other/ends3.so", binary[:100])
+        target.writestr("binaries/aarch64-other/ends3.pdb", b"debugging")
+    cut, finding = validate(path)
     assert finding.file == f"ends3.fmu/{name}"
     assert finding.what == "does not export `fmi3GetAdjointDerivative`"
+    assert cut.file == "ends3.fmu/binaries/aarch64-other/ends3.so"
+    assert cut.what.startswith("cannot be told what it exports: its table of exported functions is")
 
 
 @pytest.mark.parametrize(

@@ -175,6 +175,23 @@ def test_a_signal_dictionary_connects_what_refers_to_it(tmp_path: Path) -> None:
     ]
 
 
+def test_a_signal_dictionary_has_no_parameters(tmp_path: Path) -> None:
+    tap = (
+        '<ssd:SignalDictionaryReference name="tap" dictionary="bus"><ssd:ParameterBindings>'
+        f"{values('x:Real:1')}</ssd:ParameterBindings></ssd:SignalDictionaryReference>"
+    )
+    found = problems(tmp_path, description(system("top", tap, component("a"))))
+    assert any("`tap` is a signal dictionary, which has no parameters" in each for each in found)
+
+
+def test_annotations_of_other_tools_are_left_out_wherever_they_are(tmp_path: Path) -> None:
+    note = '<ssd:Annotations><ssc:Annotation type="com.x"><x/></ssc:Annotation></ssd:Annotations>'
+    found = imported(tmp_path, description(pair(note)))
+    assert [str(each) for each in found.remarks] == [
+        "test.ssp/SystemStructure.ssd:6:103: left out: annotations of `com.x`"
+    ]
+
+
 ENTRY = '<ssc:MapEntry source="1" target="{}"/>'
 
 

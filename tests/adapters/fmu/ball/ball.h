@@ -13,7 +13,7 @@
 enum { OK, WARNING, DISCARD, ERROR };
 enum { INSTANTIATED, INITIALISING, EVENT, CONTINUOUS, OVER };
 enum { TIME, H, DER_H, V, DER_V, G, E, DRAG, U, Y, PERIOD, STEP_EVENT_AT, STOP_AT, FAIL_AT, NARROW, ENERGY, TOLERANCE, STOP, REALS };
-enum { BOUNCES, TICKS, KICKS, STEP_EVENTS, FAIL_AS, STEPS, EVENTS, COLUMNS, LATE, INTEGERS };
+enum { BOUNCES, TICKS, KICKS, STEP_EVENTS, FAIL_AS, STEPS, EVENTS, COLUMNS, LATE, KEEPS, INTEGERS };
 
 typedef struct Ball {
     double real[REALS];
@@ -111,8 +111,8 @@ static double ball_next(const Ball *b) {
 }
 
 /* A step is complete; whether there is a step event. */
-static bool ball_complete(Ball *b) {
-    b->integer[STEPS]++;
+static bool ball_complete(Ball *b, bool keeps) {
+    b->integer[STEPS]++, b->integer[KEEPS] = keeps;
     b->completed = b->real[TIME];
     if (b->real[TIME] < b->real[STEP_EVENT_AT]) return false;
     b->real[STEP_EVENT_AT] = 1e9;

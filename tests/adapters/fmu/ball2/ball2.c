@@ -121,8 +121,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
     return fmi2OK;
 }
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set, fmi2Boolean *event, fmi2Boolean *over) {
-    (void)no_set;
-    *event = ball_complete(c);
+    *event = ball_complete(c, no_set);
     *over = fmi2False;
     return fmi2OK;
 }

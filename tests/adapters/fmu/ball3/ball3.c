@@ -105,8 +105,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *incomplete, fmi
     return fmi3OK;
 }
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set, fmi3Boolean *event, fmi3Boolean *over) {
-    (void)no_set;
-    *event = ball_complete(c);
+    *event = ball_complete(c, no_set);
     *over = fmi3False;
     return fmi3OK;
 }
