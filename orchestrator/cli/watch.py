@@ -23,7 +23,7 @@ from orchestrator.log import LOG
 from orchestrator.process_end import ended
 from orchestrator.scratch import sweep
 
-_WATCHED: Final = ("run", "fmu")
+_WATCHED: Final = (["run"], ["fmu", "run"], ["fmu", "compare"])
 """Commands that call components in their process."""
 
 _KILL_WITH_PARENT: Final = 1  # PR_SET_PDEATHSIG
@@ -60,8 +60,8 @@ WATCH: Final = Watch()
 def is_watched(arguments: Sequence[str]) -> bool:
     """Whether the command is worth another process, and this system has what it takes."""
     named = [argument for argument in arguments if not argument.startswith("-")]
-    is_asked = bool(named) and named[0] in _WATCHED and not {"-h", "--help"} & set(arguments)
-    return is_asked and sys.platform == "linux"
+    is_asked = any(named[: len(words)] == words for words in _WATCHED)
+    return is_asked and not {"-h", "--help"} & set(arguments) and sys.platform == "linux"
 
 
 def watched() -> Outcome | int | None:
