@@ -20,7 +20,7 @@ _SAME_REQUEST: Final = 0.1
 
 
 class Patience:
-    """With a run that was asked to stop.
+    """How long a run that was asked to stop is waited for.
 
     Args:
         directory: of the run, once it has begun.
@@ -42,12 +42,12 @@ class Patience:
     @property
     def pause(self) -> float | None:
         """When to `look` next, if nothing comes before [s]; `None`: there is no need to."""
-        return _LONGEST if self._call is not None and not self.is_over else None
+        return _LONGEST if self._call is not None else None
 
     def look(self) -> None:
         """See whether the run is in the same call still; at the second request that is its end."""
         now, before = self._called(), self._call
-        if now is None or now != before:
+        if now != before:
             self._call = now  # a call that came later has the same time again
         elif len(self._asked) > 1:
             self.is_over = True

@@ -113,7 +113,7 @@ class _Told:
         self._content = b""
 
     def directory(self) -> Path | None:
-        """Of the run that was begun last; `None` if none was."""
+        """The directory of the run that was begun last; `None` if none was."""
         with suppress(BlockingIOError):
             while more := os.read(self._pipe, 4096):
                 self._content += more

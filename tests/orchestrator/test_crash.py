@@ -217,8 +217,9 @@ def test_a_hang_is_named_at_the_first_request_to_stop_and_ended_at_the_second(
     waiting = f"waiting: {who} and has not come back; again to end the process\n"
     assert process.stderr.readline() == waiting
     process.send_signal(signal.SIGINT)
-    said = process.stderr.read()
-    assert process.wait() == 3
+    with process:
+        said = process.stderr.read()
+    assert process.returncode == 3
     how = "it did not come back when the run was asked to stop, and was killed"
     text = f"hang in process: {who} ({how})"
     assert said == f"error: {text}\nrecorded until then: {scenario.with_name('run')}\n"
