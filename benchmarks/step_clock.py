@@ -7,6 +7,7 @@ from time import process_time_ns
 from unittest.mock import patch
 
 from adapters.fmi.fmi3 import Fmi3Instance
+from adapters.fmi.outcome import StepOutcome
 
 
 @dataclass(slots=True)
@@ -26,10 +27,11 @@ def step_clock() -> Iterator[StepClock]:
     clock = StepClock()
     step = Fmi3Instance.step
 
-    def timed(self: Fmi3Instance, t: float, h: float) -> None:
+    def timed(self: Fmi3Instance, t: float, h: float) -> StepOutcome:
         before = process_time_ns()
-        step(self, t, h)
+        outcome = step(self, t, h)
         clock.spent += process_time_ns() - before
+        return outcome
 
     with patch.object(Fmi3Instance, "step", timed):
         yield clock

@@ -321,7 +321,7 @@ def test_an_unknown_parameter_is_refused(fmu: Fmu) -> None:
 
 
 def folders() -> set[Path]:
-    return set(Path(tempfile.gettempdir()).glob("nlosim-lag-*"))
+    return set(Path(tempfile.gettempdir()).glob("nlosim-*/lag-*"))
 
 
 def test_temporary_folders_vanish_with_close_and_with_the_component(

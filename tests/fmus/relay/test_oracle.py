@@ -238,7 +238,7 @@ def test_a_run_ends_with_the_worker_that_asked_for_it(tmp_path: Path) -> None:
         env={**os.environ, "NLOSIM_TEST": str(tmp_path)},
         stderr=subprocess.DEVNULL,
     )
-    while not list(tmp_path.glob("nlosim-run-*/signals")):
+    while not list(tmp_path.glob("run-*/signals")):
         assert worker.poll() is None
         time.sleep(0.05)
     assert len(alive(note)) >= 2
