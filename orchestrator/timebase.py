@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Final, TypeAlias
 
+from orchestrator.exact import quotient
+
 Time: TypeAlias = int
 """A point in simulation time, in nanoseconds."""
 
@@ -33,7 +35,7 @@ def nanoseconds(seconds: str | float) -> Time:
     Raises:
         ValueError: `seconds` is not a whole number of nanoseconds.
     """
-    exact = Fraction(str(seconds)) * NANOSECONDS_PER_SECOND
+    exact = quotient(str(seconds)) * NANOSECONDS_PER_SECOND
     if exact.denominator != 1:
         raise ValueError(f"{seconds} s is not a whole number of nanoseconds")
     return int(exact)

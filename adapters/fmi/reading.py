@@ -8,6 +8,7 @@ from xml.etree import ElementTree as ET
 
 from adapters.fmi.unit_definitions import read_definitions
 from adapters.fmi.variable import Axis, Clock, ClockKind, FmuVariable
+from orchestrator.exact import exact
 from orchestrator.units import Unit
 
 _CLOCK_KINDS: Final = {kind.value: kind for kind in ClockKind}
@@ -109,7 +110,7 @@ def _clock(raw: Mapping[str, str]) -> Clock:
     def time(name: str) -> Fraction | None:
         if f"{name}Counter" in raw and "resolution" in raw:
             return Fraction(int(raw[f"{name}Counter"]), resolution)
-        return Fraction(raw[f"{name}Decimal"]) if f"{name}Decimal" in raw else None
+        return exact(raw[f"{name}Decimal"]) if f"{name}Decimal" in raw else None
 
     return Clock(
         kind=_CLOCK_KINDS.get(said, ClockKind.PERIODIC),

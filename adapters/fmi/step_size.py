@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 
+from orchestrator.exact import exact
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, StepSize
 
 
@@ -15,7 +16,7 @@ def internal_step(text: str | None) -> Fraction | None:
         Seconds, exactly; `None` if it is missing or no positive number.
     """
     try:
-        found = Fraction("0" if text is None else text)
+        found = exact("0" if text is None else text)
     except ValueError:  # infinite, or none
         return None
     return found if found > 0 else None

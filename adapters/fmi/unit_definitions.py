@@ -1,11 +1,10 @@
 """What an FMU says of its units (FMI 2.0.4, section 2.2.2; FMI 3.0.2, section 2.4.3)."""
 
-import math
 from collections.abc import Iterator, Mapping
-from fractions import Fraction
 from typing import Final
 from xml.etree import ElementTree as ET
 
+from orchestrator.exact import exact
 from orchestrator.unit_table import exponents
 from orchestrator.units import Unit
 
@@ -28,15 +27,8 @@ def _definitions(root: ET.Element) -> Iterator[tuple[str, Unit]]:
             continue
         try:
             powers = {symbol: int(base.get(symbol, "0")) for symbol in _BASE}
-            factor, offset = (_exact(base.get(k, d)) for k, d in (("factor", "1"), ("offset", "0")))
+            factor, offset = (exact(base.get(k, d)) for k, d in (("factor", "1"), ("offset", "0")))
         except ValueError:
             continue
         if factor:
             yield name, Unit(name, factor, exponents(**powers), offset)
-
-
-def _exact(text: str) -> Fraction:
-    """A number as it is written, without rounding."""
-    if not math.isfinite(float(text)):
-        raise ValueError(f"{text} is not finite")
-    return Fraction(text.strip())

@@ -8,8 +8,8 @@ from adapters.fmi.variable import FmuVariable
 from adapters.ssp.carrying import UnlikeUnits, conversion
 from adapters.ssp.grammar import REALS, WHOLES
 from adapters.ssp.model import AS_IT_IS, Change, Linear, Table, UnitUse, Value
-from adapters.ssp.node import exact
 from orchestrator.errors import Location
+from orchestrator.exact import exact
 from orchestrator.suggestion import suggestion
 
 _TRUTHS: Final = {"true": True, "1": True, "false": False, "0": False}

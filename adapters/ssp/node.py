@@ -1,6 +1,5 @@
 """XML files of SSP: elements by the names of the standard, each with its place, checked."""
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -9,6 +8,7 @@ from typing import Final
 from adapters.fmi.validation.document import Element, MarkupError, Place, parse
 from adapters.ssp.grammar import NAMESPACES, NOTES, OPENMODELICA, RULES, UNUSED, Rule
 from orchestrator.errors import Location, Problem, ScenarioError
+from orchestrator.exact import exact
 from orchestrator.suggestion import suggestion
 
 _DEEPEST: Final = 200
@@ -119,21 +119,6 @@ class Findings:
         except ValueError as error:
             self.add(node.at(name), f"`{name}`: {error}")
             return Fraction(0)
-
-
-def exact(text: str) -> Fraction:
-    """A finite number as it is written, without rounding.
-
-    Raises:
-        ValueError: it is none.
-    """
-    try:
-        rounded = float(text)
-    except ValueError:
-        raise ValueError(f"expected a number, got `{text[:40]}`") from None
-    if not math.isfinite(rounded):
-        raise ValueError(f"expected a finite number, got `{text[:40]}`")
-    return Fraction(text.strip()) if rounded else Fraction(0)
 
 
 def read(xml: bytes, file: str, root: str, findings: Findings) -> Node:

@@ -7,8 +7,9 @@ from typing import Final
 
 from adapters.fmi.experiment import DefaultExperiment
 from adapters.ssp.model import Description
-from adapters.ssp.node import Findings, exact
+from adapters.ssp.node import Findings
 from orchestrator.errors import Location
+from orchestrator.exact import exact
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, StepSize, Time, as_step_size
 
 _STEPS: Final = 500

@@ -14,6 +14,7 @@ import numpy as np
 
 from adapters.tables.heading import Heading
 from orchestrator.errors import Location, Problem
+from orchestrator.exact import exact
 from orchestrator.signal import Array
 from orchestrator.suggestion import suggestion
 from orchestrator.table_files import NO_PARQUET, has_parquet
@@ -154,7 +155,7 @@ class _Reading:
         try:
             number = float(text)
             if math.isfinite(number):
-                return Fraction(text) if isinstance(text, str) else Fraction(repr(number))
+                return exact(text) if isinstance(text, str) else Fraction(repr(number))
             self._add(cell.where, f"a number must be finite, got {text}")
         except (TypeError, ValueError):
             self._add(cell.where, f"expected a number, got `{text}`")

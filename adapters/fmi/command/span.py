@@ -6,6 +6,7 @@ from typing import Final
 
 from adapters.fmi.experiment import DefaultExperiment
 from orchestrator.errors import CosimError
+from orchestrator.exact import quotient
 from orchestrator.timebase import (
     NANOSECONDS_PER_SECOND,
     CommunicationGrid,
@@ -87,7 +88,7 @@ def _time(option: str, said: str | None, default: str | None, problems: list[str
 def _step_size(said: str | None, default: str | None, problems: list[str]) -> StepSize:
     text = (default if said is None else said) or ""
     try:
-        return as_step_size(Fraction(text) * NANOSECONDS_PER_SECOND)
+        return as_step_size(quotient(text) * NANOSECONDS_PER_SECOND)
     except (ValueError, ZeroDivisionError):
         of = "--step" if said is not None else "--step: the default experiment says"
         problems.append(f"{of} {text!r}: write seconds, such as `0.01` or `1/60`")

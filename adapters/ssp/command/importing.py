@@ -5,11 +5,11 @@ from fractions import Fraction
 from pathlib import Path
 
 from adapters.ssp.importing import Imported, import_package
-from adapters.ssp.node import exact
 from adapters.ssp.times import Wanted
 from orchestrator.cli.failures import outcome_of, problem_data
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.errors import CosimError
+from orchestrator.exact import quotient
 
 
 def imported(arguments: Namespace) -> Outcome:
@@ -36,11 +36,10 @@ def _seconds(text: str | None) -> Fraction | None:
     """A number of seconds, which may be a fraction such as `1/60`."""
     if text is None:
         return None
-    above, _, below = text.partition("/")
-    divisor = exact(below or "1")
-    if not divisor:
-        raise ValueError(f"`{text}` divides by 0")
-    return exact(above) / divisor
+    try:
+        return quotient(text)
+    except ZeroDivisionError:
+        raise ValueError(f"`{text}` divides by 0") from None
 
 
 def _told(found: Imported) -> Outcome:
