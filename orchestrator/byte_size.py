@@ -40,5 +40,8 @@ def format_size(size: int) -> str:
 
 
 def written_size(size: int) -> str:
-    """What `parse_size` reads as exactly `size` [byte]."""
+    """What `parse_size` reads as exactly `size` [byte], in the largest unit that is whole."""
+    for unit, factor in sorted(_FACTORS.items(), key=lambda each: -each[1]):
+        if size % factor == 0:
+            return f"{size // factor} {unit}"
     return f"{size // 1000}.{size % 1000:03d} kB"

@@ -46,3 +46,10 @@ def test_what_is_written_is_read_as_the_same(size: int) -> None:
 )
 def test_it_is_shown_to_three_digits(size: int, text: str) -> None:
     assert format_size(size) == text
+
+
+@pytest.mark.parametrize(
+    "text", ["512 MB", "2 GB", "3 MiB", "1536 MiB", "7 kB", "1 TiB", "0.001 kB"]
+)
+def test_whole_amounts_are_written_as_people_write_them(text: str) -> None:
+    assert written_size(parse_size(text)) == text

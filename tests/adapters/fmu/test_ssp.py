@@ -37,7 +37,7 @@ components:
     step: 10 ms
     process: on-request
     deadline: {{step: 7 s}}
-    memory: 2000000.000 kB
+    memory: 2 GB
     parameters: {{start.flag_in: true, fmi.locals: [stop]}}
 connections:
   - {{from: a.x, to: b.u{way}}}
@@ -111,7 +111,7 @@ def test_a_scenario_as_a_package_and_back_gives_the_same_bytes(
     assert list(second["components"]) == ["b", "a"]
     for key, value in (
         ("process", "on-request"),
-        ("memory", "2000000.000 kB"),
+        ("memory", "2 GB"),
         ("deadline", {"step": "7 s"}),
     ):
         assert second["components"]["a"][key] == value
