@@ -22,7 +22,7 @@ MAXIMUM_DEPTH: Final = 60
 """Levels of nesting; a scenario needs fewer than ten."""
 
 MAXIMUM_BYTES: Final = 16 * 1024 * 1024
-"""Of a file: more than `MAXIMUM_VALUES` of a hundred bytes each."""
+"""A file may have so many bytes: more than `MAXIMUM_VALUES` of a hundred bytes each."""
 
 _ARCHIVE: Final = b"PK\x03\x04"
 """How ZIP archives begin."""
