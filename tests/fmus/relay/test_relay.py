@@ -244,7 +244,7 @@ def test_a_truck_that_will_drive_into_the_line_counts_if_trajectories_do() -> No
 
 
 def test_a_truck_that_leaves_the_line_counts_for_as_long_as_it_stands_there() -> None:
-    """The ego stands; a truck of 4 m and 2.5 m width leaves at 1.25 m/s: half of 2 s on the line."""
+    """The ego stands; a truck of 2.5 m width leaves at 1.25 m/s: half of 2 s on the line."""
     values = moving(0.0, 1.25) | {"ego.speed": np.array(0.0)}
     found = []
     for trajectories in (False, True):
