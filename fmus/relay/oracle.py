@@ -35,6 +35,10 @@ class Oracle(RelayUnit, DecidingComponent):
     window given the windows before, not the best sequence. A relay that falls silent is no
     reason to choose again: that it will was known.
 
+    With `draws` it is fair: it knows the world to come, bodies, movements and load, but not what
+    radios will draw. Each alternative is then tried with random numbers drawn anew, the same for
+    all of them, and the run itself goes on with its own.
+
     The horizon is by default a window and `LAG` after the choice: so much later a choice takes
     effect, and so much longer it stays in effect. Until then all alternatives fare alike.
     """
@@ -55,6 +59,18 @@ class Oracle(RelayUnit, DecidingComponent):
             minimum=0.0,
             doc="packets of sensor data sent to the ego per second at most; an alternative that "
             "cannot catch up at this rate is given up early. 0: none is",
+        )
+        draws: int = parameter(
+            0,
+            minimum=0,
+            doc="0: it knows the random draws to come; else it knows the world only, tries the "
+            "best alternatives with so many other draws, and takes the best mean",
+        )
+        alternatives: int = parameter(
+            0,
+            minimum=0,
+            doc="how many are tried at most: the current choice, the direct link, then relays by "
+            "their longer hop, the shortest first. 0: all",
         )
 
     def __init__(self, parameters: Parameters) -> None:
@@ -92,7 +108,11 @@ class Oracle(RelayUnit, DecidingComponent):
         if self._open is None:
             return None
         names = ("direct" if r == NO_VEHICLE else f"vehicle {r}" for r in self._open.relays)
-        return Decision(alternatives=tuple(names), horizon=self._open.time + self._horizon)
+        return Decision(
+            alternatives=tuple(names),
+            horizon=self._open.time + self._horizon,
+            draws=self._parameters.draws,
+        )
 
     @override
     def decide(self, alternative: int) -> None:
@@ -114,7 +134,8 @@ class Oracle(RelayUnit, DecidingComponent):
         found = situation(known, where, current, self._parameters)
         if found is None:
             return (NO_VEHICLE,)
-        return tuple(sorted((NO_VEHICLE, *found.candidates), key=found.tie_break))
+        ordered = sorted((NO_VEHICLE, *found.candidates), key=found.tie_break)
+        return tuple(ordered[: self._parameters.alternatives or None])
 
 
 @dataclass(frozen=True, slots=True)
