@@ -78,8 +78,8 @@ class DistributedBenchmark(Benchmark):
         ]
         left_out = f"; left out: {', '.join(absent)}" if absent else ""
         return (
-            "the same ring, measured in turn, all last values compared: HELICS (zmq), mosaik (remote "
-            "simulators), and loops without a framework over ZeroMQ, Zenoh and pipes of "
+            "the same ring, measured in turn, all last values compared: HELICS (zmq), mosaik "
+            "(remote simulators), and loops without a framework over ZeroMQ, Zenoh and pipes of "
             f"`multiprocessing`{left_out}"
         )
 

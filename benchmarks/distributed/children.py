@@ -65,4 +65,4 @@ def lines(process: Process) -> Iterator[Any]:
             yield json.loads(line)
             continue
         heard.append(line.decode(errors="replace"))
-    raise BrokenProcessError(f"`{process.args[4]}` ended early: {''.join(heard[-20:])}")
+    raise BrokenProcessError(f"{process.args!r} ended early: {''.join(heard[-20:])}")

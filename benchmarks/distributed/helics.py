@@ -1,8 +1,8 @@
 """HELICS: a federate in each process and a broker in one more, ZeroMQ between them.
 
 `python -m benchmarks.distributed.helics broker MEMBERS` says where it listens, and ends with the
-federates. `... federate ADDRESS RING STEPS NUMBER` says whether its values were right and, the first one,
-when its steps began.
+federates. `... federate ADDRESS RING STEPS NUMBER` says whether its values were right and, the
+first one, when its steps began.
 """
 
 import importlib

@@ -1,7 +1,7 @@
 """mosaik: a simulator in each process, JSON over TCP between them and mosaik.
 
-`python -m benchmarks.distributed.mosaik world RING STEPS` runs the simulation and says what came of it;
-`... simulator ADDRESS` is a member, which mosaik starts.
+`python -m benchmarks.distributed.mosaik world RING STEPS` runs the simulation and says what came
+of it; `... simulator ADDRESS` is a member, which mosaik starts.
 """
 
 import base64
@@ -30,7 +30,7 @@ _META: Final = {
 
 
 class Mosaik(Participant):
-    """Time-based simulators; arrays are Base64 in JSON, which takes a third of the time of lists."""
+    """Time-based simulators; arrays are Base64 in JSON, which is shorter than lists of numbers."""
 
     label = "mosaik"
     share = 0.1

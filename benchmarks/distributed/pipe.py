@@ -33,7 +33,7 @@ class PipeHub(Hub):
             (only,) = awaited
             return only, self._connections[only].recv_bytes()
         if not self._ready:
-            self._ready = wait([self._connections[worker] for worker in awaited])
+            self._ready = list(wait([self._connections[worker] for worker in awaited]))
         found = self._ready.pop()
         return self._numbers[id(found)], found.recv_bytes()
 

@@ -1,8 +1,8 @@
-"""`python -m benchmarks.distributed.worker WAY ARGUMENT...`: a worker of a loop without a framework.
+"""`python -m benchmarks.distributed.worker WAY ARGUMENT...`: a worker of a bare loop.
 
-It adds 1 to every element of what it gets and sends that back. A message is the number of the step,
-u64 little-endian, 8 bytes of zero, and the array; an empty one is the end. `benchmarks.distributed.hub`
-has the other side.
+It adds 1 to every element of what it gets and sends that back. A message is the number of the
+step, u64 little-endian, 8 bytes of zero, and the array; an empty one is the end.
+`benchmarks.distributed.hub` has the other side.
 """
 
 import importlib
@@ -60,7 +60,12 @@ def zenoh(settings: str, number: str) -> None:
         while not output.matching_status.matching:
             sleep(0.001)
         output.put(b"ready")
-        work(lambda: commands.recv().payload.to_bytes(), output.put)
+
+        def receive() -> bytes:
+            found: bytes = commands.recv().payload.to_bytes()
+            return found
+
+        work(receive, output.put)
 
 
 _WAYS: Final[Mapping[str, Callable[..., None]]] = {"pipe": pipe, "zeromq": zeromq, "zenoh": zenoh}
