@@ -12,7 +12,7 @@ import fmpy.fmi2
 import fmpy.fmi3
 
 from adapters.fmi.archive import opened
-from adapters.fmi.binary import HEAD, identify, needed
+from adapters.fmi.binary import HEAD, extent, identify, needed
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.kind import Kind
 from orchestrator.errors import ComponentTypeError
@@ -64,8 +64,13 @@ def _check_platform(archive: zipfile.ZipFile, name: str, what: str) -> None:
             head = library.read(HEAD)
     except (zipfile.BadZipFile, OSError, zlib.error) as error:
         raise ComponentTypeError(f"{what} cannot be read: {error}") from error
-    found = identify(head)
+    found, size = identify(head), archive.getinfo(name).file_size
     if found is not None and found.runs_on(platform):
+        if size < extent(head):
+            raise ComponentTypeError(
+                f"{what} cannot be loaded: it was cut, and has {size} bytes of at least "
+                f"{extent(head)}"
+            )
         return
     kind = "no shared library" if found is None else str(found)
     raise ComponentTypeError(f"{what} cannot be loaded: it is {kind}, needed is {needed(platform)}")
