@@ -7,7 +7,7 @@ PYTHON ?= python3
 # every environment .venv-NAME: this package, editable, with the extras EXTRAS_NAME
 EXTRAS_demo =
 EXTRAS_test = dev
-EXTRAS_bench = bench
+EXTRAS_bench = bench,peers
 EXTRAS_docs = docs
 EXTRAS_net = net
 EXTRAS_paper = experiment,cpm
@@ -54,6 +54,7 @@ bench: .venv-bench/installed  ## measure, and make docs/benchmarks.md; keep the 
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/nlosim bench egos --json > docs/results/bench-egos.json
 	OPENBLAS_NUM_THREADS=1 .venv-bench/bin/nlosim bench importer --json > docs/results/bench-importer.json
 	.venv-bench/bin/nlosim bench scene --json > docs/results/bench-scene.json
+	.venv-bench/bin/nlosim bench distributed --repeat 3 --json > docs/results/bench-distributed.json
 	.venv-bench/bin/python -m benchmarks.page docs/benchmarks.md docs/results/bench-*.json
 
 # SEEDS=1..5 is a quick look in directories of its own, without docs; without SEEDS it is the study.
