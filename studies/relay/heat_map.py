@@ -41,8 +41,8 @@ def draw(found: Sequence[Cell], asked: Map, path: Path) -> None:
         axes.set_xticks(range(len(columns)), columns)
         axes.set_yticks(range(len(table)), list(table))
         axes.tick_params(length=0)
-        axes.set_xlabel(asked.columns)
-        axes.set_ylabel(asked.rows)
+        axes.set_xlabel(asked.columns.replace("_", " "))
+        axes.set_ylabel(asked.rows.replace("_", " "))
         axes.set_title(
             f"PRR of {method_name(asked.better)} minus {method_name(asked.worse)} [points]",
             fontsize=9,

@@ -98,15 +98,19 @@ def prepare(folder: Path) -> None:
 
 
 def _numbers(found: Sequence[ReadingResult]) -> str:
-    head = ("reading", "signal strength by", "runs", "MoHeD", "strength", "random", "direct, PER")
+    head = (
+        "reading", "signal strength by", "`time.stop`", "runs", "MoHeD", "strength", "random",
+        "direct, PER",
+    )  # fmt: skip
     paper = [
-        "the paper", "", "", *(f"{100 * TABLE_2[m].prr:.2f}" for m in
+        "the paper", "", "", "", *(f"{100 * TABLE_2[m].prr:.2f}" for m in
         ("mohed", "signal-strength", "random")), f"{100 * DIRECT_PER:.2f}",
     ]  # fmt: skip
     body = [
         [
             row.reading,
             row.rule,
+            row.fitted,
             str(row.n),
             _against(row.mohed, TABLE_2["mohed"].prr),
             _against(row.strength, TABLE_2["signal-strength"].prr),
