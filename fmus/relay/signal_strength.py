@@ -51,6 +51,12 @@ class SignalStrength(RelaySelection):
             minimum=0.0,
             doc="by which both hops of a new relay have to exceed `threshold`",
         )
+        needs_sharer: bool = parameter(
+            default=True,
+            doc="whether only who announces a power of the sharer is a candidate, as a relay that "
+            "does not hear it forwards no discovery; else `own` and `threshold` look at the hop "
+            "to the ego alone",
+        )
         reselection: Literal["window", "threshold"] = parameter(
             "window",
             doc="at each window: the strongest anew, or the current relay as long as the ego "
@@ -63,6 +69,7 @@ class SignalStrength(RelaySelection):
         least = parameters.threshold
         self._least = -math.inf if least is None else least
         self._new_least = self._least + parameters.hysteresis
+        self._needs_sharer = parameters.needs_sharer
         self._keeps = parameters.reselection == "threshold"
 
     @override
@@ -75,6 +82,7 @@ class SignalStrength(RelaySelection):
         if self._keeps and bool((to_ego[is_current] >= self._least).any()):
             return Choice(relay=current)
         least = np.where(is_current, self._least, self._new_least)
-        admitted = np.minimum(from_sharer, to_ego) >= least
+        judged = np.minimum(from_sharer, to_ego) if self._needs_sharer else to_ego
+        admitted = judged >= least
         merits = np.where(admitted, self._merit(from_sharer, to_ego), np.nan).tolist()
         return Choice(relay=situation.best(dict(zip(situation.candidates, merits, strict=True))))

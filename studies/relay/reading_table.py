@@ -165,6 +165,7 @@ READINGS: Final = (
     _here("as in the study", "sum", _base("signal-strength")),
     _here("as in the study", "weaker hop", _base("signal-strength-min")),
     _here("one hop", "own hop", _policy("one hop", "signal-strength-own")),
+    _here("one hop, blind", "own hop", _policy("one hop, blind", "signal-strength-own")),
     _here("thresholds", "Release 18", _policy("thresholds", "signal-strength-rel18")),
     _here(
         "on demand",

@@ -77,6 +77,14 @@ def test_the_own_hop_alone_decides_but_the_other_one_must_be_known() -> None:
     assert chosen(strength(rule="own"), powers(ONE_EACH | {RIGHT: (np.nan, -55.0)})) == THIRD
 
 
+def test_without_the_other_hop_who_does_not_hear_the_sharer_is_taken_too() -> None:
+    deaf = ONE_EACH | {RIGHT: (np.nan, -55.0)}
+    assert chosen(strength(rule="own", needs_sharer=False), powers(deaf)) == RIGHT
+    assert chosen(strength(rule="sum", needs_sharer=False), powers(deaf)) == LEFT
+    held = strength(rule="own", needs_sharer=False, threshold=-54.9)
+    assert chosen(held, powers(deaf)) == NO_VEHICLE
+
+
 @pytest.mark.parametrize(
     ("threshold", "hysteresis", "best"),
     [
