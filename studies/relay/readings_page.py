@@ -10,7 +10,7 @@ from typing import Final
 
 from orchestrator.intervals import Estimate
 from studies.method import records
-from studies.method.claims import Range
+from studies.method.claims import Part, Range
 from studies.method.estimates import percent
 from studies.method.page import by_hand, command, made
 from studies.method.text import markdown, percent_shown, shown
@@ -22,8 +22,8 @@ from studies.relay.reading_table import ReadingResult, Runs, results
 TABLE: Final = "relay_reading_results.csv"
 """What came out under every reading."""
 
-WIDE: Final = 10.0
-"""An interval wider than this says nothing about a number that it contains [points]."""
+NEAR: Final = 5.0
+"""How far a number may lie from the paper's and still reproduce it [points]."""
 
 EXPERIMENTS: Final = ("relay_readings", "relay_scenes", "relay_map_budget", "relay_map_load")
 """The experiments of the page, by the names of their files."""
@@ -55,8 +55,8 @@ comparisons. Rows with few runs have wide ones.
 """
 
 _NUMBERS: Final = """\
-**Bold** is what reproduces the paper's number: the interval contains it and is at most {wide:g}
-points wide. *Italic* contains it but is wider, so the runs do not decide.
+**Bold** reproduces the paper's number: the whole interval lies within {near:g} points of it. *Italic*
+may: the interval lies partly within. The others lie outside.
 """
 
 _ORDER: Final = """\
@@ -81,7 +81,7 @@ def page(folder: Path, link: str, analysis: Path | None = None) -> str:
     found = records.read(folder / TABLE, ReadingResult)
     parts = [
         _INTRODUCTION,
-        f"## Which reading reproduces which number\n\n{_NUMBERS.format(wide=WIDE)}",
+        f"## Which reading reproduces which number\n\n{_NUMBERS.format(near=NEAR)}",
         f"{_numbers(found)}\n",
         f"## The order of the methods\n\n{_ORDER}\n{_order(found)}\n",
         f"## Relay switches\n\n{_SWITCHES}\n{_switches(found)}\n",
@@ -125,12 +125,10 @@ def _numbers(found: Sequence[ReadingResult]) -> str:
 def _against(found: Estimate | None, paper: float) -> str:
     """A share in percent, marked if it reproduces the paper's, or may."""
     text = percent_shown(found)
-    shares = percent(found)
-    if shares is None or shares.low is None or shares.high is None:
+    if found is None or found.low is None:
         return text
-    if not shares.low <= 100 * paper <= shares.high:
-        return text
-    return f"**{text}**" if shares.high - shares.low <= WIDE else f"*{text}*"
+    part = Range(low=100 * paper - NEAR, high=100 * paper + NEAR).judge(percent(found))
+    return {Part.HOLDS: f"**{text}**", Part.OPEN: f"*{text}*", Part.FAILS: text}[part]
 
 
 def _order(found: Sequence[ReadingResult]) -> str:
