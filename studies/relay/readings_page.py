@@ -55,8 +55,8 @@ comparisons. Rows with few runs have wide ones.
 """
 
 _NUMBERS: Final = """\
-**Bold** reproduces the paper's number: the whole interval lies within {near:g} points of it. *Italic*
-may: the interval lies partly within. The others lie outside.
+**Bold** reproduces the paper's number: the whole interval lies within {near:g} points of it.
+*Italic* may: the interval lies partly within. The others lie outside.
 """
 
 _ORDER: Final = """\
