@@ -10,6 +10,7 @@ from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE
 from fmus.relay.inputs import Inputs
+from fmus.relay.offers import Offers
 from fmus.relay.selection import SelectionParameters, situation
 from fmus.relay.situation import Choice
 from fmus.relay.unit import RelayUnit
@@ -83,6 +84,7 @@ class Oracle(RelayUnit, DecidingComponent):
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         super().setup(start, rng)
         self._whereabouts = Whereabouts()
+        self._offers = Offers(self._parameters.offering, rng)
         self._next_choice = start
         self._open: _Choices | None = None
         self._supply = _Supply(self._parameters.rate, start, 0)
@@ -131,7 +133,7 @@ class Oracle(RelayUnit, DecidingComponent):
     def _alternatives(self, known: Inputs, sharer: int, now: Time) -> tuple[int, ...]:
         current = None if self._course.is_new(sharer) else self._course.relay
         where = self._whereabouts.of(sharer, now)
-        found = situation(known, where, current, self._parameters)
+        found = situation(known, where, current, self._parameters, self._offers)
         if found is None:
             return (NO_VEHICLE,)
         ordered = sorted((NO_VEHICLE, *found.candidates), key=found.tie_break)
