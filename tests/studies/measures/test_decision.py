@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fmus.messages.records import SENSOR_DATA
+from fmus.messages.records import NO_VEHICLE, SENSOR_DATA
 from orchestrator.recording.reader import Recording
 from orchestrator.signal import Array
 from studies.measures.decision import NUMBERS, Decision
@@ -45,10 +45,9 @@ def message(number: int, time: float, **more: int) -> Array:
     return packet(number, SHARER, time, **(usual | more))
 
 
-def arrival(number: int, time: float, hop: int = 0, outcome: str = "R") -> Array:
-    return reception(
-        number, (RELAY if hop else SHARER, EGO), time, outcome, kind=SENSOR_DATA, hop=hop
-    )
+def arrival(number: int, time: float, hop: int = 0, outcome: str = "R", **more: int) -> Array:
+    ends = (RELAY if hop else SHARER, EGO)
+    return reception(number, ends, time, outcome, kind=SENSOR_DATA, hop=hop, **more)
 
 
 def recorded(
@@ -146,6 +145,20 @@ def test_what_a_relay_brings_is_there_and_not_direct(tmp_path: Path) -> None:
     heard = [arrival(0, 3.51, hop=1), arrival(1, 3.61)]
     found = ASKED.compute(recorded(tmp_path, packets=packets, receptions=heard)).numbers
     assert (found["scans_there"], found["direct"]) == (2, 0.5)
+
+
+def test_what_is_only_overheard_is_not_there(tmp_path: Path) -> None:
+    """The ego could decode the first hop, but that was for the relay, which lost it."""
+    packets = [message(0, 3.5), message(1, 3.6)]
+    heard = [arrival(0, 3.51, addressed=0), arrival(1, 3.61)]
+    found = ASKED.compute(recorded(tmp_path, packets=packets, receptions=heard)).numbers
+    assert (found["scans_there"], found["sent"], found["direct"]) == (1, 2, 1.0)
+
+
+def test_broadcasts_of_the_sharing_node_are_for_the_ego_too(tmp_path: Path) -> None:
+    packets, heard = [message(0, 3.5, destination=NO_VEHICLE)], [arrival(0, 3.51)]
+    found = ASKED.compute(recorded(tmp_path, packets=packets, receptions=heard)).numbers
+    assert (found["scans_there"], found["sent"]) == (1, 1)
 
 
 def test_what_others_get_or_send_does_not_count(tmp_path: Path) -> None:
