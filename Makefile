@@ -122,7 +122,7 @@ verify-perception: .venv-test/installed  ## compare blind zones and sharers with
 	.venv-test/bin/nlosim verify perception --figures docs/validation-perception
 
 net: .venv-net/installed  ## make the nets of the scenes and of the cities again
-	set -e; for scene in red_light pedestrian left_turn platoon overtaking; do \
+	set -e; for scene in red_light red_light_skewed pedestrian left_turn platoon overtaking; do \
 	  cd scenarios/assets/$$scene; \
 	  ../../../.venv-net/bin/netconvert -c $$scene.netccfg; \
 	  $(PYTHON) -c 'import pathlib, re, sys; p = pathlib.Path(sys.argv[1]); p.write_text(re.sub(r"<!-- generated.*?-->\n", "", p.read_text(), flags=re.DOTALL))' $$scene.net.xml; \

@@ -84,16 +84,25 @@ class _Lessons(Campaign[Journal, TrainingOutcome]):
                 for number in _rounds(self.training, rollouts, rounds):
                     logger.info("round %d is done", number)
                     _write(self.training, rollouts)
+                self._evaluate(rollouts)
                 _publish(self.training, rollouts)
             except TrainingFailedError as reason:
                 logger.info("%s", reason)
                 self.error = reason
 
+    def _evaluate(self, rollouts: Rollouts) -> None:
+        """Let the chosen network drive in every encounter, and where it never learned."""
+        number = results.chosen_round(self.training, rollouts.journal)
+        phases = [] if number is None else self.training.evaluation(number)
+        if phases:
+            rollouts.drive(*phases)
+
     @override
     def outcome(self, directory: Path, journal: Journal) -> TrainingOutcome:
         rollouts = Rollouts(self.training, directory, journal, self.options)
         found, summary = _write(self.training, rollouts)
-        phases = {phase.name: phase for phase in self.training.phases()}
+        chosen = [] if found.chosen is None else self.training.evaluation(found.chosen)
+        phases = {phase.name: phase for phase in (*self.training.phases(), *chosen)}
         return TrainingOutcome(
             directory=directory,
             findings=found,

@@ -70,7 +70,7 @@ class Rollouts:
             if self.journal.runs[phase.name, seed].result.error is None:
                 yield RecordedRun(
                     seed=seed,
-                    levels=self.training.levels(seed),
+                    levels=self.training.scene(phase, seed),
                     samples=read_samples(self._samples(phase.name, seed)),
                 )
 
@@ -80,7 +80,7 @@ class Rollouts:
 
     def command(self, run: Run, phase: Phase) -> str:
         """The shell command that repeats a run."""
-        words = ["nlosim", "run", str(self.training.scenario)]
+        words = ["nlosim", "run", str(self.training.encounter(phase, run.seed).scenario)]
         for override in self._overrides(phase, run.seed):
             words += ["--set", override]
         return shlex.join(words)
@@ -104,7 +104,7 @@ class Rollouts:
         folder = self._folder(phase, seed)
         shutil.rmtree(folder, ignore_errors=True)  # of a run that was interrupted or failed
         return Work(
-            scenario=str(self.training.scenario),
+            scenario=str(self.training.encounter(phase, seed).scenario),
             overrides=self._overrides(phase, seed),
             keep=str((folder / "attempt").absolute()),
             scratch=None,
@@ -112,8 +112,9 @@ class Rollouts:
 
     def _overrides(self, phase: Phase, seed: int) -> tuple[str, ...]:
         network = None if phase.driver is None else self.network(phase.driver)
-        scene = self.training.overrides(self.training.levels(seed))
-        return (*scene, *driver_texts(self.training.users, network, phase.beta), f"seed={seed}")
+        encounter = self.training.encounter(phase, seed)
+        scene = encounter.overrides(encounter.levels(seed))
+        return (*scene, *driver_texts(encounter.users, network, phase.beta), f"seed={seed}")
 
     def _folder(self, phase: Phase, seed: int) -> Path:
         """The folder of a run; it has one for each attempt."""
