@@ -202,14 +202,13 @@ def _identity(training: Training) -> Identity:
             "scenes": [each.scenes for each in training.encounters],
             "encounters": [_described(each) for each in training.encounters],
             "held_out": [_described(each) for each in training.held_out],
-            "evaluation": {"runs": training.evaluation_runs},
             "expert": {"runs": training.expert_runs, "seed": training.expert_seed},
             "dagger": {"runs": training.round_runs, "beta": training.beta, "decay": training.decay},
             "validation": {"runs": training.validation_runs, "drives": training.drives},
             "optimisation": asdict(training.optimisation),
             "scenario": [each.resolved for each in training.encounters],
         },
-        growing={"rounds": training.rounds},
+        growing={"rounds": training.rounds, "evaluation": {"runs": training.evaluation_runs}},
     )
 
 

@@ -135,16 +135,16 @@ def _outcomes(done: Sequence[Run]) -> Row:
 
 def write(directory: Path, found: Findings) -> str:
     """Write the tables and the summary; the summary."""
-    _write_csv(directory / EPOCHS, found.epochs)
-    _write_csv(directory / PHASES, found.phases)
+    write_csv(directory / EPOCHS, found.epochs)
+    write_csv(directory / PHASES, found.phases)
     if found.evaluation:
-        _write_csv(directory / EVALUATION, found.evaluation)
+        write_csv(directory / EVALUATION, found.evaluation)
     text = summary(found)
     (directory / SUMMARY).write_text(f"{text}\n", encoding="utf-8")
     return text
 
 
-def _write_csv(path: Path, rows: Sequence[Row]) -> None:
+def write_csv(path: Path, rows: Sequence[Row]) -> None:
     """Write the columns of all rows, in the order of their appearance."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     draft = path.with_name(f"{path.name}.draft")

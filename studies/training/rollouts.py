@@ -13,6 +13,8 @@ from orchestrator.campaign.conduct import Options, perform_all
 from orchestrator.campaign.work import Result, RunKey, Work
 from orchestrator.campaign.workers import Workers
 from orchestrator.errors import CosimError
+from studies.training import files
+from studies.training.collection import Collection
 from studies.training.journal import Journal, PhaseEnd, Run
 from studies.training.learner import RecordedRun
 from studies.training.plan import Phase, Training, driver_texts
@@ -40,12 +42,14 @@ class Rollouts:
         directory: of the results.
         journal: knows what is done, and is told.
         options: how; between phases of driving the workers are closed, for the learner.
+        collection: of the expert's runs; `None`: all are driven.
     """
 
     training: Training
     directory: Path
     journal: Journal
     options: Options
+    collection: Collection | None = None
 
     def drive(self, *phases: Phase) -> None:
         """Do the runs of these phases that are not done yet.
@@ -53,7 +57,9 @@ class Rollouts:
         Raises:
             TrainingFailedError: more than `MOST_FAILED` of a phase failed, or it has no samples.
         """
-        phases = tuple(phase for phase in phases if phase.name not in self.journal.phases)
+        phases = tuple(phase for phase in phases if not self._is_over(phase))
+        for phase in phases:
+            self._take(phase)
         if any(self._missing(phase) for phase in phases):
             with self.options.pool() as workers:
                 for phase in phases:
@@ -85,8 +91,26 @@ class Rollouts:
             words += ["--set", override]
         return shlex.join(words)
 
+    def _is_over(self, phase: Phase) -> bool:
+        """Whether nothing is left to do; runs may have been added to an evaluation."""
+        return phase.name in self.journal.phases and not self._missing(phase)
+
     def _missing(self, phase: Phase) -> list[int]:
         return [seed for seed in phase.seeds if (phase.name, seed) not in self.journal.runs]
+
+    def _take(self, phase: Phase) -> None:
+        """Take the runs of a phase that are in the collection."""
+        if self.collection is None or phase.driver is not None:
+            return
+        for seed in self._missing(phase):
+            stored = self.collection.find(self.collection.key(self._work(phase, seed)))
+            if stored is None:
+                continue
+            files.write(self._samples(phase.name, seed), stored.samples.read_bytes())
+            run = Run(phase=phase.name, seed=seed, samples=stored.count, result=stored.result)
+            self.journal.add(run)
+            logger.info("%s, seed %d: was driven before", phase.name, seed)
+            self.options.check()
 
     def _drive(self, phase: Phase, workers: Workers) -> None:
         missing = self._missing(phase)
@@ -134,6 +158,9 @@ class Rollouts:
         if phase.is_lesson:
             write_samples(self._samples(phase.name, seed), samples)
         shutil.rmtree(folder)
+        if self.collection is not None and phase.driver is None:
+            key = self.collection.key(self._work(phase, seed))
+            self.collection.keep(key, self._samples(phase.name, seed), len(samples), result)
         return replace(run, samples=len(samples))
 
     def _check(self, phase: Phase) -> None:
