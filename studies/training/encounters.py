@@ -20,7 +20,7 @@ class Encounter:
     Attributes:
         name: in the training file; empty if that names a scenario alone.
         scenario: the absolute path of the scenario file.
-        weight: so many runs in turn are of it.
+        weight: so many runs in turn are of it; 0 if it is held out.
         settings: what is set in every run.
         scenes: settings by factor and level.
         users: components with a parameter `network`, which use the network in training.

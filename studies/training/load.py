@@ -62,7 +62,9 @@ class _Load(loading.Load[TrainingFile]):
         families = held_out_families(self.source, self.file.held_out, encounters)
         self.source.stop_at_problems()
         known = tuple(each.encounter for each in encounters)
-        return self._planned(known, families, checkpoint, learner, parameters)
+        learned = tuple(each for each in known if not each.is_held_out)
+        unseen = tuple(each for each in known if each.is_held_out)
+        return self._planned(learned, (*unseen, *families), checkpoint, learner, parameters)
 
     def _folder(self, key: str) -> Path:
         """Where the relative path under `key` starts."""
@@ -112,6 +114,10 @@ class _Load(loading.Load[TrainingFile]):
                 self.source.add(address, "an encounter has this name", at_key=True)
             settings = ((f"`{name}`", (*address, "set", path)) for path in each.set)
             self.source.check_paths(settings, _reserved)
+        sections = file.encounters.values()
+        if sections and not any(each.weight for each in sections):
+            what = "all of them have the weight 0; there is nothing to learn from"
+            self.source.add(("encounters",), what, at_key=True)
         if file.held_out and file.evaluation is None:
             what = "nobody drives in them; write how often, e.g. `evaluation: {runs: 20}`"
             self.source.add(("held_out",), what, at_key=True)

@@ -10,6 +10,7 @@ from typing import Any
 
 from orchestrator.campaign import loading
 from orchestrator.campaign.loading import Factors, Settings
+from orchestrator.errors import ScenarioError
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.document import Address
 from orchestrator.scenario.model import Scenario
@@ -67,6 +68,8 @@ class EncounterLoad:
 
     source: SettingsFile
     section: Section
+    _users: tuple[str, ...] = ()
+    """As the first scene has them; others are read once if they have the same."""
 
     def encounter(self) -> Checked:
         """Load the scenario with every level once; problems are noted."""
@@ -89,6 +92,7 @@ class EncounterLoad:
                 scenes=varied,
                 users=() if found[0] is None else _users(found[0]),
                 resolved=scenes[0] if scenes else {},
+                is_held_out=section.weight == 0,
             ),
             scenes=scenes,
         )
@@ -99,15 +103,31 @@ class EncounterLoad:
         fixed = [t for each in section.settings for t in self.source.overrides(*each)]
         overrides = [*fixed, *section.factors.overrides(levels)]
         with section.factors.loading(levels):
-            plain = load_scenario(section.scenario, overrides)
-            if not self._is_trainable(plain):
-                return None
-            drivers = driver_texts(_users(plain), None, 1.0)
-            scenario = load_scenario(section.scenario, [*overrides, *drivers])
+            scenario = self._as_before(overrides)
+            if scenario is None:
+                plain = load_scenario(section.scenario, overrides)
+                if not self._is_trainable(plain):
+                    return None
+                self._users = _users(plain)
+                scenario = self._driven(overrides)
             with contextlib.closing(assemble(scenario)) as assembly:
                 self._check_sample(scenario, assembly)
             return scenario
         return None
+
+    def _driven(self, overrides: Sequence[str]) -> Scenario:
+        drivers = driver_texts(self._users, None, 1.0)
+        return load_scenario(self.section.scenario, [*overrides, *drivers])
+
+    def _as_before(self, overrides: Sequence[str]) -> Scenario | None:
+        """The scenario if the same components use a network as in the scene before."""
+        if not self._users:
+            return None
+        try:
+            scenario = self._driven(overrides)
+        except ScenarioError:  # said better by the scenario without them
+            return None
+        return scenario if _users(scenario) == self._users else None
 
     def _is_trainable(self, scenario: Scenario) -> bool:
         use = scenario.components.get(COMPONENT)
@@ -161,9 +181,9 @@ def held_out_families(
             with contextlib.closing(assemble(scenario)):
                 resolved = loading.resolved(scenario)
             for other in known:
-                if other.encounter.scenario == family.scenario and _is_among(
-                    each.set, resolved, other.scenes
-                ):
+                if other.encounter.is_held_out or other.encounter.scenario != family.scenario:
+                    continue
+                if _is_among(each.set, resolved, other.scenes):
                     shown = f" `{other.encounter.name}`" if other.encounter.name else ""
                     what = f"is learned from: the encounter{shown} has all of these values"
                     source.add(address, what)

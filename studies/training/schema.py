@@ -91,8 +91,8 @@ class EncounterSection(_Mapping):
     scenario: Text
     """The scenario file, as that of a training with one."""
 
-    weight: Annotated[int, Field(ge=1, le=1000)] = 1
-    """So many runs in turn are of it."""
+    weight: Annotated[int, Field(ge=0, le=1000)] = 1
+    """So many runs in turn are of it; with 0 it is held out, as a family is."""
 
     set: Settings = {}
     """Values of the scenario in every run."""

@@ -147,6 +147,20 @@ def test_an_evaluation_may_grow_and_goes_on(several: Laboratory) -> None:
     ]
 
 
+def test_an_encounter_without_weight_is_held_out(several: Laboratory) -> None:
+    """It is driven at the end only, and families of others may be among its scenes."""
+    several.change("storm:\n", "storm:\n    weight: 0\n")
+    several.change("start: 9}", "wind: 1}")
+    found = several.train()
+    assert [r["held_out"] for r in found.findings.evaluation] == [False, True, True]
+    winds: dict[str, set[float]] = {}
+    for name, each in phases(several):
+        winds.setdefault(name, set()).add(each["wind"])
+    assert winds.pop("evaluation-far") == {1.0}
+    assert winds.pop("evaluation-storm") == {1.0}
+    assert not any(1.0 in each for each in winds.values())
+
+
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [
