@@ -50,7 +50,7 @@ the policies rather than points.
 
 _TRAINED: Final = """\
 Drives of the network at the end of its [training](training.md), in scenes that it never learned
-from. Families that are held out were never in it, not even with other seeds.
+from. Variants that are held out were never in it, not even with other seeds.
 """
 
 LIMITS: Final = {True: 0.01, False: 0.05}

@@ -56,11 +56,11 @@ class Encounter:
         chosen = [self.scenes[factor][levels[factor]] for factor in self.scenes]
         return tuple(text for each in (self.settings, *chosen) for text in setting_texts(each))
 
-    def family(self, name: str, settings: Settings) -> Self:
-        """The same encounter in a family of scenes that is held out.
+    def variant(self, name: str, settings: Settings) -> Self:
+        """The same encounter in a variant that is held out.
 
         Args:
-            name: of the family.
+            name: of the variant.
             settings: what makes it one. Factors that set one of these values, or a part of one,
                 do not vary in it.
         """

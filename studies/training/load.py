@@ -18,7 +18,7 @@ from studies.training.learner import (
     declared_parameters,
     learner_type,
 )
-from studies.training.load_encounters import EncounterLoad, Section, held_out_families
+from studies.training.load_encounters import EncounterLoad, Section, held_out_variants
 from studies.training.parameters import converted
 from studies.training.plan import BETA, COMPONENT, NETWORK, Training
 from studies.training.schema import MAXIMUM_RUNS, TrainingFile
@@ -51,7 +51,7 @@ class _Load(loading.Load[TrainingFile]):
         for section in sections:
             owned = itertools.chain(section.fixed(), section.factors.settings())
             self.source.check_paths(owned, _reserved)
-        self._check_families()
+        self._check_variants()
         learner = self._learner()
         parameters = {} if learner is None else self._parameters(learner)
         self.source.stop_at_problems()
@@ -59,12 +59,12 @@ class _Load(loading.Load[TrainingFile]):
         self._check_learner(learner, parameters)
         encounters = tuple(EncounterLoad(self.source, section).encounter() for section in sections)
         self.source.stop_at_problems()
-        families = held_out_families(self.source, self.file.held_out, encounters)
+        variants = held_out_variants(self.source, self.file.held_out, encounters)
         self.source.stop_at_problems()
         known = tuple(each.encounter for each in encounters)
         learned = tuple(each for each in known if not each.is_held_out)
         unseen = tuple(each for each in known if each.is_held_out)
-        return self._planned(learned, (*unseen, *families), checkpoint, learner, parameters)
+        return self._planned(learned, (*unseen, *variants), checkpoint, learner, parameters)
 
     def _folder(self, key: str) -> Path:
         """Where the relative path under `key` starts."""
@@ -101,7 +101,7 @@ class _Load(loading.Load[TrainingFile]):
                 factors=Factors(self.source, (*address, "scenes"), each.scenes),
             )
 
-    def _check_families(self) -> None:
+    def _check_variants(self) -> None:
         file = self.file
         names = [*file.encounters] or [""]
         for name, each in file.held_out.items():
@@ -125,7 +125,7 @@ class _Load(loading.Load[TrainingFile]):
     def _planned(
         self,
         encounters: tuple[Encounter, ...],
-        families: tuple[Encounter, ...],
+        variants: tuple[Encounter, ...],
         checkpoint: Path,
         learner: type[Learner],
         parameters: Mapping[str, Any],
@@ -134,7 +134,7 @@ class _Load(loading.Load[TrainingFile]):
         return Training(
             path=self.path,
             encounters=encounters,
-            held_out=families,
+            held_out=variants,
             seed=file.seed,
             expert_seed=file.expert.seed,
             learner_name=file.network[TYPE],

@@ -157,10 +157,10 @@ class EncounterLoad:
             self.source.add(self.section.address, what)
 
 
-def held_out_families(
+def held_out_variants(
     source: SettingsFile, written: Mapping[str, HeldOut], known: Sequence[Checked]
 ) -> tuple[Encounter, ...]:
-    """The families that are never learned from; that one is learned from is a problem.
+    """The variants that are never learned from; that one is learned from is a problem.
 
     Args:
         source: the file, which notes the problems.
@@ -170,33 +170,33 @@ def held_out_families(
     by_name = {each.encounter.name: each.encounter for each in known}
     found = []
     for name, each in written.items():
-        family = by_name[each.encounter].family(name, each.set)
+        variant = by_name[each.encounter].variant(name, each.set)
         address = ("held_out", name, "set")
-        levels = {factor: next(iter(scenes)) for factor, scenes in family.scenes.items()}
+        levels = {factor: next(iter(scenes)) for factor, scenes in variant.scenes.items()}
         fixed = source.overrides(each.set, address)
-        others = [t for t in family.overrides(levels) if t not in fixed]
-        drivers = driver_texts(family.users, None, 1.0)
+        others = [t for t in variant.overrides(levels) if t not in fixed]
+        drivers = driver_texts(variant.users, None, 1.0)
         with Factors(source, address, {}).loading(levels):
-            scenario = load_scenario(family.scenario, [*others, *fixed, *drivers])
+            scenario = load_scenario(variant.scenario, [*others, *fixed, *drivers])
             with contextlib.closing(assemble(scenario)):
                 resolved = loading.resolved(scenario)
             for other in known:
-                if other.encounter.is_held_out or other.encounter.scenario != family.scenario:
+                if other.encounter.is_held_out or other.encounter.scenario != variant.scenario:
                     continue
                 if _is_among(each.set, resolved, other.scenes):
                     shown = f" `{other.encounter.name}`" if other.encounter.name else ""
                     what = f"is learned from: the encounter{shown} has all of these values"
                     source.add(address, what)
-        found.append(family)
+        found.append(variant)
     return tuple(found)
 
 
 def _is_among(
-    settings: Settings, family: Mapping[str, Any], scenes: Sequence[Mapping[str, Any]]
+    settings: Settings, variant: Mapping[str, Any], scenes: Sequence[Mapping[str, Any]]
 ) -> bool:
     """Whether each of the values, by its path, is in one of the scenes or another."""
     return all(
-        any(_value(scene, path) == _value(family, path) for scene in scenes) for path in settings
+        any(_value(scene, path) == _value(variant, path) for scene in scenes) for path in settings
     )
 
 

@@ -56,14 +56,14 @@ class Training:
     Attributes:
         path: of the training file.
         encounters: what is driven, learned from and validated with; one at least.
-        held_out: families of scenes that are driven in at the end only.
+        held_out: variants of encounters that are driven in at the end only.
         seed: of everything random but the expert's runs.
         expert_seed: of these; `None`: as `seed`.
         learner_name, learner: which learner.
         parameters: its parameters as they were converted; missing ones take their defaults.
         network: the same as they were written.
         expert_runs, validation_runs, drives: how many.
-        evaluation_runs: drives at the end in each encounter and each family.
+        evaluation_runs: drives at the end in each encounter and each variant.
         rounds, round_runs, beta, decay: of DAgger.
         optimisation: of every round.
         device: `auto`, `cpu` or `cuda`, as asked for.
@@ -131,7 +131,7 @@ class Training:
         return found
 
     def evaluation(self, number: int) -> list[Phase]:
-        """The network of the round `number` alone, in every encounter and every family.
+        """The network of the round `number` alone, in every encounter and every variant.
 
         All with the same seeds, which are none of the validation.
         """

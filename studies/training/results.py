@@ -2,7 +2,7 @@
 
 training.csv    a row per epoch: losses and time
 phases.csv      a row per phase of driving: who drove, and how it went
-evaluation.csv  a row per encounter and family that is held out: how the chosen network drove
+evaluation.csv  a row per encounter and variant that is held out: how the chosen network drove
 """
 
 import csv

@@ -92,7 +92,7 @@ class EncounterSection(_Mapping):
     """The scenario file, as that of a training with one."""
 
     weight: Annotated[int, Field(ge=0, le=1000)] = 1
-    """So many runs in turn are of it; with 0 it is held out, as a family is."""
+    """So many runs in turn are of it; with 0 it is held out, as a variant is."""
 
     set: Settings = {}
     """Values of the scenario in every run."""
@@ -102,7 +102,7 @@ class EncounterSection(_Mapping):
 
 
 class HeldOut(_Mapping):
-    """A family of scenes that is never learned from, nor validated with."""
+    """A variant of an encounter that is never learned from, nor validated with."""
 
     encounter: str = ""
     """Of which encounter it is a variant; without `encounters`, of the scenario."""
@@ -115,7 +115,7 @@ class Evaluation(_Mapping):
     """Drives of the chosen network, at the end."""
 
     runs: Runs
-    """How many in each encounter, and in each family that is held out."""
+    """How many in each encounter, and in each variant that is held out."""
 
 
 class TrainingFile(_Mapping):
@@ -135,7 +135,7 @@ class TrainingFile(_Mapping):
     """Values of the scenario, or of all encounters, in every run."""
 
     held_out: dict[Text, HeldOut] = {}
-    """Families of scenes by name, which the chosen network drives in at the end."""
+    """Variants of encounters by name, which the chosen network drives in at the end."""
 
     evaluation: Evaluation | None = None
     """Drives at the end; without, there are none."""

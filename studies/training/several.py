@@ -3,8 +3,8 @@
 Everything random but the expert's runs depends on the seed, if `expert.seed` is written: initial
 weights, order of the samples, losses of messages, and what the network gets into when it drives.
 
-seeds.csv   how the network of each seed drove: a row per seed, encounter and family
-spread.csv  over the seeds: a row per encounter and family
+seeds.csv   how the network of each seed drove: a row per seed, encounter and variant
+spread.csv  over the seeds: a row per encounter and variant
 """
 
 import statistics

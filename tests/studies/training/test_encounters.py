@@ -1,4 +1,4 @@
-"""Several encounters: who is driven when, families that are held out, and runs that are shared."""
+"""Several encounters: who is driven when, variants that are held out, and runs that are shared."""
 
 import csv
 import json
@@ -148,7 +148,7 @@ def test_an_evaluation_may_grow_and_goes_on(several: Laboratory) -> None:
 
 
 def test_an_encounter_without_weight_is_held_out(several: Laboratory) -> None:
-    """It is driven at the end only, and families of others may be among its scenes."""
+    """It is driven at the end only, and variants of others may be among its scenes."""
     several.change("storm:\n", "storm:\n    weight: 0\n")
     several.change("start: 9}", "wind: 1}")
     found = several.train()
@@ -225,7 +225,7 @@ def test_problems(several: Laboratory, old: str, new: str, expected: str) -> Non
 
 
 def test_values_that_are_spelt_otherwise_are_the_same(several: Laboratory) -> None:
-    """The family is compared with the scenario as it was understood, its own values included."""
+    """The variant is compared with the scenario as it was understood, its own values included."""
     several.change("start: 9}", "start: 1.0}")  # what the ball has where nothing is set
     assert any(
         "the encounter `storm` has all of these values" in each for each in problems(several)
