@@ -95,8 +95,10 @@ def conduct_several(
 
 
 def write(directory: Path, trained: Sequence[Trained]) -> None:
-    """Write both tables."""
+    """Write both tables, if anybody drove alone."""
     rows = by_seed(trained)
+    if not rows:
+        return
     write_csv(directory / SEEDS, rows)
     write_csv(directory / SPREAD, spread(rows))
 
