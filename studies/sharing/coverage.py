@@ -58,6 +58,16 @@ class Surroundings:
             ),
         )
 
+    def near(self, place: Array, radius: float) -> tuple[Building, ...]:
+        """The buildings whose bounds come within `radius` of `place`, shape (2,); both in [m]."""
+        found = []
+        for building in self.buildings:
+            ring = np.array(building.ring)
+            nearest = np.clip(place, ring.min(axis=0), ring.max(axis=0))
+            if np.linalg.norm(nearest - place) <= radius:
+                found.append(building)
+        return tuple(found)
+
 
 def _rings(recording: Recording, name: str) -> Mapping[int, Array]:
     """The corners of each polygon [m], shape (corner, 2), by its index; lines are left out."""
@@ -98,7 +108,7 @@ def truth_at(
 
     Candidates are the vehicles with lidar and radio that could see some of its area of interest.
     """
-    scene = _scene(recording, source, surroundings, time)
+    scene = scene_at(recording, source, surroundings, time)
     return None if scene is None else find_truth(scene, source.interest)
 
 
@@ -116,10 +126,14 @@ def _ego(recording: Recording, source: Source, time: Time) -> int:
     return int(np.asarray(recording[f"{source.ego}.id"].at(time)))
 
 
-def _scene(
+def scene_at(
     recording: Recording, source: Source, surroundings: Surroundings, time: Time
 ) -> Scene | None:
-    """What is near the requester; `None` if it is not there, or has no way or no lidar."""
+    """What is near the requester at `time` [ns]; `None` if it is not there, or has no way or lidar.
+
+    Buildings and vehicles that cannot hide anything of its area of interest from it or a candidate
+    are left out.
+    """
     now = {name.split(".")[-1]: recording[name].at(time) for name in source.signals()[:7]}
     ego, route = (
         _ego(recording, source, time),
@@ -139,7 +153,7 @@ def _scene(
     region = shapely.box(*(position[rows[0]] - reach), *(position[rows[0]] + reach))
     return Scene(
         road=shapely.intersection(surroundings.road, region),
-        buildings=surroundings.buildings,
+        buildings=surroundings.near(position[rows[0]], reach + REACH),
         vehicles=[
             Vehicle(
                 id=int(ids[k]),
