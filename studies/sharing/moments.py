@@ -8,15 +8,20 @@ loses is not in it. Who was chosen is compared with exact geometry.
 
 Writes to DIR:
 
-moments_looks.csv   every choice: scene, share of lidars, seed, parameters, what who reveals
-moments.csv         means over seeds with their intervals, per scene, share and parameters
+moments_looks.csv         every choice: scene, share of lidars, seed, parameters, what who reveals
+moments.csv               means over seeds with their intervals, per scene, share and parameters
+moments_provenance.json   command, commit, machine, versions
 """
 
 import argparse
 import math
+import os
+import platform
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
 from itertools import groupby
 from pathlib import Path
 from typing import Final
@@ -24,7 +29,9 @@ from typing import Final
 import numpy as np
 
 from fmus.messages.records import NO_VEHICLE
+from orchestrator import machine
 from orchestrator.intervals import Estimate
+from orchestrator.recording.layout import write_json
 from orchestrator.recording.reader import Recording
 from orchestrator.registry import component_type
 from orchestrator.run import run_scenario
@@ -33,6 +40,7 @@ from orchestrator.signal import Signals
 from orchestrator.timebase import Time
 from studies.method import records
 from studies.method.estimates import mean_of
+from studies.method.origin import Machine, Origin, Session, seeds_text
 from studies.sharing.choice import RIGHT, Moment, compare
 from studies.sharing.coverage import Source, Surroundings, nearest_of, scene_at
 from studies.verification.perception.parameter_set import PAPER, RECOMMENDED, ParameterSet
@@ -218,8 +226,35 @@ def _score(scene: str, share: float, parameters: str, group: Sequence[Choice]) -
     )
 
 
-def write(directory: Path, found: Sequence[Choice]) -> None:
-    """Write both tables to `directory`."""
+def _origin(seeds: Sequence[int], planned: int) -> Origin:
+    """Where the numbers come from."""
+    host = Machine(
+        cpu=machine.cpu(),
+        cpus=os.cpu_count(),
+        memory_gib=machine.memory_gib(),
+        platform=platform.platform(),
+    )
+    session = Session(
+        command=f"python -m studies.sharing.moments docs/results --seeds {planned}",
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        commit=machine.commit(),
+        versions={name: version(name) for name in ("nlosim", "numpy", "libsumo", "shapely")},
+        machine=host,
+    )
+    kinds = len(LOOKS) * len(SHARES)
+    return Origin(
+        experiment="studies/sharing/moments.py",
+        seeds=seeds_text(seeds),
+        planned=planned * kinds,
+        runs=len(seeds) * kinds,
+        failed=0,
+        sessions=(session,),
+    )
+
+
+def write(directory: Path, found: Sequence[Choice], origin: Origin) -> None:
+    """Write both tables, and where they come from, to `directory`."""
+    write_json(directory / "moments_provenance.json", asdict(origin))
     rows = [
         {"scene": o.scene, "share": o.share, "seed": o.seed, "parameters": o.parameters}
         | asdict(o.moment)
@@ -242,7 +277,7 @@ def main() -> None:
         for scene in LOOKS:
             for share in SHARES:
                 found += choices(scene, share, seed, units)
-        write(given.directory, found)
+        write(given.directory, found, _origin(range(1, seed + 1), given.seeds))
 
 
 if __name__ == "__main__":
