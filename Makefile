@@ -11,13 +11,14 @@ EXTRAS_bench = bench,peers
 EXTRAS_docs = docs
 EXTRAS_net = net
 EXTRAS_paper = experiment,cpm
+EXTRAS_apmm = experiment,verify
 EXTRAS_release = release
 EXTRAS_train = train
 
 # what a new installation is needed for: dependencies, entry points, and what the FMUs are made of
 INSTALLED_FROM := pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py' -o -path 'fmus/messages/bodies.py') orchestrator/plan/engine.c
 
-.PHONY: help demo test docs bench paper paper-relay paper-collision paper-generalisation paper-lasting paper-readings paper-sensitivity train general verify verify-perception net release clean
+.PHONY: help demo test docs bench paper paper-relay paper-collision paper-generalisation paper-lasting paper-readings paper-sensitivity train general verify verify-perception net release clean apmm
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -129,6 +130,20 @@ else
 	cp $(foreach name,$(GENERALISATION),runs/$(name)/report/*) docs/results/
 	.venv-paper/bin/python -m studies.generalisation docs/generalisation-study.md docs/results docs/results/generalisation-analysis.md
 endif
+
+SHARING = sharing_methods sharing_load sharing_errors sharing_egos
+
+define run_sharing
+.venv-apmm/bin/nlosim experiment studies/sharing/experiments/$(1).yaml --out runs/$(1) $(if $(wildcard runs/$(1)/experiment.json),--resume)
+cp runs/$(1)/report/* docs/results/
+
+endef
+
+apmm: .venv-apmm/installed  ## whom to ask: how good the match is in traffic, and docs/apmm-study.md
+	mkdir -p docs/results
+	.venv-apmm/bin/python -m studies.sharing.moments docs/results --seeds 20
+	$(foreach name,$(SHARING),$(call run_sharing,$(name)))
+	.venv-apmm/bin/python -m studies.sharing docs/apmm-study.md docs/results docs/results/apmm-analysis.md
 
 # All networks that come with the package, or some: make train NETWORKS='bev_32 blind'. It goes on where it was
 # interrupted; remove runs/train-* to begin anew.
