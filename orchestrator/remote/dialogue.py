@@ -217,7 +217,8 @@ class Dialogue:
     def _expire(self, command: Message) -> NoReturn:
         doing = command.kind.name.lower()
         allowed = "; its `deadline` allows no more" if command.kind in _LIMITED else ""
-        what = f"did not answer within {self._allowed:g} s (to `{doing}`){allowed}"
+        why = f"; {self._link.condition}" if self._link.condition else ""
+        what = f"did not answer within {self._allowed:g} s (to `{doing}`){allowed}{why}"
         self._fail(command, what)
 
     def _fail(self, command: Message, text: str) -> NoReturn:
