@@ -8,8 +8,8 @@ do not survive it. Parent and child agree on this:
 * Standard input then stays open and silent. Its end means that the parent is gone, however
   that came about, and the child ends at once.
 * The child has a folder for temporary files of its own, which the parent removes afterwards.
-* What the child writes to standard output or error goes to the log of the parent, and the last
-  lines of it into the error message if the child dies.
+* What the child writes to standard output or error goes to the log of the parent, as far as there
+  is room for it, and the last lines of it into the error message if the child dies.
 """
 
 import contextlib
@@ -20,7 +20,6 @@ import signal
 import subprocess
 import sys
 import threading
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -29,12 +28,10 @@ from orchestrator.byte_size import format_size
 from orchestrator.process_end import ended
 from orchestrator.remote.host import HostChannel
 from orchestrator.remote.memory_watch import watch_memory
+from orchestrator.remote.output import Output
 from orchestrator.scratch import discard, temporary_folder
 
 _log = logging.getLogger(__name__)
-
-_TAIL: Final = 20
-"""Lines of output that an error message quotes at most."""
 
 _THREAD_VARIABLES: Final = (
     "OMP_NUM_THREADS",
@@ -71,7 +68,6 @@ class HostProcess:
     ) -> None:
         self._component = component
         self._on_exit = on_exit
-        self._tail: deque[str] = deque(maxlen=_TAIL)
         self._reason = ""
         self._has_ended = threading.Event()
         # what a library leaves in the temporary folder of a process that crashes goes with it
@@ -87,8 +83,8 @@ class HostProcess:
             start_new_session=True,
             pass_fds=tuple(descriptors),
         )
-        self._reader = threading.Thread(target=self._read, name=f"{component} output", daemon=True)
-        self._reader.start()
+        assert self._process.stdout is not None  # noqa: S101 - asked for above
+        self._output = Output(component, self._process.stdout)
         threading.Thread(target=self._watch, name=f"{component} exit", daemon=True).start()
         self._tell(
             {
@@ -144,7 +140,7 @@ class HostProcess:
 
     def last_words(self) -> str:
         """The last lines of output, as an appendix to an error message."""
-        lines = "".join(f"\n    {line}" for line in self._tail)
+        lines = "".join(f"\n    {line}" for line in self._output.last_lines)
         return f"; it wrote last:{lines}" if lines else ""
 
     def _tell(self, instructions: Mapping[str, Any]) -> None:
@@ -160,16 +156,6 @@ class HostProcess:
             with contextlib.suppress(OSError):
                 self._process.stdin.close()
 
-    def _read(self) -> None:
-        stream = self._process.stdout
-        if stream is None:
-            return
-        with stream:
-            for raw in stream:
-                line = raw.decode(errors="replace").rstrip()
-                self._tail.append(line[:500])
-                _log.info("`%s`: %s", self._component, line)
-
     def _watch(self) -> None:
         if sys.platform == "linux":
             # While the process is a zombie its number cannot be given to another one, so this
@@ -178,7 +164,7 @@ class HostProcess:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
-        self._reader.join(0.5)
+        self._output.wait(0.5)
         discard(self._temporary)
         self._has_ended.set()
         self._on_exit()
