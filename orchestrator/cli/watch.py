@@ -6,7 +6,6 @@ nothing but wait for its end. What the copy cannot say itself, killed by a signa
 Linux only; elsewhere `nlosim report` says it.
 """
 
-import ctypes
 import faulthandler
 import os
 import signal
@@ -21,12 +20,12 @@ from orchestrator.cli.patience import Patience
 from orchestrator.last_call import FILE
 from orchestrator.log import LOG
 from orchestrator.process_end import ended
+from orchestrator.reaping import adopt, die_with, end_children
 from orchestrator.scratch import sweep
 
 _WATCHED: Final = (["run"], ["fmu", "run"], ["fmu", "compare"])
 """Commands that call components in their process."""
 
-_KILL_WITH_PARENT: Final = 1  # PR_SET_PDEATHSIG
 _REQUESTS: Final = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -75,6 +74,7 @@ def watched() -> Outcome | int | None:
     waiting = {signal.SIGCHLD, *_REQUESTS}
     before = signal.pthread_sigmask(signal.SIG_BLOCK, waiting)
     here = os.getpid()
+    adopt()
     try:
         copy = os.fork()
     except OSError:
@@ -82,9 +82,7 @@ def watched() -> Outcome | int | None:
         return None
     if copy == 0:
         os.close(reading)
-        ctypes.CDLL(None).prctl(_KILL_WITH_PARENT, signal.SIGKILL)
-        if os.getppid() != here:
-            os._exit(1)
+        die_with(here)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         WATCH.told_by(writing)
         return None
@@ -95,6 +93,8 @@ def watched() -> Outcome | int | None:
     signal.pthread_sigmask(signal.SIG_SETMASK, before)
     directory = told.directory()
     os.close(reading)
+    if os.WIFSIGNALED(status):
+        end_children()  # of components in that process; hosts see to theirs
     crash = None if directory is None else _crash(directory, status, is_hang=patience.is_over)
     if crash is not None:
         return crash

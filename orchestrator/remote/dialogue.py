@@ -70,7 +70,12 @@ class Company:
             each.waited += min(time, _LONGEST_SLICE)
 
     def look_around(self, waiting: "Dialogue", command: Message) -> None:
-        """Raise what became of the others while `waiting` awaits the reply to `command`."""
+        """Raise what became of the others while `waiting` awaits the reply to `command`.
+
+        While components are created, all of them are asked in turn anyway: the first is named.
+        """
+        if command.kind is Kind.CREATE:
+            return
         for each in self._members:
             if each is not waiting:
                 each.overhear(command)

@@ -6,7 +6,7 @@ do not survive it. Parent and child agree on this:
 * The first line on the child's standard input is JSON: how to connect, and what to log. It is
   not an argument because arguments can be read by every user of the machine.
 * Standard input then stays open and silent. Its end means that the parent is gone, however
-  that came about, and the child ends at once.
+  that came about, or wants the child to end, which it does at once, with all that it started.
 * The child has a folder for temporary files of its own, which the parent removes afterwards.
 * What the child writes to standard output or error goes to the log of the parent, as far as there
   is room for it, and the last lines of it into the error message if the child dies.
@@ -26,6 +26,7 @@ from typing import Any, Final
 
 from orchestrator.byte_size import format_size
 from orchestrator.process_end import ended
+from orchestrator.reaping import children_of
 from orchestrator.remote.host import HostChannel
 from orchestrator.remote.memory_watch import watch_memory
 from orchestrator.remote.output import Output
@@ -41,6 +42,9 @@ _THREAD_VARIABLES: Final = (
     "NUMEXPR_NUM_THREADS",
 )
 """Set to 1 unless the user set them: the processes share the cores among them already."""
+
+_GUARD_TAKES: Final = 6.0
+"""How long to leave the end of a host to its guard [s]."""
 
 _TEMPORARY: Final = ("TMPDIR", "TEMP", "TMP")
 """Where programs put their temporary files, on one system or another."""
@@ -104,7 +108,12 @@ class HostProcess:
         return self._has_ended.wait(timeout)
 
     def kill(self) -> None:
-        """End the process and what it started, at once, and wait for that."""
+        """End the process and all that it started, at once, and wait for that."""
+        if sys.platform == "linux" and not self._has_ended.is_set():
+            # its guard ends the others first, wherever they are; see `orchestrator.remote.guard`
+            self._close_input()
+            self._signal(signal.SIGCONT)
+            self._has_ended.wait(_GUARD_TAKES)
         if not self._has_ended.is_set():
             with contextlib.suppress(ProcessLookupError):
                 if sys.platform == "win32":
@@ -113,6 +122,10 @@ class HostProcess:
                     os.killpg(self._process.pid, signal.SIGKILL)
             self._has_ended.wait()
         self._close_input()
+
+    def _signal(self, number: int) -> None:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(self._process.pid, number)
 
     def limit_memory(self, limit: int) -> None:
         """End the process when it has more than `limit` [byte] of memory for itself (Linux)."""
@@ -125,7 +138,11 @@ class HostProcess:
             _log.debug("`%s`: %s", self._component, self._reason)
             self.kill()
 
-        watch_memory(self._process.pid, limit, self._has_ended, end)
+        watch_memory(self._hosting, limit, self._has_ended, end)
+
+    def _hosting(self) -> int:
+        """The process that hosts the component; the one that was started guards it (Linux)."""
+        return next(iter(children_of(self._process.pid)), self._process.pid)
 
     def obituary(self) -> str:
         """How the process ended, as a predicate, and what it said last."""
