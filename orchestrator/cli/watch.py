@@ -17,6 +17,7 @@ from typing import Final
 
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.cli.patience import Patience
+from orchestrator.cli.requests import heard_no_more, requests
 from orchestrator.last_call import FILE
 from orchestrator.log import LOG
 from orchestrator.process_end import ended
@@ -25,8 +26,6 @@ from orchestrator.scratch import sweep
 
 _WATCHED: Final = (["run"], ["fmu", "run"], ["fmu", "compare"])
 """Commands that call components in their process."""
-
-_REQUESTS: Final = (signal.SIGINT, signal.SIGTERM)
 
 
 class Watch:
@@ -71,7 +70,7 @@ def watched() -> Outcome | int | None:
         of the copy, or what there is to say if a run in it was cut off.
     """
     reading, writing = os.pipe()
-    waiting = {signal.SIGCHLD, *_REQUESTS}
+    waiting = {signal.SIGCHLD, *requests()}
     before = signal.pthread_sigmask(signal.SIG_BLOCK, waiting)
     here = os.getpid()
     adopt()
@@ -90,6 +89,7 @@ def watched() -> Outcome | int | None:
     told = _Told(reading)
     patience = Patience(told.directory)
     status = _status_of(copy, waiting, patience)
+    heard_no_more()  # the copy has said all there is to say
     signal.pthread_sigmask(signal.SIG_SETMASK, before)
     directory = told.directory()
     os.close(reading)

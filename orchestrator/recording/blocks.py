@@ -17,6 +17,7 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 import zstandard
 
+from orchestrator.disk import naming
 from orchestrator.recording.columns import Columns, Form, compress, join
 from orchestrator.recording.layout import RecordingError
 
@@ -95,7 +96,8 @@ class BlockFile:
         self._rows = 0
         descr = np.lib.format.dtype_to_descr(dtype)
         opening = _note({"nlosim": VERSION, "descr": descr, "shape": list(row_shape)})
-        path.write_bytes(opening)
+        with naming(path):
+            path.write_bytes(opening)
         self.size = len(opening)
 
     @property
@@ -136,7 +138,7 @@ class BlockFile:
         self._write(_note({"end": self._rows}))
 
     def _write(self, data: bytes) -> None:
-        with self._path.open("r+b") as file:
+        with naming(self._path), self._path.open("r+b") as file:
             file.seek(self.size)  # not the end: an earlier attempt may have failed halfway
             file.write(data)
             file.truncate()

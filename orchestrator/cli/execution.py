@@ -12,6 +12,7 @@ from typing import Final
 from orchestrator.cli import failures
 from orchestrator.cli.outcome import Outcome
 from orchestrator.cli.parser import UsageError, parser
+from orchestrator.cli.requests import heard_by_exception, heard_no_more
 from orchestrator.cli.watch import is_watched, watched
 
 _MODULES: Final = {
@@ -28,15 +29,8 @@ _MODULES: Final = {
 when they are asked for, so that `nlosim --help` need not wait for NumPy."""
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command.
-
-    Args:
-        argv: the arguments without the program's name; those of the process if `None`.
-
-    Returns:
-        The exit code; see `Exit`.
-    """
+def execute(argv: Sequence[str] | None) -> int:
+    """Run one command; see `orchestrator.cli.main`."""
     given = sys.argv[1:] if argv is None else list(argv)
     is_json = "--json" in given
     ended = watched() if argv is None and is_watched(given) else None
@@ -46,24 +40,28 @@ def main(argv: Sequence[str] | None = None) -> int:
         _write(ended, is_json=is_json)
         return int(ended.exit_code)
     with _output_kept_for_json() if is_json else contextlib.nullcontext():
-        outcome = _outcome(given)
+        outcome = _outcome(given, is_program=argv is None)
     try:
         _write(outcome, is_json=is_json)
         sys.stdout.flush()
-    except BrokenPipeError:  # `nlosim components | head`
+    except OSError:  # `nlosim components | head`, a terminal that is closed, a full disk
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return int(outcome.exit_code)
 
 
-def _outcome(given: Sequence[str]) -> Outcome:
+def _outcome(given: Sequence[str], *, is_program: bool) -> Outcome:
     try:
         arguments = parser().parse_args(given)  # ends the process after the help or the version
     except UsageError as error:
         return failures.usage(error)
     try:
+        if is_program:
+            heard_by_exception()
         outcome: Outcome = _execute(arguments)(arguments)
     except BaseException as error:  # every error becomes a message and an exit code
-        return failures.outcome_of(error)
+        outcome = failures.outcome_of(error)
+    if is_program:
+        heard_no_more()
     return outcome
 
 
