@@ -28,11 +28,13 @@ components:
 """
 MODULE = """\
 import time
+import numpy as np
 from orchestrator.component import Component
+from orchestrator.signal import Causality, Connector
 
 
 class Waiting(Component):
-    connectors = {}
+    connectors = {"y": Connector(causality=Causality.OUTPUT)}
 
     def setup(self, start, rng):
         pass
@@ -41,7 +43,7 @@ class Waiting(Component):
         time.sleep(0.02)
 
     def outputs(self):
-        return {}
+        return {"y": np.array(0.0)}
 """
 
 
@@ -67,6 +69,7 @@ def stopped(
         assert process.stderr is not None
         assert process.stderr.readline() == "begun\n"
         while after is None and not (folder / "run" / "manifest.json").exists():
+            assert process.poll() is None
             time.sleep(0.02)
         time.sleep(after or 0.1)
         os.killpg(process.pid, number)
