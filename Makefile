@@ -18,7 +18,7 @@ EXTRAS_train = train
 # what a new installation is needed for: dependencies, entry points, and what the FMUs are made of
 INSTALLED_FROM := pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py' -o -path 'fmus/messages/bodies.py') orchestrator/plan/engine.c
 
-.PHONY: help demo test docs bench paper paper-relay paper-collision paper-generalisation paper-lasting paper-readings paper-sensitivity train general verify verify-perception net release clean apmm
+.PHONY: help demo test docs bench paper paper-relay paper-collision paper-generalisation paper-lasting paper-readings paper-sensitivity train general verify verify-perception net release clean apmm verify-faults
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -179,6 +179,12 @@ general: .venv-train/installed  ## networks of several encounters, three seeds e
 
 verify: .venv-demo/installed  ## compare the channel with golden data; GOLDEN=DIR also makes docs/validation-channel.md
 	.venv-demo/bin/nlosim verify channel --golden $(or $(GOLDEN),tests/studies/verification/channel/golden) $(if $(GOLDEN),--figures docs/validation)
+
+# CASES=small is one fault of each kind. All of them also make docs/reliability.md, and go on where they were
+# interrupted; remove runs/faults to begin anew.
+verify-faults: .venv-test/installed  ## 200 random faults in random runs, for docs/reliability.md; CASES=small is quick
+	$(if $(filter small,$(CASES)),rm -rf runs/faults-small)
+	.venv-test/bin/python -m tests.faults $(if $(filter small,$(CASES)),--small --out runs/faults-small,--docs)
 
 verify-perception: .venv-test/installed  ## compare blind zones and sharers with geometry; makes docs/validation-perception.md
 	.venv-test/bin/nlosim verify perception --figures docs/validation-perception
