@@ -18,7 +18,7 @@ EXTRAS_train = train
 # what a new installation is needed for: dependencies, entry points, and what the FMUs are made of
 INSTALLED_FROM := pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py' -o -path 'fmus/messages/bodies.py') orchestrator/plan/engine.c
 
-.PHONY: help demo test docs bench paper paper-relay paper-collision paper-generalisation paper-lasting paper-readings paper-sensitivity train general verify verify-perception net release clean apmm verify-faults
+.PHONY: help demo test docs bench paper paper-relay paper-collision paper-generalisation paper-lasting paper-readings paper-sensitivity train general verify verify-perception net release clean apmm verify-faults paper-oracle
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -144,6 +144,18 @@ apmm: .venv-apmm/installed  ## whom to ask: how good the match is in traffic, an
 	.venv-apmm/bin/python -m studies.sharing.moments docs/results --seeds 20
 	$(foreach name,$(SHARING),$(call run_sharing,$(name)))
 	.venv-apmm/bin/python -m studies.sharing docs/apmm-study.md docs/results docs/results/apmm-analysis.md
+
+ORACLE = relay_fair_oracle relay_trajectories
+
+define run_oracle
+.venv-paper/bin/nlosim experiment studies/relay/experiments/$(1).yaml --out runs/$(1) $(if $(wildcard runs/$(1)/experiment.json),--resume)
+
+endef
+
+paper-oracle: .venv-paper/installed  ## how much of the oracle's lead is luck, for the page of the relay study
+	$(foreach name,$(ORACLE),$(call run_oracle,$(name)))
+	.venv-paper/bin/python -m studies.relay.foresight docs/results $(addprefix runs/,$(ORACLE))
+	$(RELAY_PAGE)
 
 # All networks that come with the package, or some: make train NETWORKS='bev_32 blind'. It goes on where it was
 # interrupted; remove runs/train-* to begin anew.
