@@ -17,7 +17,7 @@ EXTRAS_train = train
 # what a new installation is needed for: dependencies, entry points, and what the FMUs are made of
 INSTALLED_FROM := pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py' -o -path 'fmus/messages/bodies.py') orchestrator/plan/engine.c
 
-.PHONY: help demo test docs bench paper paper-relay paper-collision paper-sensitivity train verify verify-perception net release clean
+.PHONY: help demo test docs bench paper paper-relay paper-collision paper-lasting paper-sensitivity train verify verify-perception net release clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -64,6 +64,9 @@ PAPER = runs/paper_relay$(SUFFIX)
 COLLISION_PAGE = .venv-paper/bin/python -m studies.collision docs/collision-study.md docs/results docs/results/collision-analysis.md
 COLLISION = collision_policies collision_constant_per collision_speed collision_memory collision_relay collision_radio collision_load
 
+LASTING_PAGE = .venv-paper/bin/python -m studies.lasting docs/collision-lasting.md docs/results docs/results/lasting-analysis.md
+LASTING = lasting_turning_relay lasting_turning_policies lasting_turning_constant lasting_turning_memory lasting_beside_relay lasting_beside_policies lasting_opposing_relay lasting_opposing_policies
+
 define run_collision
 .venv-paper/bin/nlosim experiment studies/collision/experiments/$(1).yaml --out runs/$(1)$(SUFFIX) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard runs/$(1)$(SUFFIX)/experiment.json),--resume)
 
@@ -93,6 +96,18 @@ else
 	mkdir -p docs/results
 	cp $(foreach name,$(COLLISION),runs/$(name)/report/*) docs/results/
 	$(COLLISION_PAGE)
+endif
+
+paper-lasting: .venv-paper/installed  ## Figures 9 and 10 where the obstruction lasts through the decision, and docs/collision-lasting.md
+	$(foreach name,$(LASTING),$(call run_collision,$(name)))
+ifdef SEEDS
+	mkdir -p runs/lasting$(SUFFIX)
+	cp $(foreach name,$(LASTING),runs/$(name)$(SUFFIX)/report/*) runs/lasting$(SUFFIX)/
+	.venv-paper/bin/python -m studies.lasting runs/lasting$(SUFFIX)/collision-lasting.md runs/lasting$(SUFFIX)
+else
+	mkdir -p docs/results
+	cp $(foreach name,$(LASTING),runs/$(name)/report/*) docs/results/
+	$(LASTING_PAGE)
 endif
 
 paper-sensitivity: .venv-paper/installed  ## what the result of the relay study depends on, for its page
