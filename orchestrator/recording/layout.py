@@ -15,6 +15,7 @@ fixed has one sample, at the first time. Earlier releases wrote every part as `<
 is still read.
 """
 
+import dataclasses
 import enum
 import glob
 import json
@@ -90,6 +91,20 @@ class SignalType:
             fixed=connector.variability is Variability.FIXED,
         )
 
+    @classmethod
+    def read(cls, path: Path, name: str, fields: Any) -> "SignalType":
+        """The type of the signal `name` as the index in `path` has it.
+
+        Raises:
+            RecordingError: no recorder writes that.
+        """
+        names = {field.name for field in dataclasses.fields(cls)}
+        if not isinstance(fields, dict) or fields.keys() != names:
+            raise RecordingError(f"`{path}` is damaged: what it says of `{name}` is no type")
+        if fields["layout"] not in {layout.value for layout in Layout}:
+            raise RecordingError(f"`{path}` is damaged: `{name}` has a layout that does not exist")
+        return cls(**fields)
+
 
 @dataclass(frozen=True, slots=True)
 class Files:
@@ -159,6 +174,22 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
     draft = path.with_name(f"{path.name}.draft")
     draft.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
     draft.replace(path)
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """What `write_json` wrote.
+
+    Raises:
+        FileNotFoundError: there is no such file.
+        RecordingError: it is damaged.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise RecordingError(f"`{path}` is damaged: {error}") from None
+    if not isinstance(content, dict):
+        raise RecordingError(f"`{path}` is damaged: it should be an object of JSON")
+    return content
 
 
 def write_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
