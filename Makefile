@@ -66,6 +66,8 @@ PAPER = runs/paper_relay$(SUFFIX)
 COLLISION_PAGE = .venv-paper/bin/python -m studies.collision docs/collision-study.md docs/results docs/results/collision-analysis.md
 COLLISION = collision_policies collision_constant_per collision_speed collision_memory collision_relay collision_radio collision_load
 
+LASTING_PAGE = .venv-paper/bin/python -m studies.lasting docs/collision-lasting.md docs/results docs/results/lasting-analysis.md
+LASTING = lasting_turning_relay lasting_turning_policies lasting_turning_constant lasting_turning_memory lasting_beside_relay lasting_beside_policies lasting_opposing_relay lasting_opposing_policies
 READINGS_PAGE = .venv-paper/bin/python -m studies.relay.readings_page docs/relay-readings.md docs/results docs/results/relay-readings-analysis.md
 READINGS = relay_readings relay_scenes relay_map_budget relay_map_load
 
@@ -98,6 +100,18 @@ else
 	mkdir -p docs/results
 	cp $(foreach name,$(COLLISION),runs/$(name)/report/*) docs/results/
 	$(COLLISION_PAGE)
+endif
+
+paper-lasting: .venv-paper/installed  ## Figures 9 and 10 where the obstruction lasts through the decision, and docs/collision-lasting.md
+	$(foreach name,$(LASTING),$(call run_study,collision,$(name)))
+ifdef SEEDS
+	mkdir -p runs/lasting$(SUFFIX)
+	cp $(foreach name,$(LASTING),runs/$(name)$(SUFFIX)/report/*) runs/lasting$(SUFFIX)/
+	.venv-paper/bin/python -m studies.lasting runs/lasting$(SUFFIX)/collision-lasting.md runs/lasting$(SUFFIX)
+else
+	mkdir -p docs/results
+	cp $(foreach name,$(LASTING),runs/$(name)/report/*) docs/results/
+	$(LASTING_PAGE)
 endif
 
 paper-readings: .venv-paper/installed  ## Table II under other readings, where MoHeD is better, and docs/relay-readings.md
