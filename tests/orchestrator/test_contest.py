@@ -72,7 +72,7 @@ def test_of_equals_the_first_wins() -> None:
 
 
 def test_what_is_to_beat_is_the_worst_that_would_go_on() -> None:
-    """Of twelve the best three go on, so the third best counts; then the best, less what one has."""
+    """Of twelve three go on, so the third best counts; then the best, less what one has."""
     scores = [5.0, 2.0, 4.0, 3.0, 6.0, *[1.0] * 7]
     _, trials = held(lambda a, d: scores[a], 12, 2)
     assert [trial.to_beat for trial in trials[:6]] == [None, None, None, 2.0, 3.0, 4.0]
