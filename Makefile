@@ -7,17 +7,18 @@ PYTHON ?= python3
 # every environment .venv-NAME: this package, editable, with the extras EXTRAS_NAME
 EXTRAS_demo =
 EXTRAS_test = dev
-EXTRAS_bench = bench
+EXTRAS_bench = bench,peers
 EXTRAS_docs = docs
 EXTRAS_net = net
 EXTRAS_paper = experiment,cpm
+EXTRAS_apmm = experiment,verify
 EXTRAS_release = release
 EXTRAS_train = train
 
 # what a new installation is needed for: dependencies, entry points, and what the FMUs are made of
 INSTALLED_FROM := pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py' -o -path 'fmus/messages/bodies.py') orchestrator/plan/engine.c
 
-.PHONY: help demo test docs bench paper paper-relay paper-collision paper-generalisation paper-sensitivity train general verify verify-perception net release clean
+.PHONY: help demo test docs bench paper paper-relay paper-collision paper-generalisation paper-lasting paper-readings paper-sensitivity train general verify verify-perception net release clean apmm verify-faults paper-oracle
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -54,6 +55,7 @@ bench: .venv-bench/installed  ## measure, and make docs/benchmarks.md; keep the 
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/nlosim bench egos --json > docs/results/bench-egos.json
 	OPENBLAS_NUM_THREADS=1 .venv-bench/bin/nlosim bench importer --json > docs/results/bench-importer.json
 	.venv-bench/bin/nlosim bench scene --json > docs/results/bench-scene.json
+	.venv-bench/bin/nlosim bench distributed --repeat 3 --json > docs/results/bench-distributed.json
 	.venv-bench/bin/python -m benchmarks.page docs/benchmarks.md docs/results/bench-*.json
 
 # SEEDS=1..5 is a quick look in directories of its own, without docs; without SEEDS it is the study.
@@ -64,8 +66,13 @@ PAPER = runs/paper_relay$(SUFFIX)
 COLLISION_PAGE = .venv-paper/bin/python -m studies.collision docs/collision-study.md docs/results docs/results/collision-analysis.md
 COLLISION = collision_policies collision_constant_per collision_speed collision_memory collision_relay collision_radio collision_load
 
-define run_collision
-.venv-paper/bin/nlosim experiment studies/collision/experiments/$(1).yaml --out runs/$(1)$(SUFFIX) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard runs/$(1)$(SUFFIX)/experiment.json),--resume)
+LASTING_PAGE = .venv-paper/bin/python -m studies.lasting docs/collision-lasting.md docs/results docs/results/lasting-analysis.md
+LASTING = lasting_turning_relay lasting_turning_policies lasting_turning_constant lasting_turning_memory lasting_beside_relay lasting_beside_policies lasting_opposing_relay lasting_opposing_policies
+READINGS_PAGE = .venv-paper/bin/python -m studies.relay.readings_page docs/relay-readings.md docs/results docs/results/relay-readings-analysis.md
+READINGS = relay_readings relay_scenes relay_map_budget relay_map_load
+
+define run_study
+.venv-paper/bin/nlosim experiment studies/$(1)/experiments/$(2).yaml --out runs/$(2)$(SUFFIX) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard runs/$(2)$(SUFFIX)/experiment.json),--resume)
 
 endef
 
@@ -84,7 +91,7 @@ else
 endif
 
 paper-collision: .venv-paper/installed  ## Figures 9 and 10 of the paper, and docs/collision-study.md
-	$(foreach name,$(COLLISION),$(call run_collision,$(name)))
+	$(foreach name,$(COLLISION),$(call run_study,collision,$(name)))
 ifdef SEEDS
 	mkdir -p runs/collision$(SUFFIX)
 	cp $(foreach name,$(COLLISION),runs/$(name)$(SUFFIX)/report/*) runs/collision$(SUFFIX)/
@@ -93,6 +100,30 @@ else
 	mkdir -p docs/results
 	cp $(foreach name,$(COLLISION),runs/$(name)/report/*) docs/results/
 	$(COLLISION_PAGE)
+endif
+
+paper-lasting: .venv-paper/installed  ## Figures 9 and 10 where the obstruction lasts through the decision, and docs/collision-lasting.md
+	$(foreach name,$(LASTING),$(call run_study,collision,$(name)))
+ifdef SEEDS
+	mkdir -p runs/lasting$(SUFFIX)
+	cp $(foreach name,$(LASTING),runs/$(name)$(SUFFIX)/report/*) runs/lasting$(SUFFIX)/
+	.venv-paper/bin/python -m studies.lasting runs/lasting$(SUFFIX)/collision-lasting.md runs/lasting$(SUFFIX)
+else
+	mkdir -p docs/results
+	cp $(foreach name,$(LASTING),runs/$(name)/report/*) docs/results/
+	$(LASTING_PAGE)
+endif
+
+paper-readings: .venv-paper/installed  ## Table II under other readings, where MoHeD is better, and docs/relay-readings.md
+	$(foreach name,$(READINGS),$(call run_study,relay,$(name)))
+ifdef SEEDS
+	mkdir -p runs/readings$(SUFFIX)
+	cp docs/results/relay_runs.csv $(foreach name,$(READINGS),runs/$(name)$(SUFFIX)/report/*) runs/readings$(SUFFIX)/
+	.venv-paper/bin/python -m studies.relay.readings_page runs/readings$(SUFFIX)/relay-readings.md runs/readings$(SUFFIX)
+else
+	mkdir -p docs/results
+	cp $(foreach name,$(READINGS),runs/$(name)/report/*) docs/results/
+	$(READINGS_PAGE)
 endif
 
 paper-sensitivity: .venv-paper/installed  ## what the result of the relay study depends on, for its page
@@ -113,6 +144,32 @@ else
 	cp $(foreach name,$(GENERALISATION),runs/$(name)/report/*) docs/results/
 	.venv-paper/bin/python -m studies.generalisation docs/generalisation-study.md docs/results docs/results/generalisation-analysis.md
 endif
+
+SHARING = sharing_methods sharing_load sharing_errors sharing_egos
+
+define run_sharing
+.venv-apmm/bin/nlosim experiment studies/sharing/experiments/$(1).yaml --out runs/$(1) $(if $(wildcard runs/$(1)/experiment.json),--resume)
+cp runs/$(1)/report/* docs/results/
+
+endef
+
+apmm: .venv-apmm/installed  ## whom to ask: how good the match is in traffic, and docs/apmm-study.md
+	mkdir -p docs/results
+	.venv-apmm/bin/python -m studies.sharing.moments docs/results --seeds 20
+	$(foreach name,$(SHARING),$(call run_sharing,$(name)))
+	.venv-apmm/bin/python -m studies.sharing docs/apmm-study.md docs/results docs/results/apmm-analysis.md
+
+ORACLE = relay_fair_oracle relay_trajectories
+
+define run_oracle
+.venv-paper/bin/nlosim experiment studies/relay/experiments/$(1).yaml --out runs/$(1) $(if $(wildcard runs/$(1)/experiment.json),--resume)
+
+endef
+
+paper-oracle: .venv-paper/installed  ## how much of the oracle's lead is luck, for the page of the relay study
+	$(foreach name,$(ORACLE),$(call run_oracle,$(name)))
+	.venv-paper/bin/python -m studies.relay.foresight docs/results $(addprefix runs/,$(ORACLE))
+	$(RELAY_PAGE)
 
 # All networks that come with the package, or some: make train NETWORKS='bev_32 blind'. It goes on where it was
 # interrupted; remove runs/train-* to begin anew.
@@ -148,6 +205,12 @@ general: .venv-train/installed  ## networks of several encounters, three seeds e
 
 verify: .venv-demo/installed  ## compare the channel with golden data; GOLDEN=DIR also makes docs/validation-channel.md
 	.venv-demo/bin/nlosim verify channel --golden $(or $(GOLDEN),tests/studies/verification/channel/golden) $(if $(GOLDEN),--figures docs/validation)
+
+# CASES=small is one fault of each kind. All of them also make docs/reliability.md, and go on where they were
+# interrupted; remove runs/faults to begin anew.
+verify-faults: .venv-test/installed  ## 200 random faults in random runs, for docs/reliability.md; CASES=small is quick
+	$(if $(filter small,$(CASES)),rm -rf runs/faults-small)
+	.venv-test/bin/python -m tests.faults $(if $(filter small,$(CASES)),--small --out runs/faults-small,--docs)
 
 verify-perception: .venv-test/installed  ## compare blind zones and sharers with geometry; makes docs/validation-perception.md
 	.venv-test/bin/nlosim verify perception --figures docs/validation-perception

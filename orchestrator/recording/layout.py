@@ -15,15 +15,20 @@ fixed has one sample, at the first time. Earlier releases wrote every part as `<
 is still read.
 """
 
+import dataclasses
 import enum
+import errno
 import glob
 import json
+import os
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote
 
+from orchestrator.disk import naming
 from orchestrator.errors import CosimError
 from orchestrator.signal import Connector, Variability
 
@@ -32,6 +37,10 @@ MANIFEST: Final = "manifest.json"
 
 SUFFIX: Final = ".zst"
 """How the name of a file of blocks ends."""
+
+
+_ROOM: Final = 2000
+"""Blanks behind the first manifest of a run [byte]."""
 
 
 class RecordingError(CosimError):
@@ -89,6 +98,20 @@ class SignalType:
             unit=connector.unit,
             fixed=connector.variability is Variability.FIXED,
         )
+
+    @classmethod
+    def read(cls, path: Path, name: str, fields: Any) -> "SignalType":
+        """The type of the signal `name` as the index in `path` has it.
+
+        Raises:
+            RecordingError: no recorder writes that.
+        """
+        names = {field.name for field in dataclasses.fields(cls)}
+        if not isinstance(fields, dict) or fields.keys() != names:
+            raise RecordingError(f"`{path}` is damaged: what it says of `{name}` is no type")
+        if fields["layout"] not in {layout.value for layout in Layout}:
+            raise RecordingError(f"`{path}` is damaged: `{name}` has a layout that does not exist")
+        return cls(**fields)
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,13 +180,58 @@ def tails_of(part: Path) -> dict[int, Path]:
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
     """Write `content` so that a reader finds the old file or the new one, never a part."""
     draft = path.with_name(f"{path.name}.draft")
-    draft.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    draft.replace(path)
+    text = json.dumps(content, indent=2, allow_nan=False) + "\n"
+    try:
+        with naming(path):
+            draft.write_text(text, encoding="utf-8")
+            draft.replace(path)
+    except OSError:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+        raise
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """What `write_json` wrote.
+
+    Raises:
+        FileNotFoundError: there is no such file.
+        RecordingError: it is damaged.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise RecordingError(f"`{path}` is damaged: {error}") from None
+    if not isinstance(content, dict):
+        raise RecordingError(f"`{path}` is damaged: it should be an object of JSON")
+    return content
 
 
 def write_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
     """Write the manifest of the run in `directory`, in one piece."""
     write_json(directory / MANIFEST, manifest)
+
+
+def write_first_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
+    """Write the manifest of a run that begins, with blank room for how it ends."""
+    path = directory / MANIFEST
+    with naming(path):
+        path.write_text(json.dumps(manifest, indent=2) + "\n" + " " * _ROOM + "\n", "utf-8")
+
+
+def rewrite_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
+    """Write how a run ended into the room that its first manifest left, on a disk that is full.
+
+    Raises:
+        OSError: there is no manifest, or not room enough.
+    """
+    path = directory / MANIFEST
+    text = json.dumps(manifest, indent=2).encode()
+    with naming(path), path.open("r+b") as file:
+        missing = path.stat().st_size - len(text)
+        if missing < 0:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        file.write(text + b" " * missing)
 
 
 def _stem(connector: str) -> str:
