@@ -17,6 +17,7 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 import zstandard
 
+from orchestrator.disk import naming
 from orchestrator.recording.columns import Columns, Form, compress, join
 from orchestrator.recording.growing import write_all
 from orchestrator.recording.layout import RecordingError
@@ -98,7 +99,8 @@ class BlockFile:
         self._is_torn = False  # whether something stands behind `size`
         descr = np.lib.format.dtype_to_descr(dtype)
         opening = _note({"nlosim": VERSION, "descr": descr, "shape": list(row_shape)})
-        path.write_bytes(opening)
+        with naming(path):
+            path.write_bytes(opening)
         self.size = len(opening)
 
     @property
@@ -139,7 +141,7 @@ class BlockFile:
         self._write(_note({"end": self._rows}))
 
     def _write(self, data: bytes) -> None:
-        with self._path.open("r+b", buffering=0) as file:
+        with naming(self._path), self._path.open("r+b", buffering=0) as file:
             if self._is_torn:  # an earlier attempt failed halfway
                 file.truncate(self.size)
             self._is_torn = True

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from orchestrator.disk import naming
+
 
 class GrowingArray:
     """Appends rows to a `.npy` file.
@@ -29,7 +31,8 @@ class GrowingArray:
     def append(self, rows: bytes | memoryview, count: int) -> None:
         """Write `count` rows, given in C order."""
         header = self._header(self._written + count)
-        with self._path.open("r+b" if self._written else "w+b", buffering=0) as file:
+        file = self._path.open("r+b" if self._written else "w+b", buffering=0)
+        with naming(self._path), file:
             if not self._written:
                 write_all(file, self._header(0))
             # not the end of the file: an earlier attempt may have failed halfway
