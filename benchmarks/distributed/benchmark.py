@@ -42,7 +42,7 @@ OURS: Final = {
     "local": ("helics", "mosaik", "zeromq", "pipe"),
     "zenoh": ("zeromq", "bare-zenoh", "helics"),
 }
-"""With whom each of our transports is compared."""
+"""The peers with which each of our transports is compared."""
 
 TARGET_MS: Final = 0.4
 """What is aimed at for a step of five over `local`, in parallel, up to 100 KB [ms]."""
