@@ -29,6 +29,7 @@ from typing import Any, Final, TypeVar
 
 from typing_extensions import override
 
+from orchestrator.disk import naming
 from orchestrator.timebase import Time, seconds
 
 if sys.platform != "win32":
@@ -155,13 +156,26 @@ class LastCallFile(LastCall):
         self._descriptor = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
         if sys.platform != "win32":
             fcntl.flock(self._descriptor, fcntl.LOCK_EX)
-        os.ftruncate(self._descriptor, room)
+        try:
+            with naming(self._path):
+                _reserve(self._descriptor, room)
+        except OSError:
+            self.remove()
+            raise
         super().__init__(mmap.mmap(self._descriptor, room))
 
     def remove(self) -> None:
         """The run came to its end; further notes go nowhere."""
         self._path.unlink(missing_ok=True)
         os.close(self._descriptor)
+
+
+def _reserve(descriptor: int, size: int) -> None:
+    """Give a file its size; where the disk is full, now and not when its memory is written to."""
+    if sys.platform == "linux":
+        os.posix_fallocate(descriptor, 0, size)
+    else:
+        os.ftruncate(descriptor, size)
 
 
 @contextmanager

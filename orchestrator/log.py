@@ -3,7 +3,7 @@
 import logging
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
@@ -30,6 +30,14 @@ class _Brief(logging.Formatter):
         return f"{record.levelname.lower()}: {record.getMessage()}"
 
 
+class _File(logging.FileHandler):
+    """A disk that is full is reported by whoever needs it; the log then ends early."""
+
+    @override
+    def handleError(self, record: logging.LogRecord) -> None:
+        pass
+
+
 @contextmanager
 def run_log(directory: Path, *, echo: bool) -> Iterator[None]:
     """Write what is logged to `directory`/log.txt, and Python's warnings, too.
@@ -38,7 +46,7 @@ def run_log(directory: Path, *, echo: bool) -> Iterator[None]:
         directory: the run directory; it exists.
         echo: whether warnings and errors appear on standard error as well.
     """
-    file = logging.FileHandler(directory / LOG, encoding="utf-8")
+    file = _File(directory / LOG, encoding="utf-8")
     file.setFormatter(_Formatter())
     handlers: list[logging.Handler] = [file]
     if echo:
@@ -59,4 +67,5 @@ def run_log(directory: Path, *, echo: bool) -> Iterator[None]:
         root.setLevel(level)
         for handler in handlers:
             root.removeHandler(handler)
-            handler.close()
+            with suppress(OSError):
+                handler.close()

@@ -1,6 +1,7 @@
 """One host as the orchestrator sees it: its process, its keys, and what is new about both."""
 
 import enum
+import logging
 from collections.abc import Mapping
 from queue import Empty, SimpleQueue
 from time import monotonic, sleep
@@ -16,8 +17,10 @@ from orchestrator.errors import ComponentError
 from orchestrator.remote.process import HostProcess
 from orchestrator.remote.transport import LinkLostError, ProcessLink
 
-_EXIT_AFTER_DISCONNECT: Final = 0.5
-"""How long to wait for a better reason than a lost connection [s]."""
+_SUSPICIOUS: Final = 0.5
+"""How long a connection is lost before that is worth a word: a process that died says so [s]."""
+
+_log = logging.getLogger(__name__)
 
 
 class _News(enum.Enum):
@@ -33,6 +36,10 @@ _Event: TypeAlias = tuple[_News, bytes]
 class ZenohLink(ProcessLink):
     """The link to one host. Declares its keys and spawns its process; does not wait for it.
 
+    A lost connection is no end: host or orchestrator may have been stopped for a while, or the
+    network. When the host is there again, it is told the last command once more, which does no
+    harm if it has carried it out.
+
     Args:
         session: the orchestrator's.
         keys: of this component in this run.
@@ -46,6 +53,10 @@ class ZenohLink(ProcessLink):
         self._component = component
         self._news: SimpleQueue[_Event] = SimpleQueue()
         self._obituary = ""
+        self._message = b""
+        self._is_unsaid = False
+        self._lost_at: float | None = None
+        self._is_told = False
         # Direct callbacks run in Zenoh's own thread, so they only pass things on; the default
         # ones start a Python thread each, which costs more than the step of a small component.
         self._replies = session.declare_subscriber(
@@ -71,13 +82,14 @@ class ZenohLink(ProcessLink):
             ComponentError: the process ended, or is not there in time.
         """
         try:
-            event, _ = self._next(deadline - monotonic())
+            while self._next(deadline - monotonic())[0] is not _News.CONNECTED:
+                pass
         except TimeoutError:
             raise self._not_ready() from None
         except LinkLostError as error:
             raise ComponentError(self._component, None, str(error)) from None
         # declarations travel by themselves: a command sent too early would vanish silently
-        while event is _News.CONNECTED and not is_matched(self._commands):
+        while not is_matched(self._commands):
             if monotonic() > deadline:
                 raise self._not_ready()
             sleep(0.001)
@@ -86,6 +98,7 @@ class ZenohLink(ProcessLink):
     def send(self, message: bytes) -> None:
         if self._obituary:
             raise LinkLostError(self._obituary)
+        self._message, self._is_unsaid = message, False
         self._commands.put(message)
 
     @override
@@ -95,6 +108,11 @@ class ZenohLink(ProcessLink):
             event, payload = self._next(deadline - monotonic())
             if event is _News.REPLY:
                 return payload
+
+    @property
+    @override
+    def condition(self) -> str:
+        return "" if self._lost_at is None else "the connection to its process is lost"
 
     @override
     def abandon(self) -> None:
@@ -108,19 +126,43 @@ class ZenohLink(ProcessLink):
 
     def _next(self, timeout: float) -> _Event:
         """The next event but the end of the host, which raises `LinkLostError`."""
+        self._repeat()
         try:
             event, payload = self._news.get(timeout=max(0.0, timeout))
         except Empty:
+            self._tell()
             raise TimeoutError from None
         if event is _News.EXITED:
             self._obituary = self._process.obituary()
         elif event is _News.DISCONNECTED:
-            has_ended = self._process.wait(_EXIT_AFTER_DISCONNECT)
-            frozen = "lost the connection to its process, which is frozen or closed it"
-            self._obituary = self._process.obituary() if has_ended else frozen
+            self._lost_at, self._is_told = monotonic(), False
+        elif event is _News.CONNECTED:
+            self._return()
         if self._obituary:
             raise LinkLostError(self._obituary)
         return event, payload
+
+    def _return(self) -> None:
+        """The host is there; if it was not for a while, what was said meanwhile is lost."""
+        if self._lost_at is not None:
+            self._is_unsaid = bool(self._message)
+            if self._is_told:
+                _log.warning("`%s`: its process is there again", self._component)
+            self._lost_at = None
+
+    def _repeat(self) -> None:
+        """Say the last command once more, as soon as somebody hears it."""
+        if self._is_unsaid and is_matched(self._commands):
+            self._is_unsaid = False
+            self._commands.put(self._message)
+
+    def _tell(self) -> None:
+        """Log, once, that nothing was heard for a while."""
+        lost_at = self._lost_at
+        if lost_at is not None and not self._is_told and monotonic() - lost_at > _SUSPICIOUS:
+            self._is_told = True
+            waiting = "lost the connection to its process; it is waited for until its deadline"
+            _log.warning("`%s`: %s", self._component, waiting)
 
     def _not_ready(self) -> ComponentError:
         said = self._process.last_words()

@@ -7,18 +7,17 @@ from typing import Any, Final
 
 import zenoh
 
-_LEASE_MS: Final = 1000
-"""A peer that was silent for so long is gone; only frozen machines need it."""
+LEASE: Final = 5.0
+"""The connection to a peer that was silent for so long is given up and made again [s]."""
 
 _WAIT_BEFORE_CLOSE_US: Final = 600_000_000
 """How long a blocking `put` waits for a peer that does not read before its link is closed. The
-deadline of a step and the lease come first; Zenoh's own 5 s would lose messages silently."""
+lease comes first; Zenoh's own 5 s would lose messages silently."""
 
 COMMON: Final[Mapping[str, Any]] = {
     # nobody is looked for, and nobody finds us: the address is handed over
     "scouting/multicast/enabled": False,
     "scouting/gossip/enabled": False,
-    "transport/link/tx/lease": _LEASE_MS,
     "transport/link/tx/queue/size/data": 16,
     "transport/link/tx/queue/congestion_control/block/wait_before_close": _WAIT_BEFORE_CLOSE_US,
     "transport/link/rx/buffer_size": 1 << 22,

@@ -13,7 +13,7 @@ import zenoh
 from typing_extensions import override
 
 from adapters.zenoh.link import ZenohLink
-from adapters.zenoh.session import Keys, close_session, open_session
+from adapters.zenoh.session import LEASE, Keys, close_session, open_session
 from orchestrator.remote.transport import Link, Transport, dismiss
 
 _USER: Final = "host"
@@ -24,15 +24,19 @@ class ZenohTransport(Transport):
     """Spawns one process per component on this machine and talks to them over Zenoh.
 
     The hosts connect to the orchestrator's session on the loopback interface, with a password
-    that exists for this run only. A death is noticed by the operating system (the process ended)
-    or by Zenoh (the connection ended), whichever is first.
+    that exists for this run only. A death is noticed by the operating system (the
+    process ended). A connection that ends while the process lives is made again.
+
+    Args:
+        lease: how long either end may be silent before the connection counts as lost [s].
 
     Attributes:
         endpoint: where the orchestrator's session listens, e.g. `tcp/127.0.0.1:41234`.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, lease: float = LEASE) -> None:
         self.endpoint = ""
+        self._lease = lease
         self._links: dict[str, ZenohLink] = {}
         self._session: zenoh.Session | None = None
 
@@ -50,6 +54,7 @@ class ZenohTransport(Transport):
                 "component": name,
                 "user": _USER,
                 "password": password,
+                "lease": self._lease,
             }
             self._links[name] = ZenohLink(session, Keys(run, name), name, options)
         for link in self._links.values():
@@ -78,6 +83,7 @@ class ZenohTransport(Transport):
                 settings = {
                     "mode": "peer",
                     "listen/endpoints": [self.endpoint],
+                    "transport/link/tx/lease": int(1000 * self._lease),
                     "transport/auth/usrpwd/dictionary_file": str(users),
                 }
                 try:

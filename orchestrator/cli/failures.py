@@ -51,10 +51,18 @@ def outcome_of(error: BaseException, directory: Path | None = None) -> Outcome:
             text = f"there is not enough memory for this{recorded}"
             return failure("memory", Exit.WRONG_INPUT, text, **where)
         case CosimError() | OSError():  # a full disk or a wrong path is no bug of ours
-            return failure("input", Exit.WRONG_INPUT, str(error), **where)
+            text = f"error: {_said(error)}{recorded}"
+            return failure("input", Exit.WRONG_INPUT, _said(error), text=text, **where)
         case _:
             kind = type(error).__name__
             return bug(f"internal error: {kind}: {error}", error, directory)
+
+
+def _said(error: Exception) -> str:
+    """What it says; of a file, its path and what is wrong with it."""
+    if isinstance(error, OSError) and error.filename is not None and error.strerror is not None:
+        return f"`{error.filename}`: {error.strerror}"
+    return str(error)
 
 
 def _problems(error: ScenarioError) -> Outcome:

@@ -4,21 +4,18 @@ import math
 import signal
 import sys
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from time import monotonic
 from types import FrameType
-from typing import Final
 
 from typing_extensions import override
 
+from orchestrator.cli.requests import SAME_REQUEST, requests
 from orchestrator.cli.watch import WATCH
 from orchestrator.observer import Observer, SimulationResult
 from orchestrator.signal import Signals
 from orchestrator.system import System
 from orchestrator.timebase import Time
-
-_SAME_REQUEST: Final = 0.1
-"""Requests that follow each other faster than this are one [s]."""
 
 
 class StopOnRequest(Observer):
@@ -60,12 +57,13 @@ class StopOnRequest(Observer):
         """
         del number, frame
         before, self._heard_at = self._heard_at, monotonic()
-        if self._heard_at - before < _SAME_REQUEST:
+        if self._heard_at - before < SAME_REQUEST:
             return
         is_first, self._requested = not self._requested, True
         if not (is_first and self._is_running):
             raise KeyboardInterrupt
-        sys.stderr.write("\nstopping at the next communication point; again to stop at once\n")
+        with suppress(OSError):  # the terminal may be gone
+            sys.stderr.write("\nstopping at the next communication point; again to stop at once\n")
 
     def check(self) -> None:
         """Raise `KeyboardInterrupt` if there was a request.
@@ -79,10 +77,9 @@ class StopOnRequest(Observer):
 
 @contextmanager
 def stopping() -> Iterator[StopOnRequest]:
-    """While the block runs, Ctrl-C and SIGTERM are requests to stop."""
+    """While the block runs, Ctrl-C, SIGTERM and SIGHUP are requests to stop."""
     observer = StopOnRequest()
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = {number: signal.signal(number, observer.request) for number in numbers}
+    before = {number: signal.signal(number, observer.request) for number in requests()}
     try:
         yield observer
     finally:

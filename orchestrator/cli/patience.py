@@ -6,17 +6,16 @@ them waiting. Whoever waits for the run's process tells the user, and ends it at
 
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from time import monotonic
 from typing import Final
 
+from orchestrator.cli.requests import SAME_REQUEST
 from orchestrator.last_call import CutOff, called
 
 _LONGEST: Final = 2.0
 """How long a call may go on after a request [s]."""
-
-_SAME_REQUEST: Final = 0.1
-"""Requests that follow each other faster than this are one [s]."""
 
 
 class Patience:
@@ -35,7 +34,7 @@ class Patience:
     def ask(self) -> None:
         """Note that the run is asked to stop."""
         now = monotonic()
-        if not self._asked or now - self._asked[-1] >= _SAME_REQUEST:
+        if not self._asked or now - self._asked[-1] >= SAME_REQUEST:
             self._asked.append(now)
             self._call = self._called()
 
@@ -53,7 +52,10 @@ class Patience:
             self.is_over = True
         else:
             self._call = None  # the next request asks again
-            sys.stderr.write(f"\nwaiting: {now} and has not come back; again to end the process\n")
+            with suppress(OSError):  # the terminal may be gone
+                sys.stderr.write(
+                    f"\nwaiting: {now} and has not come back; again to end the process\n"
+                )
 
     def _called(self) -> CutOff | None:
         directory = self._directory()

@@ -26,9 +26,10 @@ def execute(arguments: Namespace) -> Outcome:
     overrides = list(arguments.overrides)
     if arguments.seed is not None:
         overrides.append(f"seed={arguments.seed}")
-    scenario = load_scenario(scenario_path(arguments.scenario), overrides)
     meter = NoProgress() if arguments.quiet else progress_meter()
     with stopping() as stop:
+        scenario = load_scenario(scenario_path(arguments.scenario), overrides)
+        stop.check()
         try:
             outcome = run_scenario(
                 scenario,
@@ -50,8 +51,8 @@ def execute(arguments: Namespace) -> Outcome:
 
 
 def _report_failed(error: ReportFailedError) -> Outcome:
-    """A report that says why it cannot be made is in its right; anything else is a bug."""
-    if isinstance(error.__cause__, CosimError | ValueError):
+    """A report that says why it cannot be made is in its right, and a disk may be full."""
+    if isinstance(error.__cause__, CosimError | ValueError | OSError):
         out = str(error.directory)
         text = f"error: {error}\nrecorded in: {out}"
         return failure("report", Exit.WRONG_INPUT, str(error), text=text, out=out)

@@ -6,7 +6,6 @@ nothing but wait for its end. What the copy cannot say itself, killed by a signa
 Linux only; elsewhere `nlosim report` says it.
 """
 
-import ctypes
 import faulthandler
 import os
 import signal
@@ -18,16 +17,15 @@ from typing import Final
 
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.cli.patience import Patience
+from orchestrator.cli.requests import heard_no_more, requests
 from orchestrator.last_call import FILE
 from orchestrator.log import LOG
 from orchestrator.process_end import ended
+from orchestrator.reaping import adopt, die_with, end_children
 from orchestrator.scratch import sweep
 
 _WATCHED: Final = (["run"], ["fmu", "run"], ["fmu", "compare"])
 """Commands that call components in their process."""
-
-_KILL_WITH_PARENT: Final = 1  # PR_SET_PDEATHSIG
-_REQUESTS: Final = (signal.SIGINT, signal.SIGTERM)
 
 
 class Watch:
@@ -72,9 +70,10 @@ def watched() -> Outcome | int | None:
         of the copy, or what there is to say if a run in it was cut off.
     """
     reading, writing = os.pipe()
-    waiting = {signal.SIGCHLD, *_REQUESTS}
+    waiting = {signal.SIGCHLD, *requests()}
     before = signal.pthread_sigmask(signal.SIG_BLOCK, waiting)
     here = os.getpid()
+    adopt()
     try:
         copy = os.fork()
     except OSError:
@@ -82,9 +81,7 @@ def watched() -> Outcome | int | None:
         return None
     if copy == 0:
         os.close(reading)
-        ctypes.CDLL(None).prctl(_KILL_WITH_PARENT, signal.SIGKILL)
-        if os.getppid() != here:
-            os._exit(1)
+        die_with(here)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         WATCH.told_by(writing)
         return None
@@ -92,9 +89,12 @@ def watched() -> Outcome | int | None:
     told = _Told(reading)
     patience = Patience(told.directory)
     status = _status_of(copy, waiting, patience)
+    heard_no_more()  # the copy has said all there is to say
     signal.pthread_sigmask(signal.SIG_SETMASK, before)
     directory = told.directory()
     os.close(reading)
+    if os.WIFSIGNALED(status):
+        end_children()  # of components in that process; hosts see to theirs
     crash = None if directory is None else _crash(directory, status, is_hang=patience.is_over)
     if crash is not None:
         return crash

@@ -17,11 +17,14 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 import zstandard
 
+from orchestrator.disk import naming
 from orchestrator.recording.columns import Columns, Form, compress, join
+from orchestrator.recording.growing import write_all
 from orchestrator.recording.layout import RecordingError
 
 VERSION: Final = 1
 _MAGIC: Final = struct.pack("<I", 0x184D2A50)
+_JSON: Final = json.JSONEncoder(separators=(",", ":")).encode
 _HEAD: Final = struct.Struct("<4sII")  # magic, bytes that follow, CRC-32 of the JSON
 
 
@@ -85,7 +88,7 @@ class BlockFile:
         size: of the file so far [byte].
     """
 
-    __slots__ = ("_columns", "_path", "_rows", "size")
+    __slots__ = ("_columns", "_is_torn", "_path", "_rows", "size")
 
     def __init__(
         self, path: Path, dtype: "np.dtype[Any]", row_shape: tuple[int, ...], form: Form | None
@@ -93,9 +96,11 @@ class BlockFile:
         self._path = path
         self._columns = Columns(form)
         self._rows = 0
+        self._is_torn = False  # whether something stands behind `size`
         descr = np.lib.format.dtype_to_descr(dtype)
         opening = _note({"nlosim": VERSION, "descr": descr, "shape": list(row_shape)})
-        path.write_bytes(opening)
+        with naming(path):
+            path.write_bytes(opening)
         self.size = len(opening)
 
     @property
@@ -136,10 +141,13 @@ class BlockFile:
         self._write(_note({"end": self._rows}))
 
     def _write(self, data: bytes) -> None:
-        with self._path.open("r+b") as file:
-            file.seek(self.size)  # not the end: an earlier attempt may have failed halfway
-            file.write(data)
-            file.truncate()
+        with naming(self._path), self._path.open("r+b", buffering=0) as file:
+            if self._is_torn:  # an earlier attempt failed halfway
+                file.truncate(self.size)
+            self._is_torn = True
+            file.seek(self.size)
+            write_all(file, data)
+        self._is_torn = False
         self.size += len(data)
 
 
@@ -238,7 +246,7 @@ def _damaged(path: Path, block: Block, at: int, error: object) -> str:
 
 
 def _note(content: Mapping[str, Any]) -> bytes:
-    text = json.dumps(content, separators=(",", ":")).encode()
+    text = _JSON(content).encode()
     return _HEAD.pack(_MAGIC, len(text) + 4, zlib.crc32(text)) + text
 
 

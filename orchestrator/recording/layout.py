@@ -17,14 +17,18 @@ is still read.
 
 import dataclasses
 import enum
+import errno
 import glob
 import json
+import os
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote
 
+from orchestrator.disk import naming
 from orchestrator.errors import CosimError
 from orchestrator.signal import Connector, Variability
 
@@ -33,6 +37,10 @@ MANIFEST: Final = "manifest.json"
 
 SUFFIX: Final = ".zst"
 """How the name of a file of blocks ends."""
+
+
+_ROOM: Final = 2000
+"""Blanks behind the first manifest of a run [byte]."""
 
 
 class RecordingError(CosimError):
@@ -172,8 +180,15 @@ def tails_of(part: Path) -> dict[int, Path]:
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
     """Write `content` so that a reader finds the old file or the new one, never a part."""
     draft = path.with_name(f"{path.name}.draft")
-    draft.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    draft.replace(path)
+    text = json.dumps(content, indent=2, allow_nan=False) + "\n"
+    try:
+        with naming(path):
+            draft.write_text(text, encoding="utf-8")
+            draft.replace(path)
+    except OSError:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+        raise
 
 
 def read_json(path: Path) -> dict[str, Any]:
@@ -195,6 +210,28 @@ def read_json(path: Path) -> dict[str, Any]:
 def write_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
     """Write the manifest of the run in `directory`, in one piece."""
     write_json(directory / MANIFEST, manifest)
+
+
+def write_first_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
+    """Write the manifest of a run that begins, with blank room for how it ends."""
+    path = directory / MANIFEST
+    with naming(path):
+        path.write_text(json.dumps(manifest, indent=2) + "\n" + " " * _ROOM + "\n", "utf-8")
+
+
+def rewrite_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
+    """Write how a run ended into the room that its first manifest left, on a disk that is full.
+
+    Raises:
+        OSError: there is no manifest, or not room enough.
+    """
+    path = directory / MANIFEST
+    text = json.dumps(manifest, indent=2).encode()
+    with naming(path), path.open("r+b") as file:
+        missing = path.stat().st_size - len(text)
+        if missing < 0:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        file.write(text + b" " * missing)
 
 
 def _stem(connector: str) -> str:

@@ -18,6 +18,8 @@ from orchestrator.recording.layout import (
     Files,
     RecordingError,
     SignalType,
+    rewrite_manifest,
+    write_first_manifest,
     write_json,
     write_manifest,
 )
@@ -138,7 +140,8 @@ class Recorder(Observer):
         write_json(
             self._directory / INDEX, {name: asdict(kind) for name, kind in sorted(types.items())}
         )
-        write_manifest(self._directory, {**self._manifest, **self._interval, "status": "running"})
+        begun = {**self._manifest, **self._interval, "status": "running"}
+        write_first_manifest(self._directory, begun)
 
     @override
     def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
@@ -162,30 +165,48 @@ class Recorder(Observer):
     def end(self, result: SimulationResult) -> None:
         if not self._begun:
             return  # the directory holds somebody else's recording
-        for component in self._components.values():
-            component.close()
+        problem = self._close()
+        error = problem if result.error is None else result.error
         wall_time, end = result.wall_time, result.early_end
         early = None if end is None else {"by": list(end.by), "why": end.text}
-        write_manifest(
-            self._directory,
-            {
-                **self._manifest,
-                **self._interval,
-                "status": result.status,
-                "error": None if result.error is None else str(result.error),
-                "reached_ns": result.time,
-                "ended_early": early,
-                "fingerprint": self.fingerprint,
-                "recorded_bytes": dict(self.sizes),
-                **({"coupling": dict(result.coupling)} if result.coupling else {}),
-                "wall_time_s": {
-                    "total": wall_time.total,
-                    "orchestrator": wall_time.orchestrator,
-                    "observers": wall_time.observers,
-                    "components": dict(wall_time.components),
-                },
+        said = {
+            **self._manifest,
+            **self._interval,
+            "status": result.status if result.error is error else "failed",
+            "error": None if error is None else str(error),
+            "reached_ns": result.time,
+        }
+        ended = {
+            **said,
+            "ended_early": early,
+            "fingerprint": self.fingerprint,
+            "recorded_bytes": dict(self.sizes),
+            **({"coupling": dict(result.coupling)} if result.coupling else {}),
+            "wall_time_s": {
+                "total": wall_time.total,
+                "orchestrator": wall_time.orchestrator,
+                "observers": wall_time.observers,
+                "components": dict(wall_time.components),
             },
-        )
+        }
+        try:
+            if problem is not None:
+                raise problem
+            write_manifest(self._directory, ended)
+        except OSError as hindrance:
+            said |= {"status": "failed", "error": said["error"] or str(hindrance)}
+            rewrite_manifest(self._directory, said)
+            raise
+
+    def _close(self) -> OSError | None:
+        """Store everything; what hinders that."""
+        problem = None
+        for component in self._components.values():
+            try:
+                component.close()
+            except OSError as error:
+                problem = problem or error
+        return problem
 
     def _flush_if_due(self) -> None:
         now = monotonic()

@@ -11,11 +11,14 @@ import os
 import signal
 import sys
 import threading
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from typing_extensions import override
 
-from orchestrator.remote.host import ComponentHost, HostChannel
+from orchestrator.remote.guard import guarded
+
+if TYPE_CHECKING:
+    from orchestrator.remote.host import HostChannel
 
 _MAX_RECORDS: Final = 1000
 """Log records kept between two replies; more than these are counted, not kept."""
@@ -52,6 +55,9 @@ class RecordCollector(logging.Handler):
 
 def main() -> int:
     """Host one component until there are no more commands."""
+    guarded(lifeline=0)
+    from orchestrator.remote.host import ComponentHost  # noqa: PLC0415 - the guard is small
+
     faulthandler.enable()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     lifeline = _take_standard_input()
@@ -71,7 +77,7 @@ def main() -> int:
     return 0
 
 
-def _connect(instructions: dict[str, Any]) -> HostChannel:
+def _connect(instructions: dict[str, Any]) -> "HostChannel":
     module, _, name = instructions["channel"].partition(":")
     channel: type[HostChannel] = getattr(importlib.import_module(module), name)
     return channel(**instructions["options"])

@@ -27,12 +27,12 @@ def private_memory(pid: int) -> int:
 
 
 def watch_memory(
-    pid: int, limit: int, has_ended: threading.Event, exceeded: Callable[[int], None]
+    pid: Callable[[], int], limit: int, has_ended: threading.Event, exceeded: Callable[[int], None]
 ) -> None:
     """Look at a process, from another thread, until it has ended or has too much memory.
 
     Args:
-        pid: of the process, a child of this one.
+        pid: gives the number of the process.
         limit: what it may have [byte].
         has_ended: set when it has.
         exceeded: called once with what it has [byte], if that is more.
@@ -40,9 +40,9 @@ def watch_memory(
 
     def look() -> None:
         while not has_ended.wait(PERIOD):
-            amount = private_memory(pid)
+            amount = private_memory(pid())
             if amount > limit:
                 exceeded(amount)
                 return
 
-    threading.Thread(target=look, name=f"memory of {pid}", daemon=True).start()
+    threading.Thread(target=look, name="memory", daemon=True).start()

@@ -6,10 +6,10 @@ do not survive it. Parent and child agree on this:
 * The first line on the child's standard input is JSON: how to connect, and what to log. It is
   not an argument because arguments can be read by every user of the machine.
 * Standard input then stays open and silent. Its end means that the parent is gone, however
-  that came about, and the child ends at once.
+  that came about, or wants the child to end, which it does at once, with all that it started.
 * The child has a folder for temporary files of its own, which the parent removes afterwards.
-* What the child writes to standard output or error goes to the log of the parent, and the last
-  lines of it into the error message if the child dies.
+* What the child writes to standard output or error goes to the log of the parent, as far as there
+  is room for it, and the last lines of it into the error message if the child dies.
 """
 
 import contextlib
@@ -20,21 +20,19 @@ import signal
 import subprocess
 import sys
 import threading
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.byte_size import format_size
 from orchestrator.process_end import ended
+from orchestrator.reaping import children_of
 from orchestrator.remote.host import HostChannel
 from orchestrator.remote.memory_watch import watch_memory
+from orchestrator.remote.output import Output
 from orchestrator.scratch import discard, temporary_folder
 
 _log = logging.getLogger(__name__)
-
-_TAIL: Final = 20
-"""Lines of output that an error message quotes at most."""
 
 _THREAD_VARIABLES: Final = (
     "OMP_NUM_THREADS",
@@ -44,6 +42,9 @@ _THREAD_VARIABLES: Final = (
     "NUMEXPR_NUM_THREADS",
 )
 """Set to 1 unless the user set them: the processes share the cores among them already."""
+
+_GUARD_TAKES: Final = 6.0
+"""How long to leave the end of a host to its guard [s]."""
 
 _TEMPORARY: Final = ("TMPDIR", "TEMP", "TMP")
 """Where programs put their temporary files, on one system or another."""
@@ -71,7 +72,6 @@ class HostProcess:
     ) -> None:
         self._component = component
         self._on_exit = on_exit
-        self._tail: deque[str] = deque(maxlen=_TAIL)
         self._reason = ""
         self._has_ended = threading.Event()
         # what a library leaves in the temporary folder of a process that crashes goes with it
@@ -87,8 +87,8 @@ class HostProcess:
             start_new_session=True,
             pass_fds=tuple(descriptors),
         )
-        self._reader = threading.Thread(target=self._read, name=f"{component} output", daemon=True)
-        self._reader.start()
+        assert self._process.stdout is not None  # noqa: S101 - asked for above
+        self._output = Output(component, self._process.stdout)
         threading.Thread(target=self._watch, name=f"{component} exit", daemon=True).start()
         self._tell(
             {
@@ -108,7 +108,12 @@ class HostProcess:
         return self._has_ended.wait(timeout)
 
     def kill(self) -> None:
-        """End the process and what it started, at once, and wait for that."""
+        """End the process and all that it started, at once, and wait for that."""
+        if sys.platform == "linux" and not self._has_ended.is_set():
+            # its guard ends the others first, wherever they are; see `orchestrator.remote.guard`
+            self._close_input()
+            self._signal(signal.SIGCONT)
+            self._has_ended.wait(_GUARD_TAKES)
         if not self._has_ended.is_set():
             with contextlib.suppress(ProcessLookupError):
                 if sys.platform == "win32":
@@ -117,6 +122,10 @@ class HostProcess:
                     os.killpg(self._process.pid, signal.SIGKILL)
             self._has_ended.wait()
         self._close_input()
+
+    def _signal(self, number: int) -> None:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(self._process.pid, number)
 
     def limit_memory(self, limit: int) -> None:
         """End the process when it has more than `limit` [byte] of memory for itself (Linux)."""
@@ -129,7 +138,11 @@ class HostProcess:
             _log.debug("`%s`: %s", self._component, self._reason)
             self.kill()
 
-        watch_memory(self._process.pid, limit, self._has_ended, end)
+        watch_memory(self._hosting, limit, self._has_ended, end)
+
+    def _hosting(self) -> int:
+        """The process that hosts the component; the one that was started guards it (Linux)."""
+        return next(iter(children_of(self._process.pid)), self._process.pid)
 
     def obituary(self) -> str:
         """How the process ended, as a predicate, and what it said last."""
@@ -144,7 +157,7 @@ class HostProcess:
 
     def last_words(self) -> str:
         """The last lines of output, as an appendix to an error message."""
-        lines = "".join(f"\n    {line}" for line in self._tail)
+        lines = "".join(f"\n    {line}" for line in self._output.last_lines)
         return f"; it wrote last:{lines}" if lines else ""
 
     def _tell(self, instructions: Mapping[str, Any]) -> None:
@@ -160,16 +173,6 @@ class HostProcess:
             with contextlib.suppress(OSError):
                 self._process.stdin.close()
 
-    def _read(self) -> None:
-        stream = self._process.stdout
-        if stream is None:
-            return
-        with stream:
-            for raw in stream:
-                line = raw.decode(errors="replace").rstrip()
-                self._tail.append(line[:500])
-                _log.info("`%s`: %s", self._component, line)
-
     def _watch(self) -> None:
         if sys.platform == "linux":
             # While the process is a zombie its number cannot be given to another one, so this
@@ -178,7 +181,7 @@ class HostProcess:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
-        self._reader.join(0.5)
+        self._output.wait(0.5)
         discard(self._temporary)
         self._has_ended.set()
         self._on_exit()

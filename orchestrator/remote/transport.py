@@ -33,6 +33,11 @@ class Link(abc.ABC):
         """What this process and the host both see."""
         return NOTHING_SHARED
 
+    @property
+    def condition(self) -> str:
+        """What is known to be wrong with the link, which may pass; empty if nothing is."""
+        return ""
+
     @abc.abstractmethod
     def send(self, message: bytes) -> None:
         """Send a command; do not wait for the reply.

@@ -23,5 +23,5 @@ def test_type_checkers_and_users_see_the_same_names() -> None:
 
 
 def test_the_command_line_starts_without_numpy() -> None:
-    code = "import sys, orchestrator.cli.main; sys.exit('numpy' in sys.modules)"
+    code = "import sys, orchestrator.cli.execution; sys.exit('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

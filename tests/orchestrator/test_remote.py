@@ -121,10 +121,10 @@ def test_errors_keep_name_time_and_text(
     assert str(caught.value) == message
 
 
-def test_the_traceback_in_the_host_goes_to_the_debug_log(
+def test_the_traceback_in_the_host_goes_to_the_log_of_a_run(
     runs: ModuleType, caplog: pytest.LogCaptureFixture
 ) -> None:
-    with caplog.at_level(logging.DEBUG), pytest.raises(ComponentError):
+    with caplog.at_level(logging.INFO), pytest.raises(ComponentError):
         runs.run_reckless(LoopbackTransport(), deed="raise")
     assert "in _raise\n" in caplog.text
 

@@ -11,6 +11,7 @@ from typing import Final
 from orchestrator.cli import failures, streams
 from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.cli.parser import UsageError, parser
+from orchestrator.cli.requests import heard_by_exception, heard_no_more
 from orchestrator.cli.watch import is_watched, watched
 
 _MODULES: Final = {
@@ -27,15 +28,8 @@ _MODULES: Final = {
 when they are asked for, so that `nlosim --help` need not wait for NumPy."""
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command.
-
-    Args:
-        argv: the arguments without the program's name; those of the process if `None`.
-
-    Returns:
-        The exit code; see `Exit`.
-    """
+def execute(argv: Sequence[str] | None) -> int:
+    """Run one command; see `orchestrator.cli.main`."""
     if argv is None:
         streams.prepare()
     given = sys.argv[1:] if argv is None else list(argv)
@@ -47,7 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return streams.tell(ended, is_json=is_json)
     try:
         with _output_kept_for_json() if is_json else contextlib.nullcontext():
-            outcome = _outcome(given)
+            outcome = _outcome(given, is_program=argv is None)
     except SystemExit:  # the help or the version was printed
         if streams.flush():
             raise
@@ -55,15 +49,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     return streams.tell(outcome, is_json=is_json)
 
 
-def _outcome(given: Sequence[str]) -> Outcome:
+def _outcome(given: Sequence[str], *, is_program: bool) -> Outcome:
     try:
         arguments = parser().parse_args(given)  # ends the process after the help or the version
     except UsageError as error:
         return failures.usage(error)
     try:
+        if is_program:
+            heard_by_exception()
         outcome: Outcome = _execute(arguments)(arguments)
     except BaseException as error:  # every error becomes a message and an exit code
-        return failures.outcome_of(error)
+        outcome = failures.outcome_of(error)
+    if is_program:
+        heard_no_more()
     return outcome
 
 

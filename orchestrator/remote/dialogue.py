@@ -1,0 +1,259 @@
+"""Commands to the hosts of a run, and their replies; whoever waits for one host hears of all.
+
+Waiting is done in slices. Between two of them the other hosts are looked at, so that one that died
+is named at once and not when its turn comes. A slice that took much longer than it should is one in
+which this process did not run either (Ctrl-Z, a suspended machine): of it only a slice counts
+towards deadlines, because the hosts had no more than that, for all we know.
+"""
+
+import logging
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from time import monotonic
+from types import MappingProxyType
+from typing import Any, Final, NoReturn
+
+from typing_extensions import Buffer
+
+from orchestrator.errors import ComponentError, ComponentTypeError
+from orchestrator.remote.protocol import Kind, Message
+from orchestrator.remote.sharing import SharedMemory
+from orchestrator.remote.transport import Link, LinkLostError
+from orchestrator.remote.wire import WireError
+from orchestrator.timebase import Duration, Time
+
+_log = logging.getLogger(__name__)
+
+SLICE: Final = 0.05
+"""How long to wait for one host before the others are looked at [s]."""
+
+_LONGEST_SLICE: Final = 0.5
+"""What of a slice counts at most; a process that could not go on for longer was stopped [s]."""
+
+_LIMITED: Final = {Kind.CREATE, Kind.SETUP, Kind.EVALUATE, Kind.INITIALISE, Kind.STEP}
+"""Commands that users can give more time."""
+
+
+class HostLostError(ComponentError):
+    """The host of a component is gone, or does not answer; the component itself raised nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """The reply to a command.
+
+    Attributes:
+        message: its header and its document.
+        raw: all of it.
+        offset: where its block of signals begins in `raw` [byte].
+    """
+
+    message: Message
+    raw: bytes
+    offset: int
+
+
+class Company:
+    """The dialogues of one launch."""
+
+    def __init__(self) -> None:
+        self._members: list[Dialogue] = []
+
+    def join(self, dialogue: "Dialogue") -> None:
+        """Have `dialogue` watched from now on."""
+        self._members.append(dialogue)
+
+    def spend(self, time: float) -> None:
+        """Count `time` [s] that was waited towards the deadlines of all commands."""
+        for each in self._members:
+            each.waited += min(time, _LONGEST_SLICE)
+
+    def look_around(self, waiting: "Dialogue", command: Message) -> None:
+        """Raise what became of the others while `waiting` awaits the reply to `command`.
+
+        While components are created, all of them are asked in turn anyway: the first is named.
+        """
+        if command.kind is Kind.CREATE:
+            return
+        for each in self._members:
+            if each is not waiting:
+                each.overhear(command)
+
+
+class Dialogue:
+    """Commands to one host and its replies, told apart by epoch and sequence number.
+
+    Args:
+        name: of the component.
+        link: to its host.
+        company: it joins.
+
+    Attributes:
+        epoch: of the run; replies of an earlier one do not count.
+        awaiting: the command that was not answered yet.
+        waited: how long it was waited for [s].
+    """
+
+    def __init__(self, name: str, link: Link, company: Company) -> None:
+        self.name = name
+        self.epoch = 0
+        self.awaiting: Message | None = None
+        self.waited = 0.0
+        self._allowed = 0.0
+        self._link = link
+        self._sequence = 0
+        self._is_over = False
+        self._came: Reply | None = None
+        self._company = company
+        company.join(self)
+
+    @property
+    def memory(self) -> SharedMemory:
+        """What the host sees, too."""
+        return self._link.memory
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the host can no longer be asked anything."""
+        return self._is_over
+
+    def ask(
+        self,
+        kind: Kind,
+        within: float,
+        *,
+        t: Time = 0,
+        h: Duration = 0,
+        document: Mapping[str, Any] = MappingProxyType({}),
+        block: Sequence[Buffer] = (),
+    ) -> int:
+        """Send a command that is to be answered `within` some time [s]; its sequence number."""
+        if self._is_over:
+            raise ComponentError(self.name, None, "its process has ended")
+        self._sequence += 1
+        command = Message(
+            kind=kind, epoch=self.epoch, sequence=self._sequence, t=t, h=h, document=document
+        )
+        self.awaiting, self._came = command, None
+        self.waited, self._allowed = 0.0, within
+        try:
+            self._link.send(command.encode(block))
+        except LinkLostError as error:
+            self._fail(command, str(error))
+        return self._sequence
+
+    def answer(self, timeout: float | None = None) -> Reply:
+        """Wait for the reply to the command sent last; raise what the component raised.
+
+        Args:
+            timeout: how long to wait from now on, whatever becomes of others [s]; without, as
+                long as `ask` allowed, and no longer than all others are well.
+        """
+        command = self.awaiting
+        if command is None:
+            raise RuntimeError("`answer` without `ask`")
+        if timeout is not None:
+            self.waited, self._allowed = 0.0, timeout
+        while self._came is None:
+            before, left = monotonic(), self._allowed - self.waited
+            self._listen(command, min(SLICE, max(0.0, left)))
+            if self._came is not None:
+                break
+            if left <= 0:
+                self._expire(command)
+            self._company.spend(monotonic() - before)
+            if timeout is None:
+                self._company.look_around(self, command)
+        return self._take(command)
+
+    def overhear(self, other: Message) -> None:
+        """Look what this host does while another one works on `other`; raise what went wrong.
+
+        An error of the component itself is raised only if its step ends no later than that of
+        the other one: what comes of a step beyond the end of the run is ignored.
+        """
+        if self._is_over:
+            return
+        command = self.awaiting
+        if self._came is None:
+            self._listen(other if command is None else command, 0.0)
+        if command is None:
+            return
+        came = self._came
+        if came is None:
+            if self.waited > self._allowed:
+                self._expire(command)
+        elif came.message.kind is Kind.FAILED and _ends_by(command, other):
+            self._take(command)
+
+    def abandon(self) -> None:
+        """End the host by force, once."""
+        if not self._is_over:
+            self._is_over = True
+            self.awaiting = None
+            self._link.abandon()
+
+    def _listen(self, command: Message, timeout: float) -> None:
+        """Wait up to `timeout` [s] for the reply to `command`; others are dropped."""
+        try:
+            with suppress(TimeoutError):
+                raw = self._link.receive(timeout)
+                message, offset = Message.decode(raw)
+                sent = (command.epoch, command.sequence)
+                if command is self.awaiting and (message.epoch, message.sequence) == sent:
+                    self._came = Reply(message, raw, offset)
+                else:
+                    _log.debug("`%s`: dropped an earlier reply: %s", self.name, message)
+        except LinkLostError as error:
+            self._fail(command, str(error))
+        except WireError as error:
+            self._fail(command, f"its process sent something unreadable: {error}")
+
+    def _take(self, command: Message) -> Reply:
+        reply, self._came, self.awaiting = self._came, None, None
+        assert reply is not None  # noqa: S101 - whoever takes it knows that it came
+        if reply.message.document:
+            _replay(self.name, reply.message.document.get("logs", ()))
+            if reply.message.kind is Kind.FAILED:
+                self._raise(command, reply.message.document["failure"])
+        return reply
+
+    def _expire(self, command: Message) -> NoReturn:
+        doing = command.kind.name.lower()
+        allowed = "; its `deadline` allows no more" if command.kind in _LIMITED else ""
+        why = f"; {self._link.condition}" if self._link.condition else ""
+        what = f"did not answer within {self._allowed:g} s (to `{doing}`){allowed}{why}"
+        self._fail(command, what)
+
+    def _fail(self, command: Message, text: str) -> NoReturn:
+        self.abandon()
+        raise HostLostError(self.name, _time_of(command), text) from None
+
+    def _raise(self, command: Message, failure: Mapping[str, Any]) -> NoReturn:
+        _log.info("`%s`: traceback in its host:\n%s", self.name, failure["traceback"])
+        if failure["is_type_error"]:
+            raise ComponentTypeError(failure["text"])
+        time = _time_of(command) if failure["time"] is None else failure["time"]
+        raise ComponentError(failure["component"] or self.name, time, failure["text"])
+
+
+def _time_of(command: Message) -> Time | None:
+    """The simulated time a command works from, if it says so."""
+    return command.t if command.kind in (Kind.SETUP, Kind.STEP) else None
+
+
+def _ends_by(command: Message, other: Message) -> bool:
+    """Whether both are steps, and `command` ends no later than `other`."""
+    are_steps = command.kind is other.kind is Kind.STEP
+    return are_steps and command.t + command.h <= other.t + other.h
+
+
+def _replay(component: str, records: Sequence[tuple[str, int, str]]) -> None:
+    """Log here what a host logged."""
+    for name, level, text in records:
+        logger = logging.getLogger(name)
+        if logger.isEnabledFor(level):
+            record = logger.makeRecord(name, level, component, 0, text, (), None)
+            record.processName = component
+            logger.handle(record)

@@ -1,0 +1,1 @@
+"""Random faults in random runs: what becomes of the run, its recording and its processes."""

@@ -1,0 +1,94 @@
+"""A full disk ends a run in good order: the message names the file, the manifest says `failed`."""
+
+import json
+import resource
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from orchestrator.cli import main
+from orchestrator.last_call import FILE
+from orchestrator.recording.reader import Recording
+
+pytestmark = pytest.mark.skipif(
+    sys.platform != "linux", reason="files of limited size stand for it"
+)
+
+MODULE = """\
+import time
+import numpy as np
+from orchestrator.component import Component
+from orchestrator.signal import Causality, Connector
+
+
+class Noise(Component):
+    connectors = {"y": Connector(causality=Causality.OUTPUT, shape=(1000,))}
+
+    def setup(self, start, rng):
+        self._rng = rng
+
+    def initialise(self, inputs):
+        self._y = self._rng.normal(size=1000)
+
+    def step(self, inputs, t, h):
+        time.sleep(0.06)  # the recorder writes out what it has
+        self._y = self._rng.normal(size=1000)
+
+    def outputs(self):
+        return {"y": self._y}
+"""
+SCENARIO = """\
+schema: 1
+title: Noise
+time: {stop: 2 s}
+components:
+  noise: {type: "noise_parts:Noise", step: 100 ms}
+"""
+
+
+@contextmanager
+def files_up_to(size: int) -> Iterator[None]:
+    """No file can grow beyond `size` [byte], as on a disk that is full."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize(
+    ("size", "file", "status"),
+    [
+        (100_000, "signals/noise/y+0.npy", "failed"),  # 160 kB are published
+        (6_000, "signals/noise/y+0.npy", "failed"),  # 8 kB at once
+        (2_500, "manifest.json", "failed"),
+        (300, FILE, None),
+    ],
+)
+def test_the_file_is_named_and_the_run_has_failed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], size: int, file: str, status: str | None
+) -> None:
+    (tmp_path / "noise_parts.py").write_text(MODULE)
+    (tmp_path / "noise.yaml").write_text(SCENARIO)
+    run = tmp_path / "run"
+    arguments = ["run", str(tmp_path / "noise.yaml"), "--out", str(run), "--quiet", "--no-figure"]
+    with files_up_to(size):
+        code = main(arguments)
+    said = capsys.readouterr()
+    assert (code, said.out) == (2, "")
+    recorded = "" if status is None else f"recorded until then: {run}\n"
+    assert f"error: `{run / file}`: File too large\n{recorded}" in said.err
+    assert "Traceback" not in said.err
+    assert not (run / FILE).exists()
+    assert not list(run.glob("**/*.draft"))
+    if status is None:
+        assert not (run / "manifest.json").exists()
+        return
+    manifest = json.loads((run / "manifest.json").read_text())
+    assert (manifest["status"], file in manifest["error"]) == (status, True)
+    if size == 100_000:
+        assert 0 < len(Recording(run)["noise.y"]) * 8000 < 100_000
