@@ -25,9 +25,9 @@ PARTICIPANTS: Final[Mapping[str, Participant]] = {
     "zenoh": Ours("nlosim, zenoh", ZenohTransport),
     "helics": Helics(),
     "mosaik": Mosaik(),
-    "zeromq": HubParticipant("ZeroMQ", open_router, missing("zmq", "pyzmq")),
-    "bare-zenoh": HubParticipant("Zenoh", open_session_hub),
-    "pipe": HubParticipant("Pipe", open_pipes),
+    "zeromq": HubParticipant("ZeroMQ", open_router, why_not=missing("zmq", "pyzmq")),
+    "bare-zenoh": HubParticipant("Zenoh", open_session_hub, most=5),
+    "pipe": HubParticipant("Pipe", open_pipes, most=5),
 }
 
 RINGS: Final = (
