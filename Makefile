@@ -7,7 +7,7 @@ PYTHON ?= python3
 # every environment .venv-NAME: this package, editable, with the extras EXTRAS_NAME
 EXTRAS_demo =
 EXTRAS_test = dev
-EXTRAS_bench = bench
+EXTRAS_bench = bench,peers
 EXTRAS_docs = docs
 EXTRAS_net = net
 EXTRAS_paper = experiment,cpm
@@ -17,7 +17,7 @@ EXTRAS_train = train
 # what a new installation is needed for: dependencies, entry points, and what the FMUs are made of
 INSTALLED_FROM := pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py' -o -path 'fmus/messages/bodies.py') orchestrator/plan/engine.c
 
-.PHONY: help demo test docs bench paper paper-relay paper-collision paper-sensitivity train verify verify-faults verify-perception net release clean
+.PHONY: help demo test docs bench paper paper-relay paper-collision paper-readings paper-sensitivity train verify verify-faults verify-perception net release clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -54,6 +54,7 @@ bench: .venv-bench/installed  ## measure, and make docs/benchmarks.md; keep the 
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/nlosim bench egos --json > docs/results/bench-egos.json
 	OPENBLAS_NUM_THREADS=1 .venv-bench/bin/nlosim bench importer --json > docs/results/bench-importer.json
 	.venv-bench/bin/nlosim bench scene --json > docs/results/bench-scene.json
+	.venv-bench/bin/nlosim bench distributed --repeat 3 --json > docs/results/bench-distributed.json
 	.venv-bench/bin/python -m benchmarks.page docs/benchmarks.md docs/results/bench-*.json
 
 # SEEDS=1..5 is a quick look in directories of its own, without docs; without SEEDS it is the study.
@@ -64,8 +65,11 @@ PAPER = runs/paper_relay$(SUFFIX)
 COLLISION_PAGE = .venv-paper/bin/python -m studies.collision docs/collision-study.md docs/results docs/results/collision-analysis.md
 COLLISION = collision_policies collision_constant_per collision_speed collision_memory collision_relay collision_radio collision_load
 
-define run_collision
-.venv-paper/bin/nlosim experiment studies/collision/experiments/$(1).yaml --out runs/$(1)$(SUFFIX) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard runs/$(1)$(SUFFIX)/experiment.json),--resume)
+READINGS_PAGE = .venv-paper/bin/python -m studies.relay.readings_page docs/relay-readings.md docs/results docs/results/relay-readings-analysis.md
+READINGS = relay_readings relay_scenes relay_map_budget relay_map_load
+
+define run_study
+.venv-paper/bin/nlosim experiment studies/$(1)/experiments/$(2).yaml --out runs/$(2)$(SUFFIX) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard runs/$(2)$(SUFFIX)/experiment.json),--resume)
 
 endef
 
@@ -84,7 +88,7 @@ else
 endif
 
 paper-collision: .venv-paper/installed  ## Figures 9 and 10 of the paper, and docs/collision-study.md
-	$(foreach name,$(COLLISION),$(call run_collision,$(name)))
+	$(foreach name,$(COLLISION),$(call run_study,collision,$(name)))
 ifdef SEEDS
 	mkdir -p runs/collision$(SUFFIX)
 	cp $(foreach name,$(COLLISION),runs/$(name)$(SUFFIX)/report/*) runs/collision$(SUFFIX)/
@@ -93,6 +97,18 @@ else
 	mkdir -p docs/results
 	cp $(foreach name,$(COLLISION),runs/$(name)/report/*) docs/results/
 	$(COLLISION_PAGE)
+endif
+
+paper-readings: .venv-paper/installed  ## Table II under other readings, where MoHeD is better, and docs/relay-readings.md
+	$(foreach name,$(READINGS),$(call run_study,relay,$(name)))
+ifdef SEEDS
+	mkdir -p runs/readings$(SUFFIX)
+	cp docs/results/relay_runs.csv $(foreach name,$(READINGS),runs/$(name)$(SUFFIX)/report/*) runs/readings$(SUFFIX)/
+	.venv-paper/bin/python -m studies.relay.readings_page runs/readings$(SUFFIX)/relay-readings.md runs/readings$(SUFFIX)
+else
+	mkdir -p docs/results
+	cp $(foreach name,$(READINGS),runs/$(name)/report/*) docs/results/
+	$(READINGS_PAGE)
 endif
 
 paper-sensitivity: .venv-paper/installed  ## what the result of the relay study depends on, for its page

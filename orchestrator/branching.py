@@ -20,6 +20,7 @@ from typing import Any, NoReturn
 
 from typing_extensions import override
 
+from orchestrator.capabilities import Redrawing
 from orchestrator.component import (
     Component,
     ConcurrentComponent,
@@ -27,8 +28,10 @@ from orchestrator.component import (
     Decision,
     WrappedComponent,
 )
+from orchestrator.contest import Standings, contest
 from orchestrator.errors import ComponentError, SystemStructureError
 from orchestrator.fork import Fork
+from orchestrator.randomness import redrawn
 from orchestrator.signal import Signals
 from orchestrator.system import System
 from orchestrator.timebase import Duration, Time, seconds
@@ -123,17 +126,24 @@ class Branching:
     Args:
         system: its components.
         stop: the last communication point [ns], if no output ends the run before.
+        seed: of the run.
 
     Raises:
         SystemStructureError: there is a `DecidingComponent`, and the system cannot be copied.
     """
 
-    def __init__(self, system: System, stop: Time) -> None:
+    def __init__(self, system: System, stop: Time, seed: int) -> None:
         deciding = [n for n, c in system.components.items() if isinstance(c, DecidingComponent)]
         problems = branching_problems(system, deciding)
         if problems:
             raise SystemStructureError(problems)
         self._has_decisions = bool(deciding)
+        self._redrawing: dict[str, Redrawing] = {}
+        for name, component in system.components.items():
+            chance = component.capability(Redrawing)  # type: ignore[type-abstract]
+            if chance is not None:
+                self._redrawing[name] = chance
+        self._seed = seed
         self._stop = stop
         self._time: Time = 0
         self._branch: _Branch | None = None
@@ -190,28 +200,43 @@ class Branching:
         if len(decision.alternatives) == 1:
             return 0
         horizon = min(decision.horizon, self._stop)
-        scores: list[float | None] = []
-        best: float | None = None
-        for index, label in enumerate(decision.alternatives):
-            if _is_beaten(component, horizon, best):
-                scores.append(None)
-                continue
-            trunk, fork = os.getpid(), _fork(name, now)
-            if fork.is_copy:
-                self._branch = _Branch(
-                    name=name,
-                    component=component,
-                    horizon=horizon,
-                    best=best,
-                    trunk=trunk,
-                    pipe=fork.answer,
-                )
-                fork.enter()  # from here on, errors are the branch's
-                return index
-            scores.append(_outcome(fork, f"`{label}`, tried by `{name}` at {_at(now)}", name, now))
-            best = max((score for score in scores if score is not None), default=None)
-        _log.info("%s", _account(name, decision, scores, now))
-        return scores.index(best)
+        labels, score = decision.alternatives, None
+        trials = contest(len(labels), decision.draws, component.score_bound(horizon))
+        if decision.draws and not self._redrawing:
+            raise ComponentError(name, now, "wants chance redrawn, which no component here can")
+        try:
+            trial = next(trials)
+            while True:
+                if _is_beaten(component, horizon, trial.to_beat):
+                    trial = trials.send(None)
+                    continue
+                trunk, fork = os.getpid(), _fork(name, now)
+                if fork.is_copy:
+                    self._branch = _Branch(
+                        name=name,
+                        component=component,
+                        horizon=horizon,
+                        best=trial.to_beat,
+                        trunk=trunk,
+                        pipe=fork.answer,
+                    )
+                    fork.enter()  # from here on, errors are the branch's
+                    self._redraw(now, trial.draw)
+                    return trial.alternative
+                what = f"`{labels[trial.alternative]}`, tried by `{name}` at {_at(now)}"
+                score = _outcome(fork, what, name, now)
+                trial = trials.send(score)
+        except StopIteration as end:
+            standings: Standings = end.value
+        _log.info("%s", _account(name, decision, standings, now))
+        return standings.winner
+
+    def _redraw(self, now: Time, draw: int | None) -> None:
+        """Let what is still to be drawn be drawn anew, unless `draw` is `None`."""
+        if draw is None:
+            return
+        for name, component in self._redrawing.items():
+            component.redraw(redrawn(self._seed, name, now, draw))
 
 
 def _is_beaten(component: DecidingComponent, horizon: Time, best: float | None) -> bool:
@@ -243,10 +268,13 @@ def _at(t: Time) -> str:
     return f"t = {seconds(t):.9g} s"
 
 
-def _account(name: str, decision: Decision, scores: list[float | None], now: Time) -> str:
+def _account(name: str, decision: Decision, standings: Standings, now: Time) -> str:
     outcomes = (
         f"{label} {'pruned' if score is None else f'{score:g}'}"
-        for label, score in zip(decision.alternatives, scores, strict=True)
+        + (f" ({trials})" if decision.draws else "")
+        for label, score, trials in zip(
+            decision.alternatives, standings.scores, standings.trials, strict=True
+        )
     )
     return f"`{name}` decided at {_at(now)}: {', '.join(outcomes)}"
 

@@ -11,6 +11,8 @@ import abc
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from orchestrator.course import Course
 from orchestrator.signal import Signals
 from orchestrator.timebase import Time
@@ -174,3 +176,20 @@ class EndRequesting(abc.ABC):
     @abc.abstractmethod
     def end_request(self) -> EndRequest | None:
         """What it asks for since the last `initialise` or `step`; `None`: to go on. No effect."""
+
+
+class Redrawing(abc.ABC):
+    """What it is still to draw can be drawn anew, in the middle of a run.
+
+    A branch of the run asks for it, in which a decision is tried; see `orchestrator.branching`.
+    """
+
+    @abc.abstractmethod
+    def redraw(self, rng: np.random.Generator) -> None:
+        """Draw from `rng`, instead of the stream given to `setup`, from now on.
+
+        What was drawn before stays. Called between two steps.
+
+        Args:
+            rng: to draw from; equal streams give equal draws where equal things are decided.
+        """

@@ -243,10 +243,13 @@ class Decision:
         alternatives: a few words for each, for messages; at least one. Of several equally
             good ones the first is taken, so their order matters.
         horizon: when the outcome of each is read [ns].
+        draws: 0 to try each with the random numbers that the run will have; else with how many
+            others, drawn anew in the components that are `Redrawing`, and the best mean counts.
     """
 
     alternatives: tuple[str, ...]
     horizon: Time
+    draws: int = 0
 
 
 class DecidingComponent(Component):

@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -40,7 +41,9 @@ class Findings:
     files: tuple[Path, ...]
 
 
-def make_report(asked: Questions, directory: Path, *, figure: bool) -> Findings:
+def make_report(
+    asked: Questions, directory: Path, *, figure: bool, damaged: bool = False
+) -> Findings:
     """Ask a report and measures about the recording in `directory`; write what they found.
 
     Metrics go to `metrics.json`, tables of measures to `measures/`, the figure of the report to
@@ -50,18 +53,28 @@ def make_report(asked: Questions, directory: Path, *, figure: bool) -> Findings:
         asked: what is to be answered.
         directory: of a run.
         figure: whether report and measures are to draw.
+        damaged: whether the recording is known to be; then what cannot be said is left out.
 
     Raises:
         RecordingError: there is no recording.
         MissingParquetError: Parquet was asked for, and pyarrow is not installed.
-        Exception: whatever the report or a measure raises; a note on it names the measure.
+        Exception: whatever the report or a measure raises, unless the recording is damaged; a note
+            on it names the measure.
     """
     formats = chosen(asked.tables)
     recording, report = Recording(directory), asked.report
-    found = {} if report is None else dict(report.metrics(recording))
-    answers = {label: _asked(label, each, recording) for label, each in asked.measures.items()}
-    more, left_out = _optional(asked.optional, recording)
+    found: dict[str, Any] = {}
+    left_out: dict[str, str] = {}
+    if report is not None:
+        with _left_out("report", left_out, damaged=damaged):
+            found = dict(report.metrics(recording))
+    answers = {}
+    for label, each in asked.measures.items():
+        with _left_out(label, left_out, damaged=damaged):
+            answers[label] = _asked(label, each, recording)
+    more, reasons = _optional(asked.optional, recording, damaged=damaged)
     answers |= more
+    left_out |= reasons
     if answers:
         found["measures"] = {label: answer.numbers for label, answer in answers.items()}
     if left_out:
@@ -75,14 +88,20 @@ def make_report(asked: Questions, directory: Path, *, figure: bool) -> Findings:
         tables |= {f"{label}-{name}": table for name, table in answer.long_tables.items()}
     files = [directory / METRICS, *write_tables(tables, directory / TABLES, formats)]
     panels = dict(_panels(answers))
+    if "report" in left_out:
+        report = None
     if figure and report is not None:
-        report.figure(recording, metrics, directory / FIGURE)
-        files.append(directory / FIGURE)
+        with _left_out("figure", left_out, damaged=damaged):
+            report.figure(recording, metrics, directory / FIGURE)
+            files.append(directory / FIGURE)
     if figure and panels:
         from orchestrator.drawing import draw_panels  # noqa: PLC0415 - matplotlib is slow to load
 
         files.append(draw_panels(panels, directory / PANELS))
-    summary = "" if report is None else report.summary(metrics, recording.manifest)
+    summary = ""
+    if report is not None:
+        with _left_out("summary", left_out, damaged=damaged):
+            summary = report.summary(metrics, recording.manifest)
     is_topic = any(asked.optional[label].signals() for label in more)
     lines = "\n".join(filter(None, [summary, *_lines(metrics, more, is_topic=is_topic)]))
     return Findings(metrics, lines, tuple(files))
@@ -96,20 +115,34 @@ def _panels(answers: Mapping[str, Answer]) -> Iterator[tuple[str, Panel]]:
             yield f"{label}: {name}", panel
 
 
+@contextmanager
+def _left_out(label: str, reasons: dict[str, str], *, damaged: bool) -> Iterator[None]:
+    """Note why there is no `label`, if that is because the recording is damaged."""
+    try:
+        yield
+    except Exception as error:  # whoever reads half a recording may stumble over anything
+        if not damaged:
+            raise
+        lost = isinstance(error, RecordingError)
+        reasons[label] = str(error) if lost else "not to be made of what is left"
+
+
 def _optional(
-    measures: Mapping[str, Measure], recording: Recording
+    measures: Mapping[str, Measure], recording: Recording, *, damaged: bool
 ) -> tuple[dict[str, Answer], dict[str, str]]:
     """The answers that there are, and why there are no others."""
-    answers, left_out = {}, {}
+    answers: dict[str, Answer] = {}
+    left_out: dict[str, str] = {}
     for label, measure in measures.items():
         missing = [f"`{name}`" for name in measure.signals() if name not in recording]
         if missing:
             left_out[label] = f"not recorded: {', '.join(missing)}"
             continue
-        try:
-            answers[label] = _asked(label, measure, recording)
-        except (RecordingError, ValueError) as error:
-            left_out[label] = str(error)
+        with _left_out(label, left_out, damaged=damaged):
+            try:
+                answers[label] = _asked(label, measure, recording)
+            except (RecordingError, ValueError) as error:
+                left_out[label] = str(error)
     return answers, left_out
 
 

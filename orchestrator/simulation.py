@@ -65,7 +65,7 @@ def simulate(
         ComponentError: a component failed or broke its contract; it says which, and when.
     """
     early = ending(system.components, until)
-    branching = Branching(system, stop)
+    branching = Branching(system, stop, seed)
     exchange = Exchange(system, branching, last_call)
     turns, solved = algorithm.turns(system), algorithm.solved(system)
     schedule = Schedule(exchange, turns, start, stop, solved)

@@ -2,11 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 
 from orchestrator.signal import Array, Signals
 from orchestrator.timebase import Time
+
+_NO_SIZES: Final[Array] = np.empty(0, np.int64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +23,7 @@ class Rows:
     """
 
     data: bytes
-    sizes: Array = field(default_factory=lambda: np.empty(0, np.int64))
+    sizes: Array = field(default_factory=lambda: _NO_SIZES)
     shape: tuple[int, ...] = ()
 
 

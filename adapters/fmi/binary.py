@@ -25,6 +25,7 @@ _MACH_O: Final = {7: "x86", 12: "arm", 0x1000007: "x86_64", 0x100000C: "aarch64"
 
 _FORMATS: Final = {"linux": "ELF", "windows": "PE", "darwin": "Mach-O"}
 _ELF_LIBRARY: Final = 3
+_LOADED: Final = 1  # PT_LOAD
 _MOST_SLICES: Final = 16  # Java's classes start like Mach-O's universal binaries
 
 
@@ -62,6 +63,27 @@ def identify(head: bytes) -> Binary | None:
         return _elf(head) or _pe(head) or _mach_o(head) or _universal(head)
     except struct.error:
         return None  # it ends too early
+
+
+def extent(head: bytes) -> int:
+    """How much of the file of the ELF library that starts with `head` is loaded [byte].
+
+    Linux does not compare that with the size of the file: a process that loads a library that was
+    cut is killed when it comes to what is missing. Other systems refuse one themselves: 0.
+    """
+    is_64, order = head[4:5] == b"\x02", ">" if head[5:6] == b"\x02" else "<"
+    at, counts = (32, 54) if is_64 else (28, 42)
+    # System V ABI, chapter 5: type, then offset and size in the file
+    row = f"{order}I4xQ16xQ" if is_64 else f"{order}II8xI"
+    try:
+        if head[:4] != b"\x7fELF":
+            return 0
+        (table,) = struct.unpack_from(f"{order}Q" if is_64 else f"{order}I", head, at)
+        size, count = struct.unpack_from(f"{order}HH", head, counts)
+        rows = [struct.unpack_from(row, head, table + size * k) for k in range(count)]
+    except struct.error:
+        return 0
+    return max((start + length for kind, start, length in rows if kind == _LOADED), default=0)
 
 
 def _elf(head: bytes) -> Binary | None:

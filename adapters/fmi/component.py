@@ -9,7 +9,8 @@ import numpy as np
 from typing_extensions import override
 
 from adapters.fmi.block import shape_of
-from adapters.fmi.connectors import SEED, connectors, is_seed
+from adapters.fmi.chance import drawn, redrawing, seed_of
+from adapters.fmi.connectors import SEED, connectors
 from adapters.fmi.derivatives import derivatives
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.errors import FmuError
@@ -82,6 +83,7 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, Out
         self._courses = FmuCourses(description)
         self._offered = derivatives(description, self._running)
         self._offered += offered(description, self._courses, self._running)
+        self._offered += redrawing(description, self._running)
         if description.can_restore and description.can_serialize and not description.has_clocks:
             self._offered.append(PortableFmu(description, self, self._running))
         arrays = [v for v in description.of("input") if v.is_bytes and v.axes]
@@ -118,14 +120,8 @@ class FmuComponent(Component, NativeOwner, InitialEvaluation, EndRequesting, Out
         self._finalizer = weakref.finalize(self, self._instance.free)
 
     def _draw_seed(self, rng: np.random.Generator) -> int | None:
-        variable = self._description.variables.get(SEED)
-        if variable is None or not is_seed(variable) or SEED in self._values:
-            return None
-        low = 0 if variable.minimum is None else max(0, int(variable.minimum))
-        limit = np.iinfo(np.int32).max if variable.maximum is None else int(variable.maximum)
-        return int(
-            rng.integers(low, min(limit, np.iinfo(DTYPES[variable.type]).max), endpoint=True)
-        )
+        variable = seed_of(self._description)
+        return None if variable is None or SEED in self._values else drawn(variable, rng)
 
     def _running(self) -> FmuInstance:
         if self._instance is None:

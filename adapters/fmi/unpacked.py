@@ -12,9 +12,10 @@ import fmpy.fmi2
 import fmpy.fmi3
 
 from adapters.fmi.archive import opened
-from adapters.fmi.binary import HEAD, identify, needed
+from adapters.fmi.binary import HEAD, extent, identify, needed
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.kind import Kind
+from adapters.fmi.sharing import LIBRARIES
 from orchestrator.errors import ComponentTypeError
 from orchestrator.scratch import discard, temporary_folder
 
@@ -64,8 +65,13 @@ def _check_platform(archive: zipfile.ZipFile, name: str, what: str) -> None:
             head = library.read(HEAD)
     except (zipfile.BadZipFile, OSError, zlib.error) as error:
         raise ComponentTypeError(f"{what} cannot be read: {error}") from error
-    found = identify(head)
+    found, size = identify(head), archive.getinfo(name).file_size
     if found is not None and found.runs_on(platform):
+        if size < extent(head):
+            raise ComponentTypeError(
+                f"{what} cannot be loaded: it was cut, and has {size} bytes of at least "
+                f"{extent(head)}"
+            )
         return
     kind = "no shared library" if found is None else str(found)
     raise ComponentTypeError(f"{what} cannot be loaded: it is {kind}, needed is {needed(platform)}")
@@ -73,6 +79,8 @@ def _check_platform(archive: zipfile.ZipFile, name: str, what: str) -> None:
 
 class LoadedFmu:
     """The binary of an FMU, loaded from a temporary folder of its own.
+
+    Instances of an FMU share the library in memory where it provably remembers nothing.
 
     Attributes:
         resources: the folder of the FMU's resources; it may be missing.
@@ -87,7 +95,10 @@ class LoadedFmu:
         self._folder = _unpack(description)
         self.resources = self._folder / "resources"
         self._functions: dict[str, Any] = {}
+        binaries = self._folder / "binaries" / host_folder(description.version)
+        self._library = binaries / f"{description.identifier}{fmpy.sharedLibraryExtension}"
         try:
+            LIBRARIES.enter(self._library)
             self._dll = _load(description, self._folder, name).dll
         except BaseException:
             self.discard()
@@ -124,6 +135,7 @@ class LoadedFmu:
 
     def discard(self) -> None:
         """Remove the temporary folder."""
+        LIBRARIES.leave(self._library)
         discard(self._folder)
 
 

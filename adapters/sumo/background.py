@@ -20,10 +20,13 @@ from adapters.sumo.placement import OnRoad, Placed, behind
 from adapters.sumo.scene import VehicleType, path_over
 from adapters.sumo.simulation import Departure, Sumo
 from adapters.traffic.polyline import Polyline
+from orchestrator.signal import Array
 
 _SMALLEST_GAP: Final = 4.0
 """Bumper to bumper [m] at the start; SUMO chooses the speed that is safe at this gap."""
 
+_TALL: Final = 2.0
+"""Vehicles higher than this [m] obstruct the links between the antennas of cars."""
 
 _LONGEST_ROUTE: Final = 20_000.0
 """A drawn route ends after this way [m]; then the vehicle arrives, as at the border of the net."""
@@ -115,7 +118,7 @@ class Background:
         rng: a stream of its own.
 
     Raises:
-        SumoError: no vehicle type has a share.
+        SumoError: no vehicle type has a share, or none of those that `tall_share` asks for.
     """
 
     def __init__(
@@ -134,8 +137,7 @@ class Background:
                 "no vehicle type of the scene has a positive `share`, so there is no background "
                 'traffic; add `<param key="share" value="1"/>` to a `<vType>`'
             )
-        shares = np.array([kind.share for kind in self._types])
-        self._shares = shares / shares.sum()
+        self._shares = _shares(self._types, demand.tall_share)
         self._rng = rng
         self._streams = tuple(_streams(sumo, clear, demand.turning_share))
         self._next_entry = {stream.lane: self._interval(stream) for stream in self._streams}
@@ -238,6 +240,22 @@ class Background:
 
     def _interval(self, stream: Stream) -> float:
         return float(self._rng.exponential(self._demand.spacing / stream.speed_limit))
+
+
+def _shares(types: Sequence[VehicleType], tall: float | None) -> Array:
+    """The share of each type, float64, shape (type,); `tall` is that of the high ones together."""
+    shares = np.array([kind.share for kind in types])
+    if tall is None:
+        return np.asarray(shares / shares.sum())
+    is_tall = np.array([kind.size[2] > _TALL for kind in types])
+    for wanted, rows, what in ((tall, is_tall, "is"), (1.0 - tall, ~is_tall, "is not")):
+        if wanted > 0.0 and not rows.any():
+            raise SumoError(
+                f"`background.tall_share` is {tall:g}, but no vehicle type with a `share` {what} "
+                f"higher than {_TALL:g} m; declare one in the scene"
+            )
+        shares[rows] *= wanted / (shares[rows].sum() or 1.0)
+    return shares
 
 
 def _streams(sumo: Sumo, clear: KeptClear, turning_share: float) -> Iterator[Stream]:

@@ -42,6 +42,13 @@ class Background:
         0.2, minimum=0.0, maximum=1.0, doc="of the vehicles on lanes that allow it, those turning"
     )
     changes_lanes: bool = parameter(default=True, doc="whether they may change lanes")
+    tall_share: float | None = parameter(
+        None,
+        minimum=0.0,
+        maximum=1.0,
+        doc="of the vehicles, those of types higher than 2 m, among which the proportions of the "
+        "scene stay; null: as the types of the scene say",
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,7 +14,7 @@ _WAIT_BEFORE_CLOSE_US: Final = 600_000_000
 """How long a blocking `put` waits for a peer that does not read before its link is closed. The
 lease comes first; Zenoh's own 5 s would lose messages silently."""
 
-_COMMON: Final[Mapping[str, Any]] = {
+COMMON: Final[Mapping[str, Any]] = {
     # nobody is looked for, and nobody finds us: the address is handed over
     "scouting/multicast/enabled": False,
     "scouting/gossip/enabled": False,
@@ -63,7 +63,7 @@ class Keys:
 def open_session(settings: Mapping[str, Any]) -> zenoh.Session:
     """Open a session with `settings` on top of the common ones."""
     config = zenoh.Config()
-    for key, value in {**_COMMON, **settings}.items():
+    for key, value in {**COMMON, **settings}.items():
         config.insert_json5(key, json.dumps(value))
     return zenoh.open(config)
 

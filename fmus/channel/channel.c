@@ -35,7 +35,7 @@ static void destroy(Instance *i, void *state) {
     free(c);
 }
 
-/* All parameters are fixed from here on. */
+/* All parameters but the seed are fixed from here on. */
 static ModelStatus begin(Instance *i, void *state, double t) {
     Channel *c = state;
     if (!(fabs(t) < LAST_SECOND))

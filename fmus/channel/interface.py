@@ -119,7 +119,15 @@ _RADIO: Final = (
         "How much stronger than everything else on air, noise included, for a capture",
         unit="dB",
     ),
-    whole("seed", 1, None, None, "Of the draws of receptions, fading and backoff", kind="UInt64"),
+    whole(
+        "seed",
+        1,
+        None,
+        None,
+        "Of the draws of receptions, fading and backoff that are still to come",
+        kind="UInt64",
+        tunable=True,
+    ),
     whole(
         "threads",
         0,

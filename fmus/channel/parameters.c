@@ -89,6 +89,7 @@ static void adopt_veins(Instance *i, Parameters *p) {
 
 void parameters_renew(Instance *i, Parameters *p) {
     p->antenna_gain_db = variable_data(i, VR_antenna_gain);
+    p->seed = uint64(i, VR_seed);
 }
 
 ModelStatus parameters_read(Instance *i, Parameters *p) {

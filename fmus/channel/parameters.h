@@ -60,7 +60,7 @@ typedef struct {
 /* Read all parameters. The shell has checked the bounds in interface.py, so that they are finite. */
 ModelStatus parameters_read(Instance *, Parameters *);
 
-/* Parameters that are arrays stay in the shell, which may have moved them. */
+/* The seed is tunable, and arrays stay in the shell, which may have moved them. */
 void parameters_renew(Instance *, Parameters *);
 
 #endif

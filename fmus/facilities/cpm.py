@@ -121,13 +121,25 @@ def encode(cpm: Cpm) -> bytes:
     return bytes(codec.encode("CollectivePerceptionMessage", message))
 
 
+class CpmError(ValueError):
+    """The bytes are no collective perception message, or not one of those that are sent here."""
+
+
 def decode(message: bytes) -> Cpm:
     """What a receiver knows from `message`.
 
     Raises:
         ComponentTypeError: asn1tools is not installed.
+        CpmError: it is damaged, or lacks what messages of this study have.
     """
     codec = _codec()
+    try:
+        return _decoded(codec, message)
+    except Exception as error:  # asn1tools raises IndexError, OverflowError and others, too
+        raise CpmError(f"no collective perception message: {error!r}") from error
+
+
+def _decoded(codec: Any, message: bytes) -> Cpm:
     found = codec.decode("CollectivePerceptionMessage", message)
     station, payload = found["header"]["stationId"], found["payload"]
     management = payload["managementContainer"]

@@ -24,6 +24,7 @@ from fmus.messages.records import (
     REQUEST,
     SENSOR_DATA,
 )
+from orchestrator.capabilities import Redrawing
 from orchestrator.component import Component
 from orchestrator.parameters import parameter
 from orchestrator.signal import Array, Causality, Connector, Signals
@@ -65,7 +66,7 @@ class LayerParameters:
     )
 
 
-class FacilitiesLayer(Component):
+class FacilitiesLayer(Component, Redrawing):
     """The V2X facilities layer of all vehicles, whatever they share.
 
     Every equipped vehicle broadcasts BSMs; a `Sharing` decides about all other messages. Only
@@ -113,6 +114,10 @@ class FacilitiesLayer(Component):
             for name, connector in self._connectors.items()
             if connector.causality is Causality.OUTPUT
         }
+
+    @override
+    def redraw(self, rng: np.random.Generator) -> None:
+        self._streams.renew(rng)
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:

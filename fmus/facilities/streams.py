@@ -23,9 +23,14 @@ class Streams:
     """
 
     def __init__(self, stream: np.random.Generator, egos: Sequence[str]) -> None:
+        self._egos = egos
+        self._by_vehicle: dict[int, int] = {}
+        self.renew(stream)
+
+    def renew(self, stream: np.random.Generator) -> None:
+        """Draw from this stream of the component from now on, and from its substreams."""
         self._common = stream
-        self._further = [substream(stream, ego) for ego in egos[1:]]
-        self._by_vehicle: dict[int, np.random.Generator] = {}
+        self._further = [substream(stream, ego) for ego in self._egos[1:]]
 
     def assign(self, vehicles: Sequence[int]) -> None:
         """Say which vehicles the egos are now.
@@ -33,10 +38,11 @@ class Streams:
         Args:
             vehicles: their numbers in the order of the names; `NO_VEHICLE` while one is not there.
         """
-        for vehicle, stream in zip(vehicles[1:], self._further, strict=True):
+        for further, vehicle in zip(range(len(self._further)), vehicles[1:], strict=True):
             if vehicle != NO_VEHICLE:
-                self._by_vehicle[vehicle] = stream
+                self._by_vehicle[vehicle] = further
 
     def of(self, vehicle: int) -> np.random.Generator:
         """The stream for what a vehicle causes."""
-        return self._by_vehicle.get(vehicle, self._common)
+        further = self._by_vehicle.get(vehicle)
+        return self._common if further is None else self._further[further]

@@ -119,10 +119,12 @@ def whole(
     description: str,
     *,
     kind: VariableType = "Int32",
+    tunable: bool = False,
 ) -> Variable:
-    """A whole number that is fixed before initialisation; `None` is the bound of its type."""
+    """A whole number, fixed before initialisation unless tunable; `None`: the type's bound."""
     bounds = Options(start=start, minimum=minimum, maximum=maximum)
-    return _variable(name, kind, "parameter", "fixed", description, **bounds)
+    variability: Variability = "tunable" if tunable else "fixed"
+    return _variable(name, kind, "parameter", variability, description, **bounds)
 
 
 def switch(name: str, description: str, *, start: bool) -> Variable:

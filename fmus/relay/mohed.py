@@ -9,7 +9,9 @@ from fmus.messages.records import NO_VEHICLE
 from fmus.physics.propagation import wavelength
 from fmus.relay.nodes import Node
 from fmus.relay.obstacle_aware import ObstacleAwareParameters, ObstacleAwareSelection
-from fmus.relay.risk import RiskModel
+from fmus.relay.obstacles import Obstacles
+from fmus.relay.prediction import Horizon
+from fmus.relay.risk import Ahead, RiskModel
 from fmus.relay.situation import Choice, Situation
 from orchestrator.parameters import parameter
 
@@ -19,7 +21,8 @@ class Mohed(ObstacleAwareSelection):
 
     It knows what the ego knows: its own detections, the BSMs and APMs it received, and its
     map of the buildings. The choice is made when fusion is triggered, again after each
-    window, and at once when the relay has not been heard for `lost_after`.
+    window, and at once when the relay has not been heard for `lost_after`. With `trajectories`
+    the obstacles count that will be on a hop, as the paper's section "Results & Analysis" says.
     """
 
     @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,10 +48,22 @@ class Mohed(ObstacleAwareSelection):
             doc="whether the current choice wins among equal risks, before the direct link and "
             "then the relay with the shorter longest hop",
         )
+        trajectories: bool = parameter(
+            default=False,
+            doc="whether the risk is the mean over the window, along predicted trajectories; "
+            "else that of now",
+        )
+        sample: float = parameter(
+            0.25,
+            unit="s",
+            minimum=0.01,
+            doc="longest time between the instants of predicted trajectories",
+        )
 
     def __init__(self, parameters: Parameters) -> None:
         super().__init__(parameters)
         self._given = parameters
+        self._horizon = Horizon.within(parameters.window, parameters.sample)
         self._model = RiskModel(
             wavelength=wavelength(parameters.carrier_frequency),
             minimum_speed_difference=parameters.minimum_speed_difference,
@@ -71,12 +86,23 @@ class Mohed(ObstacleAwareSelection):
         nodes = list(situation.candidates.values())
         pairs = [(sharer, ego), *((node, sharer) for node in nodes), *((n, ego) for n in nodes)]
         beside: list[Node] = [ego if self._given.first_hop == "ego" else sharer] * len(nodes)
+        obstacles = self._surroundings.obstacles(situation)
         risk = self._model.of_hops(
             pairs,
             [ego, *beside, *([ego] * len(nodes))],
-            self._surroundings.obstacles(situation),
+            obstacles,
             self._surroundings.walls(situation.known),
+            self._ahead(situation, pairs, obstacles) if self._given.trajectories else None,
         ).tolist()
         first, second = risk[1 : len(nodes) + 1], risk[len(nodes) + 1 :]
         both = (one + other for one, other in zip(first, second, strict=True))
         return {NO_VEHICLE: risk[0], **dict(zip(situation.candidates, both, strict=True))}
+
+    def _ahead(
+        self, situation: Situation, pairs: list[tuple[Node, Node]], obstacles: Obstacles
+    ) -> Ahead:
+        """The predicted trajectories of the nodes and of the obstacles over the window."""
+        return Ahead(
+            hops=self._horizon.hops(pairs, situation.ego, situation.known.route),
+            center=self._horizon.straight(obstacles.center, obstacles.velocity),
+        )

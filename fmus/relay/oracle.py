@@ -10,6 +10,7 @@ from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE
 from fmus.relay.inputs import Inputs
+from fmus.relay.offers import Offers
 from fmus.relay.selection import SelectionParameters, situation
 from fmus.relay.situation import Choice
 from fmus.relay.unit import RelayUnit
@@ -35,6 +36,10 @@ class Oracle(RelayUnit, DecidingComponent):
     window given the windows before, not the best sequence. A relay that falls silent is no
     reason to choose again: that it will was known.
 
+    With `draws` it is fair: it knows the world to come, bodies, movements and load, but not what
+    radios will draw. Each alternative is then tried with random numbers drawn anew, the same for
+    all of them, and the run itself goes on with its own.
+
     The horizon is by default a window and `LAG` after the choice: so much later a choice takes
     effect, and so much longer it stays in effect. Until then all alternatives fare alike.
     """
@@ -56,6 +61,18 @@ class Oracle(RelayUnit, DecidingComponent):
             doc="packets of sensor data sent to the ego per second at most; an alternative that "
             "cannot catch up at this rate is given up early. 0: none is",
         )
+        draws: int = parameter(
+            0,
+            minimum=0,
+            doc="0: it knows the random draws to come; else it knows the world only, tries the "
+            "best alternatives with so many other draws, and takes the best mean",
+        )
+        alternatives: int = parameter(
+            0,
+            minimum=0,
+            doc="how many are tried at most: the current choice, the direct link, then relays by "
+            "their longer hop, the shortest first. 0: all",
+        )
 
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
@@ -67,6 +84,7 @@ class Oracle(RelayUnit, DecidingComponent):
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         super().setup(start, rng)
         self._whereabouts = Whereabouts()
+        self._offers = Offers(self._parameters.offering, rng)
         self._next_choice = start
         self._open: _Choices | None = None
         self._supply = _Supply(self._parameters.rate, start, 0)
@@ -92,7 +110,11 @@ class Oracle(RelayUnit, DecidingComponent):
         if self._open is None:
             return None
         names = ("direct" if r == NO_VEHICLE else f"vehicle {r}" for r in self._open.relays)
-        return Decision(alternatives=tuple(names), horizon=self._open.time + self._horizon)
+        return Decision(
+            alternatives=tuple(names),
+            horizon=self._open.time + self._horizon,
+            draws=self._parameters.draws,
+        )
 
     @override
     def decide(self, alternative: int) -> None:
@@ -111,10 +133,11 @@ class Oracle(RelayUnit, DecidingComponent):
     def _alternatives(self, known: Inputs, sharer: int, now: Time) -> tuple[int, ...]:
         current = None if self._course.is_new(sharer) else self._course.relay
         where = self._whereabouts.of(sharer, now)
-        found = situation(known, where, current, self._parameters)
+        found = situation(known, where, current, self._parameters, self._offers)
         if found is None:
             return (NO_VEHICLE,)
-        return tuple(sorted((NO_VEHICLE, *found.candidates), key=found.tie_break))
+        ordered = sorted((NO_VEHICLE, *found.candidates), key=found.tie_break)
+        return tuple(ordered[: self._parameters.alternatives or None])
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmus.relay.crossings import antennas
+from fmus.relay.crossings import Hops, antennas, vehicles
 from fmus.relay.nodes import Node
 from orchestrator.signal import Array
 
@@ -22,10 +22,33 @@ class Horizon:
 
     @classmethod
     def over(cls, window: float, step: float) -> "Horizon":
-        """Now, and then the middles of equal parts of `window`, at most `step` long [s]."""
+        """Now, and then the instants of `within`."""
+        return cls(time=np.concatenate([[0.0], cls.within(window, step).time]))
+
+    @classmethod
+    def within(cls, window: float, step: float) -> "Horizon":
+        """The middles of equal parts of `window`, at most `step` long [s]."""
         count = max(1, int(np.ceil(window / step - 1e-9)))
-        middles = (np.arange(count) + 0.5) * (window / count)
-        return cls(time=np.concatenate([[0.0], middles]))
+        return cls(time=(np.arange(count) + 0.5) * (window / count))
+
+    def hops(self, pairs: Sequence[tuple[Node, Node]], ego: Node, route: Array) -> Hops:
+        """Hops between nodes at each instant, the ego on its route and all others straight on.
+
+        Args:
+            pairs: both ends of each hop.
+            ego: where it is.
+            route: as in `along`.
+
+        Returns:
+            Hops of shape (instant, hop).
+        """
+        driven = self.along(ego, route)
+        ends = []
+        for nodes in ([pair[0] for pair in pairs], [pair[1] for pair in pairs]):
+            places = self.antennas(nodes)
+            places[:, vehicles(nodes) == ego.vehicle, :2] = driven[:, None]
+            ends.append(places)
+        return Hops(vehicle=Hops.between(pairs).vehicle, start=ends[0], end=ends[1])
 
     def straight(self, position: Array, velocity: Array) -> Array:
         """Positions of what moves on at its velocity.

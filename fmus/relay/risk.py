@@ -12,6 +12,19 @@ from orchestrator.signal import Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Ahead:
+    """Where everybody is predicted to be.
+
+    Attributes:
+        hops: of shape (instant, hop).
+        center: of the obstacles [m], shape (instant, obstacle, 2).
+    """
+
+    hops: Hops
+    center: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RiskModel:
     """Parameters of the risk.
 
@@ -34,6 +47,7 @@ class RiskModel:
         references: list[Node],
         obstacles: Obstacles,
         walls: Walls,
+        ahead: Ahead | None = None,
     ) -> Array:
         r"""The paper's Eq. (4) for each hop: sum of L_v-shadow times S over the obstacles.
 
@@ -48,19 +62,23 @@ class RiskModel:
                 pair's first, v_1.
             obstacles: all known obstacles; the bodies of the two ends are passed over.
             walls: of the buildings.
+            ahead: where all will be; the risk is then the mean over these instants, with the
+                velocities of now. `None`: the risk of now.
 
         Returns:
             [dB s/m], shape (hop,).
         """
-        hops = Hops.between(pairs)
-        found = crossings(hops, obstacles)
+        hops = Hops.between(pairs) if ahead is None else ahead.hops
+        found = crossings(hops, obstacles, None if ahead is None else ahead.center)
         v = np.array([[p[0].velocity, r.velocity] for p, r in zip(pairs, references, strict=True)])
+        hop = found.hop % len(pairs)
         loss = self._knife_edge(hops, found.hop, obstacles.height[found.obstacle], found.middle)
-        similar = self._similarity(v[found.hop], obstacles.velocity[found.obstacle])
-        risk = np.bincount(found.hop, loss * similar, minlength=len(pairs))
-        cuts, _ = walls.cuts(hops.start[:, :2], hops.end[:, :2])
+        similar = self._similarity(v[hop], obstacles.velocity[found.obstacle])
+        cuts, _ = walls.cuts(hops.start[..., :2], hops.end[..., :2])
+        risk = np.bincount(found.hop, loss * similar, minlength=cuts.size).reshape(cuts.shape)
         still = self._similarity(v, np.zeros((len(pairs), 2)))
-        return np.asarray(risk + cuts * self.wall_loss * still)
+        risks = risk + cuts * self.wall_loss * still
+        return np.asarray(risks if ahead is None else risks.mean(axis=0))
 
     def _knife_edge(self, hops: Hops, hop: Array, height: Array, middle: Array) -> Array:
         r"""L_v-shadow [dB] of each crossing, 0 where it stays below the line of sight.
@@ -70,7 +88,7 @@ class RiskModel:
 
         (paper, Eqs. (1) and (2); ITU-R P.526-15, equations (26) and (31), with 2/lambda.)
         """
-        first, last = hops.start[hop], hops.end[hop]
+        first, last = hops.start.reshape(-1, 3)[hop], hops.end.reshape(-1, 3)[hop]
         distance = np.maximum(np.linalg.norm((last - first)[:, :2], axis=-1), 1e-3)
         inner = np.clip(middle, 1e-3, 1.0 - 1e-3)
         above = height - (first[:, 2] + (last - first)[:, 2] * inner)

@@ -130,6 +130,15 @@ class Exchange:
                 histories = {source: self.participants[source].remember() for source in sources}
                 each.approximate(InputCourses(feeds, histories, degree, is_smooth=is_smooth))
 
+    def take_turns(self, order: Sequence[str]) -> None:
+        """Let components take turns in this order; each sees what those before it publish."""
+        for position, name in enumerate(order):
+            each = self.participants[name]
+            each.take_turns(
+                tuple(self.participants[n] for n in order[:position] if n in each.sources),
+                tuple(self.participants[n] for n in order[position:] if n in each.sources),
+            )
+
     def set_up(self, start: Time, stop: Time, seed: int) -> None:
         """Let every component enter its initial state."""
         self.sources.start(start)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing_extensions import override
 
 from orchestrator.algorithm.age import Age, ages_by_turn
-from orchestrator.algorithm.base import Pattern
-from orchestrator.algorithm.exchange import Due
+from orchestrator.algorithm.base import Pattern, Stepping
+from orchestrator.algorithm.exchange import Due, Exchange
 from orchestrator.algorithm.extrapolation import ExtrapolatingAlgorithm
 from orchestrator.errors import SystemStructureError
 from orchestrator.feedthrough import describe, feedthrough_order, loops
@@ -71,6 +71,13 @@ class GaussSeidel(ExtrapolatingAlgorithm):
     @override
     def _held_lag(self, step: StepSize) -> StepSize:
         return 0  # inputs are read where the step ends
+
+    @override
+    def of_run(self, system: System, exchange: Exchange) -> Stepping:
+        # not `super()`, which dataclasses with slots break
+        ExtrapolatingAlgorithm.of_run(self, system, exchange)
+        exchange.take_turns(self.turns(system))
+        return self
 
     @override
     def depart(self, t: Time, due: Due) -> None:

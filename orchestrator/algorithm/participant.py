@@ -1,9 +1,9 @@
 """One component taking part in a co-simulation: its inputs, its step, its published outputs."""
 
 import abc
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from time import perf_counter_ns
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar, Final, TypeAlias
 
 import numpy as np
 
@@ -77,6 +77,9 @@ class Participant(abc.ABC):
         self._grid = CommunicationGrid(0, step_size, 0)
         self._history: History | None = None
         self._pieces: Pieces | None = None
+
+    def take_turns(self, leaders: "Participants", followers: "Participants") -> None:
+        """Know who of those that it reads publishes before its turn, and who behind it."""
 
     def note_in(self, past: tuple[PastValues, ...]) -> None:
         """Note what is published in `past`, from now on."""
@@ -210,7 +213,7 @@ class Participant(abc.ABC):
 
     @abc.abstractmethod
     def begin_ahead(self, t: Time) -> None:
-        """Start the step from `t` before its turn comes, if it works elsewhere and reads nobody.
+        """Start the step from `t` before its turn comes, if it works elsewhere and sees all.
 
         What it sees does not depend on when it steps. If the run ends before its step does, what
         comes of the step is ignored, an error too.
@@ -378,3 +381,6 @@ class Participant(abc.ABC):
             return ComponentError(error.component or self.name, when, doing + error.message)
         kind = "" if isinstance(error, CosimError) else f"{type(error).__name__}: "
         return ComponentError(self.name, t, f"{doing}{kind}{error}")
+
+
+Participants: TypeAlias = Sequence[Participant]

@@ -6,7 +6,7 @@ from time import perf_counter_ns
 
 from typing_extensions import override
 
-from orchestrator.algorithm.participant import Participant
+from orchestrator.algorithm.participant import Participant, Participants
 from orchestrator.component import Component, ConcurrentComponent
 from orchestrator.errors import ComponentError
 from orchestrator.native import NativeUnit
@@ -57,7 +57,9 @@ class LocalParticipant(Participant):
 class ConcurrentParticipant(Participant):
     """A component that steps elsewhere between `begin` and `finish`."""
 
-    __slots__ = ("_begun_at", "_concurrent", "_is_ahead", "_is_stepping")
+    __slots__ = (
+        "_begun_at", "_concurrent", "_followers", "_is_ahead", "_is_stepping", "_leaders",
+    )  # fmt: skip
 
     is_concurrent = True
 
@@ -70,9 +72,15 @@ class ConcurrentParticipant(Participant):
     ) -> None:
         super().__init__(name, component, connectors, step_size)
         self._concurrent = component
+        self._leaders: Participants | None = None
+        self._followers: Participants = ()
         self._begun_at: Time = 0
         self._is_ahead = False
         self._is_stepping = False
+
+    @override
+    def take_turns(self, leaders: Participants, followers: Participants) -> None:
+        self._leaders, self._followers = leaders, followers
 
     @override
     def begin(self, t: Time, h: Duration | None = None) -> None:
@@ -118,9 +126,21 @@ class ConcurrentParticipant(Participant):
 
     @override
     def begin_ahead(self, t: Time) -> None:
-        if not self.sources:
+        if self._sees_all(t):
             self.begin(t)
             self._is_ahead = True
+
+    def _sees_all(self, t: Time) -> bool:
+        """Whether all that the step from `t` reads when its turn comes is published at `t`."""
+        if not self.sources:
+            return True
+        # inputs may be made at the time of the step, such as late ones
+        if self._leaders is None or self.inputs.mixed or self._pieces is not None:
+            return False
+        end = self.grid.after(t)
+        return all(each.grid.after(t) > end for each in self._leaders) and all(
+            each.grid.after(t) >= end for each in self._followers
+        )
 
     @override
     def settle(self) -> None:

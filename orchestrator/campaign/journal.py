@@ -9,19 +9,23 @@ import abc
 import json
 import logging
 import os
+import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Generic, TextIO, TypeVar
+from typing import Any, Final, Generic, TextIO, TypeVar
 
 from orchestrator.errors import CosimError
 from orchestrator.machine import commit, cpu, memory_gib
 from orchestrator.provenance import nlosim_version, provenance
-from orchestrator.recording.layout import write_json
+from orchestrator.recording.layout import read_json, write_json
 
 logger = logging.getLogger(__name__)
 
 Entry = TypeVar("Entry")
+
+_CHECKSUM: Final = "crc32"
+"""The key of a line that says the CRC-32 of the rest, as JSON."""
 
 
 class ResumeError(CosimError):
@@ -37,6 +41,7 @@ class Kind:
         identity: the name of the file that says what one is.
         sessions: the name of the file that says who began it and went on; may be the same.
         entries: the name of the file with a line for everything that is finished.
+        ordered: whether a line of these means nothing without those before it.
         growing: what may be added before one goes on, for messages.
         names: what messages call the parts of its identity; the others are called by their keys.
         remarks: what is said of the former session if a fact of the new one differs, by its key.
@@ -46,6 +51,7 @@ class Kind:
     identity: str
     sessions: str
     entries: str
+    ordered: bool
     growing: str
     names: Mapping[str, str]
     remarks: Mapping[str, str]
@@ -93,11 +99,10 @@ class Identity:
         kind = self.kind
         try:
             known, sessions = (
-                json.loads((directory / name).read_text(encoding="utf-8"))
-                for name in (kind.identity, kind.sessions)
+                read_json(directory / name) for name in (kind.identity, kind.sessions)
             )
-            lines = read_lines(directory / kind.entries)
-        except (OSError, ValueError) as error:
+            lines = read_lines(directory / kind.entries, ordered=kind.ordered)
+        except OSError as error:
             what = f"`{directory}` holds no {kind.noun} to resume; leave `--resume` out"
             raise ResumeError(what) from error
         self._check(directory, known)
@@ -184,21 +189,49 @@ class Journal(abc.ABC, Generic[Entry]):
         """What the line of an entry says: plain values by their keys."""
 
     def _line(self, entry: Entry) -> str:
-        return json.dumps(self._content(entry), allow_nan=False) + "\n"
+        text = json.dumps(self._content(entry), allow_nan=False)
+        # the checksum is the last key, over all before it
+        return f'{text[:-1]}, "{_CHECKSUM}": {zlib.crc32(text.encode())}}}\n'
 
 
-def read_lines(path: Path) -> list[dict[str, Any]]:
+def read_lines(path: Path, *, ordered: bool = False) -> list[dict[str, Any]]:
     """The contents of the lines of a journal.
 
-    A line that was being written when everything ended is left out.
+    A line that was being written when everything ended is left out, and with a warning one that is
+    damaged: what it says counts as not done.
+
+    Args:
+        path: of the file.
+        ordered: whether a line means nothing without those before it; then what is behind a
+            damaged one is left out, too.
 
     Raises:
         OSError: the file cannot be read.
     """
+    *lines, last = path.read_bytes().split(b"\n")
     found = []
-    for line in path.read_text(encoding="utf-8").splitlines():
-        try:
-            found.append(json.loads(line))
-        except ValueError:
+    for number, line in enumerate(lines, 1):
+        content = _sound(line)
+        if content is not None:
+            found.append(content)
             continue
-    return found
+        rest = " with all behind it" if ordered else ""
+        what = "`%s`, line %d: damaged, and left out%s; `--resume` does again what it told of"
+        logger.warning(what, path, number, rest)
+        if ordered:
+            return found
+    rest_of_line = _sound(last)
+    return found if rest_of_line is None else [*found, rest_of_line]
+
+
+def _sound(line: bytes) -> dict[str, Any] | None:
+    """What a line says; `None` if it is damaged. Earlier releases wrote no checksums."""
+    try:
+        content = json.loads(line)
+        if not isinstance(content, dict):
+            return None
+        said = content.pop(_CHECKSUM, None)
+        text = json.dumps(content, allow_nan=False)
+    except (ValueError, RecursionError):
+        return None
+    return content if said is None or zlib.crc32(text.encode()) == said else None

@@ -2,15 +2,14 @@
 
 import contextlib
 import importlib
-import json
 import os
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
-from orchestrator.cli import failures
-from orchestrator.cli.outcome import Outcome
+from orchestrator.cli import failures, streams
+from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.cli.parser import UsageError, parser
 from orchestrator.cli.requests import heard_by_exception, heard_no_more
 from orchestrator.cli.watch import is_watched, watched
@@ -31,22 +30,23 @@ when they are asked for, so that `nlosim --help` need not wait for NumPy."""
 
 def execute(argv: Sequence[str] | None) -> int:
     """Run one command; see `orchestrator.cli.main`."""
+    if argv is None:
+        streams.prepare()
     given = sys.argv[1:] if argv is None else list(argv)
     is_json = "--json" in given
     ended = watched() if argv is None and is_watched(given) else None
     if isinstance(ended, int):
         return ended
     if ended is not None:
-        _write(ended, is_json=is_json)
-        return int(ended.exit_code)
-    with _output_kept_for_json() if is_json else contextlib.nullcontext():
-        outcome = _outcome(given, is_program=argv is None)
+        return streams.tell(ended, is_json=is_json)
     try:
-        _write(outcome, is_json=is_json)
-        sys.stdout.flush()
-    except OSError:  # `nlosim components | head`, a terminal that is closed, a full disk
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return int(outcome.exit_code)
+        with _output_kept_for_json() if is_json else contextlib.nullcontext():
+            outcome = _outcome(given, is_program=argv is None)
+    except SystemExit:  # the help or the version was printed
+        if streams.flush():
+            raise
+        return int(Exit.WRONG_INPUT)
+    return streams.tell(outcome, is_json=is_json)
 
 
 def _outcome(given: Sequence[str], *, is_program: bool) -> Outcome:
@@ -73,15 +73,6 @@ def _execute(arguments: Namespace) -> Callable[[Namespace], Outcome]:
         return execute
     found: Callable[[Namespace], Outcome] = arguments.execute
     return found
-
-
-def _write(outcome: Outcome, *, is_json: bool) -> None:
-    is_error = "error" in outcome.data
-    if is_json:
-        sys.stdout.write(json.dumps(outcome.data, indent=2, allow_nan=False) + "\n")
-    if outcome.text and (is_error or not is_json):
-        stream = sys.stderr if is_error else sys.stdout
-        stream.write(outcome.text + "\n")
 
 
 @contextlib.contextmanager

@@ -47,6 +47,9 @@ def outcome_of(error: BaseException, directory: Path | None = None) -> Outcome:
         case KeyboardInterrupt():
             text = f"interrupted{recorded}"
             return failure("interrupted", Exit.INTERRUPTED, "interrupted", text=text, **where)
+        case MemoryError():
+            text = f"there is not enough memory for this{recorded}"
+            return failure("memory", Exit.WRONG_INPUT, text, **where)
         case CosimError() | OSError():  # a full disk or a wrong path is no bug of ours
             text = f"error: {_said(error)}{recorded}"
             return failure("input", Exit.WRONG_INPUT, _said(error), text=text, **where)

@@ -25,7 +25,8 @@ def execute(arguments: Namespace) -> Outcome:
 
 
 def _of_run(directory: Path, more: Sequence[str], tables: Sequence[Format] | None) -> Outcome:
-    manifest = Recording(directory).manifest
+    recording = Recording(directory)
+    manifest, faults = recording.manifest, recording.faults()
     scenario = manifest.get("scenario", {})
     asked = questions_of(scenario, more=more, tables=tables)
     if asked.report is None and not asked.measures and not asked.optional:
@@ -33,13 +34,22 @@ def _of_run(directory: Path, more: Sequence[str], tables: Sequence[Format] | Non
             f"the scenario of `{directory}` names no report, and wants no measures; "
             "`--measures all` asks them anyway"
         )
-    findings = make_report(asked, directory, figure=True)
+    findings = make_report(asked, directory, figure=True, damaged=bool(faults))
     crash = [f"the run ended early: {manifest['error']}", ""] if is_crash(manifest) else []
     lines = [*crash, findings.summary.rstrip(), "", f"wrote {', '.join(map(str, findings.files))}"]
-    return Outcome(
-        text="\n".join(lines).lstrip("\n"),
-        data={"out": str(directory), "metrics": dict(findings.metrics)},
-    )
+    text = "\n".join(lines).lstrip("\n")
+    if faults:
+        noun = "place" if len(faults) == 1 else "places"
+        return failure(
+            "damage",
+            Exit.WRONG_INPUT,
+            f"the recording is damaged in {len(faults)} {noun}",
+            text="\n".join([*(f"error: {fault}" for fault in faults), "", "of the rest:", text]),
+            faults=list(faults),
+            out=str(directory),
+            metrics=dict(findings.metrics),
+        )
+    return Outcome(text=text, data={"out": str(directory), "metrics": dict(findings.metrics)})
 
 
 def _of_experiment(directory: Path) -> Outcome:

@@ -4,6 +4,7 @@ experiment.json   what the experiment is, and who began it and went on
 runs.jsonl        one line of JSON per finished run, with all its metrics
 """
 
+import logging
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -16,6 +17,8 @@ from orchestrator.campaign.journal import Identity, Kind, ResumeError, session
 from orchestrator.campaign.work import Result, RunKey
 from orchestrator.experiment.plan import Experiment
 
+logger = logging.getLogger(__name__)
+
 IDENTITY: Final = "experiment.json"
 RUNS: Final = "runs.jsonl"
 
@@ -24,6 +27,7 @@ KIND: Final = Kind(
     identity=IDENTITY,
     sessions=IDENTITY,
     entries=RUNS,
+    ordered=False,
     growing="seeds and metrics",
     names={"factors": "the factors", "combinations": "the levels, `set` or the scenario"},
     remarks={"commit": "holds runs of commit"},
@@ -92,8 +96,11 @@ def entries(lines: Iterable[dict[str, Any]]) -> dict[RunKey, Result]:
     """The finished runs in the lines of a file `runs.jsonl`, of each the last attempt."""
     found = {}
     for content in lines:
-        key = RunKey(content.pop("seed"), content.pop("combination"))
-        found[key] = Result(**content)
+        try:
+            key = RunKey(content.pop("seed"), content.pop("combination"))
+            found[key] = Result(**content)
+        except (KeyError, TypeError):
+            logger.warning("a line of `%s` is damaged, and left out: %s", RUNS, content)
     return found
 
 

@@ -1,6 +1,5 @@
 """An experiment read again from its directory, without the files that it was made from."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from orchestrator.experiment import tables
 from orchestrator.experiment.journal import IDENTITY, RUNS, entries
 from orchestrator.experiment.plan import Combination, Experiment, ReportPlan
 from orchestrator.experiment.report import Results
+from orchestrator.recording.layout import read_json
 from orchestrator.scenario.document import Document
 
 
@@ -28,11 +28,12 @@ def read(directory: Path) -> Results:
 
     Raises:
         StoredError: there is no experiment, or one of another version of nlosim.
+        RecordingError: the file that says what it is is damaged.
     """
     try:
-        known = json.loads((directory / IDENTITY).read_text(encoding="utf-8"))
+        known = read_json(directory / IDENTITY)
         results = entries(read_lines(directory / RUNS))
-    except (OSError, ValueError) as error:
+    except OSError as error:
         raise StoredError(f"`{directory}` holds no experiment: {error}") from error
     try:
         experiment, sessions = _experiment(directory, known), known["sessions"]

@@ -97,9 +97,7 @@ class Outputs:
         copy = self.block.tobytes()
         found: dict[str, Signal] = {}
         for name, place in self.places.items():
-            count = math.prod(place.shape)
-            elements = np.frombuffer(copy, place.dtype, count, place.offset)
-            found[name] = elements.reshape(place.shape)
+            found[name] = np.ndarray(place.shape, place.dtype, copy, place.offset)
         for name, each in zip(self.binaries, self.bytes, strict=False):
             found[name] = ctypes.string_at(each.data, each.size) if each.size else b""
         return found

@@ -40,6 +40,9 @@ _MOST_BYTES: Final = 8 << 20
 _SPAN_NS: Final = 30_000_000
 """Wall time of a stretch, about: a request to stop is heard between two."""
 
+_MOST_GROWTH: Final = 16
+"""How many times more points a stretch may have than the one before."""
+
 
 def plan_of(
     system: System,
@@ -268,8 +271,8 @@ class RunPlan:
 
     def _adapt(self, spent: int, points: int) -> None:
         """Let the next stretch take about `_SPAN_NS`."""
-        if points == self._most and spent < _SPAN_NS // 2:
-            growth = 2 if spent > _SPAN_NS // 8 else 4
+        growth = min(_SPAN_NS // max(spent, 1), _MOST_GROWTH)
+        if points == self._most and growth > 1:
             self._most = min(growth * self._most, self._limit)
         elif spent > 2 * _SPAN_NS:
             self._most = max(1, self._most // 2)

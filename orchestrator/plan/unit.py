@@ -14,7 +14,7 @@ from orchestrator.errors import ComponentError
 from orchestrator.native import NativeKind, NativeUnit, NativeVariable
 from orchestrator.plan import layouts
 from orchestrator.plan.attendance import Attendance
-from orchestrator.plan.copies import are_adjacent, version_of
+from orchestrator.plan.copies import Driven, are_adjacent
 from orchestrator.plan.memory import Outputs
 from orchestrator.plan.mixes import UnitMixes
 from orchestrator.plan.past import Past
@@ -84,8 +84,9 @@ class UnitPlan(Readable):
         self._recorded = [name for name in names if name in recorded]
         self._shown: dict[str, Signal] = {}
         self._keep: list[Any] = []  # what the table points to
-        self._copies: list[tuple[str, Feed | None, layouts.Copy]] = []
+        self._driven: list[Driven] = []
         self._setting_names: list[tuple[str, list[str]]] = []
+        self._tracks: list[layouts.Track] = []
         self._rings: dict[str, Array] = {}
         self._attendance = Attendance(participant, unit.owner)
         self._describe(table, unit)
@@ -148,13 +149,11 @@ class UnitPlan(Readable):
         table.gettings = len(gettings)
         table.track = self._kept((layouts.Track * len(self._recorded))())
         table.tracks = len(self._recorded)
-        for track, name in zip(self._tracks(), self._recorded, strict=True):
+        self._tracks = [table.track[k] for k in range(table.tracks)]
+        for track, name in zip(self._tracks, self._recorded, strict=True):
             track.offset = self._outputs[0].offset(name)
             track.is_binary = name in self._outputs[0].binaries
             track.size = 8 if track.is_binary else self._outputs[0].places[name].size
-
-    def _tracks(self) -> list[layouts.Track]:
-        return [self._table.track[k] for k in range(len(self._recorded))]
 
     def _kept(self, what: Any) -> Any:
         """`what`, which lives as long as the plan."""
@@ -237,7 +236,7 @@ class UnitPlan(Readable):
         for copy, name, count in zip(copies, names, counts, strict=True):
             copy.source = sources[name]
             copy.size = count if kind is NativeKind.BOOLEAN32 else count * dtype.itemsize
-            self._copies.append((name, feeds.get(name), copy))
+            self._driven.append(Driven.of(name, feeds.get(name), copy))
         if kind in _BYTES:
             call.is_binary = True
             call.elements = self._kept(np.zeros(2 * len(names), np.uintp)).ctypes.data
@@ -252,7 +251,7 @@ class UnitPlan(Readable):
 
     def room(self, points: int) -> int:
         """How much memory so many samples take [byte]."""
-        return sum(_room(points * track.size) for track in self._tracks())
+        return sum(_room(points * track.size) for track in self._tracks)
 
     def reserve(self, points: int, memory: Array) -> None:
         """Use `memory` for so many samples.
@@ -261,7 +260,7 @@ class UnitPlan(Readable):
             points: how many.
             memory: uint8, shape (byte,), as large as `room` says.
         """
-        for track, name in zip(self._tracks(), self._recorded, strict=True):
+        for track, name in zip(self._tracks, self._recorded, strict=True):
             size = points * track.size
             self._rings[name] = memory[:size]
             track.row = memory.ctypes.data
@@ -278,11 +277,12 @@ class UnitPlan(Readable):
                 self._pending.put(name, value, self._library)
         self._table.ending = self._attendance.ending
         owner = self._unit.owner
-        for name, feed, copy in self._copies:
+        for each in self._driven:
+            feed = each.feed
             is_set = feed is not None and owner.is_written(
-                name, published[feed.component][feed.output]
+                each.name, published[feed.component][feed.output]
             )
-            copy.seen = version_of(copy) if is_set else version_of(copy) - 1 & (1 << 64) - 1
+            each.enter(is_set=is_set)
         self._mixes.enter()
         for past in self._pasts.values():
             past.enter()
@@ -310,14 +310,14 @@ class UnitPlan(Readable):
     def leave(self, t: Time, published: Mapping[str, Signals]) -> None:
         """Let the component go on where the engine was, when all units are shown."""
         written = {
-            name: published[feed.component][feed.output]
-            for name, feed, copy in self._copies
-            if feed is not None and copy.seen == version_of(copy)
+            each.name: published[feed.component][feed.output]
+            for each in self._driven
+            if (feed := each.feed) is not None and each.is_newest
         }
         under_way = self._is_under_way(t)
         read = self.participant.pending if under_way else self.participant.published
         self._attendance.publish(is_reached=not under_way)
-        self._unit.owner.adopt([name for name, _, _ in self._copies], written, dict(read))
+        self._unit.owner.adopt([each.name for each in self._driven], written, dict(read))
         self._mixes.leave()
         for past in self._pasts.values():
             past.leave()
@@ -334,7 +334,7 @@ class UnitPlan(Readable):
         """
         count = self.rows
         rows = {}
-        for track, name in zip(self._tracks(), self._recorded, strict=True):
+        for track, name in zip(self._tracks, self._recorded, strict=True):
             data = self._rings[name][: count * track.size]
             if track.is_binary:
                 content = track.bytes
@@ -367,7 +367,7 @@ class UnitPlan(Readable):
         self._unit.owner.count_calls(None)
         for outputs in self._outputs:
             outputs.release(self._library)
-        for track in self._tracks():
+        for track in self._tracks:
             self._library.plan_release(ctypes.byref(track.bytes))
 
 

@@ -19,10 +19,12 @@ import zstandard
 
 from orchestrator.disk import naming
 from orchestrator.recording.columns import Columns, Form, compress, join
+from orchestrator.recording.growing import write_all
 from orchestrator.recording.layout import RecordingError
 
 VERSION: Final = 1
 _MAGIC: Final = struct.pack("<I", 0x184D2A50)
+_JSON: Final = json.JSONEncoder(separators=(",", ":")).encode
 _HEAD: Final = struct.Struct("<4sII")  # magic, bytes that follow, CRC-32 of the JSON
 
 
@@ -86,7 +88,7 @@ class BlockFile:
         size: of the file so far [byte].
     """
 
-    __slots__ = ("_columns", "_path", "_rows", "size")
+    __slots__ = ("_columns", "_is_torn", "_path", "_rows", "size")
 
     def __init__(
         self, path: Path, dtype: "np.dtype[Any]", row_shape: tuple[int, ...], form: Form | None
@@ -94,6 +96,7 @@ class BlockFile:
         self._path = path
         self._columns = Columns(form)
         self._rows = 0
+        self._is_torn = False  # whether something stands behind `size`
         descr = np.lib.format.dtype_to_descr(dtype)
         opening = _note({"nlosim": VERSION, "descr": descr, "shape": list(row_shape)})
         with naming(path):
@@ -138,10 +141,14 @@ class BlockFile:
         self._write(_note({"end": self._rows}))
 
     def _write(self, data: bytes) -> None:
-        with naming(self._path), self._path.open("r+b") as file:
-            file.seek(self.size)  # not the end: an earlier attempt may have failed halfway
-            file.write(data)
-            file.truncate()
+        file = self._path.open("r+b", buffering=0)
+        with naming(self._path), file:
+            if self._is_torn:  # an earlier attempt failed halfway
+                file.truncate(self.size)
+            self._is_torn = True
+            file.seek(self.size)
+            write_all(file, data)
+        self._is_torn = False
         self.size += len(data)
 
 
@@ -240,7 +247,7 @@ def _damaged(path: Path, block: Block, at: int, error: object) -> str:
 
 
 def _note(content: Mapping[str, Any]) -> bytes:
-    text = json.dumps(content, separators=(",", ":")).encode()
+    text = _JSON(content).encode()
     return _HEAD.pack(_MAGIC, len(text) + 4, zlib.crc32(text)) + text
 
 

@@ -45,7 +45,10 @@ NOISY: Final = 3.0
 WORTH: Final = 0.1
 """The share of numbers from which on a guess is used."""
 
-_SIMPLE: Final = (Words(), Planes(), Deltas())
+_SIMPLE: Final[tuple[Filter, ...]] = (Words(), Planes(), Deltas())
+_OF_BYTES: Final[tuple[Filter, ...]] = (Words(), Deltas())
+"""Planes of bytes are the bytes."""
+_NONE: Final = Records()
 _COMPRESSOR: Final = zstandard.ZstdCompressor(level=LEVEL, write_checksum=True)
 
 
@@ -247,10 +250,10 @@ def _choose(columns: Sequence[Numbers]) -> tuple[Filter, ...]:
     noisy: list[int] = []
     for k, column in enumerate(columns):
         few = column[:TRIED]
-        size, at = min(
-            (len(compress(each.encode(few, Records())[0])), n) for n, each in enumerate(_SIMPLE)
-        )
-        best: Filter = _SIMPLE[at]
+        tried = _SIMPLE if column.dtype.itemsize > 1 else _OF_BYTES
+        sizes = [len(compress(each.encode(few, _NONE)[0])) for each in tried]
+        size = min(sizes)
+        best: Filter = tried[sizes.index(size)]
         if column.dtype.itemsize == 8 and len(few) == TRIED and size > NOISY * TRIED:
             some = Records([each[:GUESSED] for each in columns[:k]])
             best = _guesses(column[:GUESSED], some, noisy) or best

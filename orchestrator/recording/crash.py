@@ -1,13 +1,12 @@
 """Runs that were cut off: what their directories say of it."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.last_call import FILE, CutOff, cut_off
-from orchestrator.recording.layout import MANIFEST, write_manifest
+from orchestrator.recording.layout import MANIFEST, read_json, write_manifest
 
 CRASHED: Final = "crashed"
 """The status of such a run."""
@@ -68,8 +67,7 @@ def conclude(directory: Path, how: str, what: str) -> Crash | None:
     crash = crash_of(directory, how, what)
     path = directory / MANIFEST
     if crash is not None and path.is_file():
-        manifest = json.loads(path.read_text(encoding="utf-8"))
-        write_manifest(directory, {**manifest, **_said(crash)})
+        write_manifest(directory, {**read_json(path), **_said(crash)})
     if crash is not None:
         (directory / FILE).unlink(missing_ok=True)
     return crash

@@ -159,7 +159,10 @@ class Deltas(Filter):
 
     @override
     def encode(self, column: Numbers, earlier: "Records") -> tuple[Stream, ...]:
-        return (_planes(np.diff(column, prepend=column.dtype.type(0))),)
+        differences = np.empty_like(column)
+        differences[:1] = column[:1]
+        np.subtract(column[1:], column[:-1], out=differences[1:])
+        return (_planes(differences),)
 
     @override
     def decode(

@@ -1,6 +1,7 @@
 """A `.npy` file that grows along its first axis and can be read at any time."""
 
 import io
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +20,11 @@ class GrowingArray:
     before the first rows.
     """
 
-    __slots__ = ("_descr", "_path", "_row_bytes", "_row_shape", "_written")
+    __slots__ = ("_after", "_before", "_path", "_row_bytes", "_written")
 
     def __init__(self, path: Path, dtype: "np.dtype[Any]", row_shape: tuple[int, ...] = ()) -> None:
         self._path = path
-        self._descr = np.lib.format.dtype_to_descr(dtype)
-        self._row_shape = row_shape
+        self._before, self._after = _header(dtype, row_shape)
         self._row_bytes = dtype.itemsize * int(np.prod(row_shape, dtype=np.int64))
         self._written = 0
 
@@ -34,12 +34,12 @@ class GrowingArray:
         file = self._path.open("r+b" if self._written else "w+b", buffering=0)
         with naming(self._path), file:
             if not self._written:
-                _write(file, self._header(0))
+                write_all(file, self._header(0))
             # not the end of the file: an earlier attempt may have failed halfway
             file.seek(len(header) + self._written * self._row_bytes)
-            _write(file, rows)
+            write_all(file, rows)
             file.seek(0)
-            _write(file, header)
+            write_all(file, header)
         self._written += count
 
     def remove(self) -> None:
@@ -47,14 +47,23 @@ class GrowingArray:
         self._path.unlink()
 
     def _header(self, count: int) -> bytes:
-        file = io.BytesIO()
-        shape = (count, *self._row_shape)
-        record = {"descr": self._descr, "fortran_order": False, "shape": shape}
-        np.lib.format.write_array_header_1_0(file, record)
-        return file.getvalue()
+        """Digits take the place of spaces at its end."""
+        digits = str(count).encode()
+        return self._before + digits + self._after[: -len(digits)] + b"\n"
 
 
-def _write(file: io.FileIO, data: bytes | memoryview) -> None:
+@lru_cache(maxsize=64)
+def _header(dtype: "np.dtype[Any]", row_shape: tuple[int, ...]) -> tuple[bytes, bytes]:
+    """The header of a file without rows, before their number and after it."""
+    file = io.BytesIO()
+    descr = np.lib.format.dtype_to_descr(dtype)
+    record = {"descr": descr, "fortran_order": False, "shape": (0, *row_shape)}
+    np.lib.format.write_array_header_1_0(file, record)
+    before, shape, after = file.getvalue().rpartition(b"'shape': (")
+    return before + shape, after[1:]
+
+
+def write_all(file: io.FileIO, data: bytes | memoryview) -> None:
     """Write all of `data`; the system may take less at once."""
     rest = memoryview(data)
     while rest:

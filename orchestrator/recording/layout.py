@@ -15,6 +15,7 @@ fixed has one sample, at the first time. Earlier releases wrote every part as `<
 is still read.
 """
 
+import dataclasses
 import enum
 import errno
 import glob
@@ -98,6 +99,20 @@ class SignalType:
             fixed=connector.variability is Variability.FIXED,
         )
 
+    @classmethod
+    def read(cls, path: Path, name: str, fields: Any) -> "SignalType":
+        """The type of the signal `name` as the index in `path` has it.
+
+        Raises:
+            RecordingError: no recorder writes that.
+        """
+        names = {field.name for field in dataclasses.fields(cls)}
+        if not isinstance(fields, dict) or fields.keys() != names:
+            raise RecordingError(f"`{path}` is damaged: what it says of `{name}` is no type")
+        if fields["layout"] not in {layout.value for layout in Layout}:
+            raise RecordingError(f"`{path}` is damaged: `{name}` has a layout that does not exist")
+        return cls(**fields)
+
 
 @dataclass(frozen=True, slots=True)
 class Files:
@@ -164,8 +179,11 @@ def tails_of(part: Path) -> dict[int, Path]:
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
     """Write `content` so that a reader finds the old file or the new one, never a part."""
+    _put(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
+
+
+def _put(path: Path, text: str) -> None:
     draft = path.with_name(f"{path.name}.draft")
-    text = json.dumps(content, indent=2, allow_nan=False) + "\n"
     try:
         with naming(path):
             draft.write_text(text, encoding="utf-8")
@@ -176,6 +194,22 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
         raise
 
 
+def read_json(path: Path) -> dict[str, Any]:
+    """What `write_json` wrote.
+
+    Raises:
+        FileNotFoundError: there is no such file.
+        RecordingError: it is damaged.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise RecordingError(f"`{path}` is damaged: {error}") from None
+    if not isinstance(content, dict):
+        raise RecordingError(f"`{path}` is damaged: it should be an object of JSON")
+    return content
+
+
 def write_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
     """Write the manifest of the run in `directory`, in one piece."""
     write_json(directory / MANIFEST, manifest)
@@ -184,8 +218,13 @@ def write_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
 def write_first_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
     """Write the manifest of a run that begins, with blank room for how it ends."""
     path = directory / MANIFEST
-    with naming(path):
-        path.write_text(json.dumps(manifest, indent=2) + "\n" + " " * _ROOM + "\n", "utf-8")
+    text = json.dumps(manifest, indent=2) + "\n" + " " * _ROOM + "\n"
+    try:
+        _put(path, text)
+    except OSError:
+        with suppress(OSError):  # what there is room for will say that the run has failed
+            path.write_text(text, encoding="utf-8")
+        raise
 
 
 def rewrite_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:

@@ -97,6 +97,9 @@ class Part:
         if len(data) != count * size:
             what = f"{len(data)} bytes, not {count} rows of {size} bytes"
             raise ValueError(f"`{self._name}` was given {what}")
+        if self._held + len(data) < BLOCK_BYTES:
+            self._take(data, count)
+            return
         rest = memoryview(data)
         while count:
             missing = -(-(BLOCK_BYTES - self._held) // size) if size else count

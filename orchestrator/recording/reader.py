@@ -1,7 +1,6 @@
 """Recordings: what a `Recorder` wrote, read back."""
 
 import hashlib
-import json
 import logging
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,7 +12,15 @@ import numpy as np
 
 from orchestrator.recording.crash import CRASHED, as_ended
 from orchestrator.recording.fingerprint import PartDigest, fingerprint
-from orchestrator.recording.layout import INDEX, MANIFEST, Files, Layout, RecordingError, SignalType
+from orchestrator.recording.layout import (
+    INDEX,
+    MANIFEST,
+    Files,
+    Layout,
+    RecordingError,
+    SignalType,
+    read_json,
+)
 from orchestrator.recording.samples import Samples, load, parts, read_samples
 from orchestrator.recording.stored import Stored, damage_of
 from orchestrator.signal import Array, Signal
@@ -101,13 +108,12 @@ class Recording:
 
     def __init__(self, directory: Path) -> None:
         self._directory = Path(directory)
+        path = self._directory / INDEX
         try:
-            index: dict[str, dict[str, Any]] = json.loads(
-                (self._directory / INDEX).read_text(encoding="utf-8")
-            )
+            index = read_json(path)
         except FileNotFoundError:
             raise RecordingError(f"`{directory}` holds no recording: no `{INDEX}`") from None
-        self._types = {name: SignalType(**fields) for name, fields in index.items()}
+        self._types = {name: SignalType.read(path, name, fields) for name, fields in index.items()}
 
     @property
     def signals(self) -> tuple[str, ...]:
@@ -116,11 +122,16 @@ class Recording:
 
     @cached_property
     def manifest(self) -> dict[str, Any]:
-        """What was run, and what became of it, as it was when first asked for."""
-        content: dict[str, Any] = json.loads(
-            (self._directory / MANIFEST).read_text(encoding="utf-8")
-        )
-        return as_ended(self._directory, content)
+        """What was run, and what became of it, as it was when first asked for.
+
+        Raises:
+            RecordingError: it is missing or damaged.
+        """
+        path = self._directory / MANIFEST
+        try:
+            return as_ended(self._directory, read_json(path))
+        except FileNotFoundError:
+            raise RecordingError(f"`{path}` is missing") from None
 
     def __contains__(self, name: str) -> bool:
         return name in self._types
@@ -166,13 +177,38 @@ class Recording:
         return tuple(found for path in files for found in damage_of(path, ended=ended))
 
     def fingerprint(self) -> str:
-        """The fingerprint of the files as they are, for comparison with the manifest's."""
+        """The fingerprint of the files as they are, for comparison with the manifest's.
+
+        Raises:
+            RecordingError: a file is missing or damaged.
+        """
         return fingerprint(self._digests())
+
+    def faults(self) -> tuple[str, ...]:
+        """Why this is not what the run recorded: damage, or another fingerprint.
+
+        Everything is read for it. A run that did not come to its end has no fingerprint: of it,
+        only damage is found.
+        """
+        found = list(self.damage)
+        try:
+            expected = self.manifest.get("fingerprint")
+            if not found and expected is not None and self.fingerprint() != expected:
+                found.append(
+                    f"the signals in `{self._directory}` are whole, but not those of its "
+                    f"`{MANIFEST}`: the fingerprints differ"
+                )
+        except RecordingError as error:
+            found.append(str(error))
+        return tuple(found)
 
     def _has_ended(self) -> bool:
         """Whether the run came to its end; if not, files may end anywhere."""
-        manifest = json.loads((self._directory / MANIFEST).read_text(encoding="utf-8"))
-        return manifest.get("status") not in {"running", CRASHED}
+        try:
+            manifest = read_json(self._directory / MANIFEST)
+        except (FileNotFoundError, RecordingError):
+            return True
+        return manifest.get("status") not in ("running", CRASHED)
 
     def _files(self, name: str) -> Files:
         end = Endpoint.parse(name)

@@ -52,8 +52,20 @@ _BUFFER: Final = 1 << 20
 _SEND_TIMEOUT: Final = 60.0
 """How long a host may take to read its command, which it waits for [s]."""
 
+_TIMEVAL: Final = struct.Struct("@ll")
+"""Seconds and microseconds, as the system has them."""
+
+_SLICE: Final = 0.05
+"""How long a socket waits at a time: so late is noticed that a deadline is over [s]."""
+
 _EXIT_AFTER_DISCONNECT: Final = 1.0
 """How long to wait for a better reason than a closed connection [s]."""
+
+
+def _limit(blocking: socket.socket, option: int, time: float) -> None:
+    """Have the system wait no longer than `time` [s], and Python not ask it twice for that."""
+    whole, rest = divmod(round(time * 1e6), 1_000_000)
+    blocking.setsockopt(socket.SOL_SOCKET, option, _TIMEVAL.pack(whole, rest))
 
 
 class _Messages:
@@ -62,7 +74,7 @@ class _Messages:
     What came of a message stays here when the waiting for the rest ends early.
 
     Args:
-        connection: for messages.
+        connection: for messages; it blocks.
         memory: that both ends see.
         beside: for descriptors, if memory is shared.
     """
@@ -78,6 +90,7 @@ class _Messages:
         self._wanted = _HEAD.size
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER)
         self._socket = connection
+        self._is_limited = False
         self._length: int | None = None
         self._pieces: list[bytes] = []
         self._got = 0
@@ -95,11 +108,16 @@ class _Messages:
     def receive(self, deadline: float | None) -> bytes:
         """The next message, by `deadline` on the clock of `time.monotonic` [s].
 
+        What has come is taken, whatever the time is.
+
         Raises:
             TimeoutError: it is not complete in time.
             EOFError: the other end is gone.
             OSError: the other end is gone.
         """
+        if deadline is not None and not self._is_limited:
+            _limit(self._socket, socket.SO_RCVTIMEO, _SLICE)
+            self._is_limited = True
         while self._length is None:
             if self._got < self._wanted:
                 self._read(_SMALL, deadline)
@@ -160,10 +178,14 @@ class _Messages:
         self._pieces, self._got = [rest], len(rest)
 
     def _read(self, most: int, deadline: float | None) -> None:
-        if deadline is not None:
-            # 0 would mean: do not wait, and say so by another error
-            self._socket.settimeout(max(1e-6, deadline - monotonic()))
-        piece = self._socket.recv(most)
+        while True:
+            is_over = deadline is not None and monotonic() >= deadline
+            try:
+                piece = self._socket.recv(most, socket.MSG_DONTWAIT if is_over else 0)
+                break
+            except BlockingIOError:
+                if is_over:
+                    raise TimeoutError from None
         if not piece:
             raise EOFError
         self._pieces.append(piece)
@@ -220,6 +242,7 @@ class LocalLink(ProcessLink):
 
     def __init__(self, component: str, number: int, exchange: Exchange) -> None:
         self._socket, theirs = socket.socketpair()
+        _limit(self._socket, socket.SO_SNDTIMEO, _SEND_TIMEOUT)
         self._beside, theirs_beside = socket.socketpair()
         self._memory = LinkMemory(exchange, number) if number else NOTHING_SHARED
         self._messages = _Messages(self._socket, self._memory, self._beside)
@@ -245,9 +268,8 @@ class LocalLink(ProcessLink):
         if self._obituary:
             raise LinkLostError(self._obituary)
         try:
-            self._socket.settimeout(_SEND_TIMEOUT)
             self._messages.send(message)
-        except TimeoutError:
+        except BlockingIOError:
             self._obituary = f"its process did not take a command within {_SEND_TIMEOUT:g} s"
             raise LinkLostError(self._obituary) from None
         except OSError:

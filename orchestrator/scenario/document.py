@@ -9,6 +9,7 @@ import yaml
 from yaml.reader import ReaderError
 
 from orchestrator.errors import Location, Problem, ScenarioError
+from orchestrator.regular_files import NoFileError, read_file
 from orchestrator.scenario import yaml12
 
 Address: TypeAlias = tuple[str | int, ...]
@@ -19,6 +20,9 @@ MAXIMUM_VALUES: Final = 100_000
 
 MAXIMUM_DEPTH: Final = 60
 """Levels of nesting; a scenario needs fewer than ten."""
+
+MAXIMUM_BYTES: Final = 16 * 1024 * 1024
+"""A file may have so many bytes: more than `MAXIMUM_VALUES` of a hundred bytes each."""
 
 _ARCHIVE: Final = b"PK\x03\x04"
 """How ZIP archives begin."""
@@ -61,10 +65,12 @@ class Document:
             ScenarioError: the file cannot be read, or is not YAML.
         """
         try:
-            raw = path.read_bytes()
+            raw = read_file(path, MAXIMUM_BYTES)
         except OSError as error:
             reason = "there is no such file" if not path.exists() else error.strerror
             raise _failure(str(path), 1, 1, f"cannot be read: {reason}") from None
+        except NoFileError as error:
+            raise _failure(str(path), 1, 1, f"cannot be read: {error}") from None
         if raw.startswith(_ARCHIVE):
             what = "is an archive; `nlosim ssp import` makes a scenario of an SSP package"
             raise _failure(str(path), 1, 1, what)

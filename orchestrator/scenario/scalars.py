@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, TypeVar, get_args, get_origin
 
 from orchestrator.parameters import Parameter
+from orchestrator.regular_files import endless
 from orchestrator.scenario.diagnosis import show
 from orchestrator.suggestion import suggestion
 from orchestrator.units import Unit, UnitError, parse_quantity, parse_unit
@@ -52,11 +53,12 @@ def _choice(choices: tuple[str, ...], value: Any) -> str:
 def _existing(parameter: Parameter, value: Any, folder: Path) -> Path:
     path = (folder / _text(parameter, value)).absolute()
     try:
-        found = path.exists()
-    except (OSError, ValueError):  # too long, or a null byte
-        found = False
-    if not found:
-        raise ScalarProblem(f"there is no file {path} (paths are relative to the scenario file)")
+        kind = endless(path)
+    except (OSError, ValueError):  # there is none; the path is too long, or has a null byte
+        what = f"there is no file {path} (paths are relative to the scenario file)"
+        raise ScalarProblem(what) from None
+    if kind:
+        raise ScalarProblem(f"{path} is {kind}, not a file")
     return path
 
 

@@ -17,7 +17,7 @@ from yaml.composer import Composer
 from yaml.parser import Parser
 from yaml.reader import Reader
 from yaml.resolver import BaseResolver
-from yaml.scanner import Scanner
+from yaml.scanner import Scanner, ScannerError
 
 Scalar = str | int | float | bool | None
 
@@ -103,6 +103,30 @@ class Parsing(Reader, Scanner, Parser, Composer, BaseResolver):
         Parser.__init__(self)
         Composer.__init__(self)
         BaseResolver.__init__(self)
+
+    @override
+    def scan_flow_scalar_non_spaces(self, double: bool, start_mark: yaml.Mark) -> list[str]:
+        """The pieces of a quoted scalar up to the next space.
+
+        Raises:
+            ScannerError: an escape names no character; PyYAML lets it pass, or stumbles.
+        """
+        try:
+            pieces: list[str] = super().scan_flow_scalar_non_spaces(double, start_mark)
+        except (ValueError, OverflowError):
+            raise self._no_character(start_mark) from None
+        if any("\ud800" <= each <= "\udfff" for piece in pieces for each in piece):
+            raise self._no_character(start_mark)
+        return pieces
+
+    def _no_character(self, start: yaml.Mark) -> ScannerError:
+        problem = (
+            "found an escape that is no character; they go from \\U00000000 to \\U0010FFFF, "
+            "without the halves \\uD800 to \\uDFFF"
+        )
+        return ScannerError(
+            "while scanning a double-quoted scalar", start, problem, self.get_mark()
+        )
 
     @override
     def resolve(self, kind: type[yaml.Node], value: str | None, implicit: Any) -> str:

@@ -146,8 +146,8 @@ def _ours(campaign: Campaign) -> list[Claim]:
             "of the blind one more than 50 % (compression 16).",
             "nlosim (target)",
             [
-                _rate("cooperative, PER 0", campaign.perfect(COOPERATIVE, 16), BELOW, None),
-                _rate("blind", campaign.perfect("blind"), Range(low=50.0, is_open=True), None),
+                rate("cooperative, PER 0", campaign.perfect(COOPERATIVE, 16), BELOW),
+                rate("blind", campaign.perfect("blind"), Range(low=50.0, is_open=True)),
             ],
         ),
         Claim(
@@ -159,7 +159,15 @@ def _ours(campaign: Campaign) -> list[Claim]:
     ]
 
 
-def _rate(name: str, point: Point | None, wanted: Range, paper: float | None) -> Comparison:
+def rate(name: str, point: Point | None, wanted: Range, paper: float | None = None) -> Comparison:
+    """How the collision rate of a point lies to what is wanted of it [%].
+
+    Args:
+        name: of the point, in words.
+        point: `None` if it was not run.
+        wanted: the rates that satisfy the claim [%].
+        paper: its rate [%], where it has one.
+    """
     return Comparison(
         quantity=f"collision rate, {name}",
         unit="%",
@@ -171,7 +179,7 @@ def _rate(name: str, point: Point | None, wanted: Range, paper: float | None) ->
 
 
 def _relayed(campaign: Campaign, relay: str, speed: float, wanted: Range) -> Comparison:
-    return _rate(
+    return rate(
         f"{method_name(relay)}, {speed:g} km/h", campaign.relayed(relay, 16, speed), wanted, None
     )
 
@@ -179,7 +187,7 @@ def _relayed(campaign: Campaign, relay: str, speed: float, wanted: Range) -> Com
 def _compressed(campaign: Campaign) -> Comparison:
     paper = 100 * COMPRESSION_32_RATE
     wanted = Range(low=paper - APPROXIMATELY, high=paper + APPROXIMATELY)
-    return _rate("compression 32, PER 0", campaign.perfect(COOPERATIVE, 32), wanted, paper)
+    return rate("compression 32, PER 0", campaign.perfect(COOPERATIVE, 32), wanted, paper)
 
 
 def _cost_of_compression(campaign: Campaign) -> Comparison:

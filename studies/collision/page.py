@@ -1,7 +1,7 @@
 """The page of the driving campaign, from the files that were written and an analysis by hand."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -47,7 +47,7 @@ are published as a picture only, without numbers to compare with. Below the same
 1 %. The points: [figure9_10.csv]({folder}/figure9_10.csv).
 """
 
-_CRITICAL: Final = """\
+CRITICAL: Final = """\
 The PER at which the collision rate crosses a level: between neighbouring points of the most likely
 curve that does not fall (isotonic regression: Ayer et al., 1955) on straight lines; intervals by
 bootstrap over the seeds, 2.5 to 97.5 %. Of the simulated channel the points are the relay methods.
@@ -71,7 +71,7 @@ minus assumed, in points, its interval from those of both (Newcombe, 1998), whic
 wide.
 """
 
-_COST: Final = """\
+COST: Final = """\
 Time of workers: wall time of the processes that ran, one thread each, from the start of a run to
 its metrics; runs that failed are not in it.
 """
@@ -104,36 +104,47 @@ def page(folder: Path, link: str, analysis: Path | None = None) -> str:
     whom = report.read_table(folder, Partner)
     parts = [
         _INTRODUCTION.format(folder=link),
-        *_missing(folder),
+        *not_run(folder),
         *_policies(table, link),
         f"## Claims\n\n{claims(judgements)}\n\n{RULE}",
         *_over_per(folder, link),
         *_radio(table, link),
         *_load(table, link),
         *by_hand(analysis),
-        *_section("With whom", "", partners(whom)),
-        *_section("All conditions", "", conditions(table)),
-        _origins(folder, link),
-        *_section("Cost", _COST, costs(folder)),
+        *section("With whom", "", partners(whom)),
+        *section("All conditions", "", conditions(table)),
+        origins(folder, link),
+        *section("Cost", COST, costs(folder)),
     ]
     return "\n".join(parts)
 
 
-def _missing(folder: Path) -> list[str]:
-    """What the page would have in addition, and how to get it."""
-    names = [name for name in EXPERIMENTS if not (folder / f"{name}{SUFFIX}").is_file()]
+def not_run(folder: Path, experiments: Mapping[str, str] = EXPERIMENTS) -> list[str]:
+    """What a page would have in addition, and how to get it.
+
+    Args:
+        folder: with what the reports wrote.
+        experiments: what is varied, by the name of the experiment file.
+    """
+    names = [name for name in experiments if not (folder / f"{name}{SUFFIX}").is_file()]
     commands = [
-        f"* **{name} was not run**, so {EXPERIMENTS[name]} are missing here: "
+        f"* **{name} was not run**, so {experiments[name]} are missing here: "
         f"`nlosim experiment studies/collision/experiments/{name}.yaml --out runs/{name}`\n"
         for name in names
     ]
     return ["".join(commands)] if commands else []
 
 
-def _origins(folder: Path, link: str) -> str:
-    """Where the numbers of every experiment come from."""
+def origins(folder: Path, link: str, experiments: Mapping[str, str] = EXPERIMENTS) -> str:
+    """Where the numbers of every experiment come from.
+
+    Args:
+        folder: with what the reports wrote.
+        link: the path of `folder` from the page.
+        experiments: what is varied, by the name of the experiment file.
+    """
     lines = []
-    for name, what in EXPERIMENTS.items():
+    for name, what in experiments.items():
         path = folder / f"{name}{report.PROVENANCE}"
         if path.is_file():
             origin = records.read_json(path, Origin)
@@ -145,7 +156,7 @@ def _origins(folder: Path, link: str) -> str:
 def _policies(table: Sequence[Result], link: str) -> list[str]:
     rows = [row for row in table if row.experiment == POLICIES]
     picture = f"![Policies]({link}/{POLICIES}.svg)\n\n" if rows else ""
-    return _section("Policies", picture + _POLICIES, policies(rows))
+    return section("Policies", picture + _POLICIES, policies(rows))
 
 
 def _over_per(folder: Path, link: str) -> list[str]:
@@ -157,26 +168,26 @@ def _over_per(folder: Path, link: str) -> list[str]:
     differences = report.read_table(folder, Assumption)
     return [
         f"## Figures 9 and 10: collision rate over PER\n\n{figure}",
-        *_section("Critical points", _CRITICAL, critical(points)),
-        *_section("Is it linear?", _LINEARITY, linearity(bends)),
-        *_section("A constant PER instead", _ASSUMED, assumed(differences)),
+        *section("Critical points", CRITICAL, critical(points)),
+        *section("Is it linear?", _LINEARITY, linearity(bends)),
+        *section("A constant PER instead", _ASSUMED, assumed(differences)),
     ]
 
 
 def _radio(table: Sequence[Result], link: str) -> list[str]:
     rows = beside_relay(table, RADIO)
     picture = f"![Weaker radios]({link}/{RADIO}.svg)\n\n" if rows else ""
-    return _section("Weaker radios", picture + _RADIO, radio(rows))
+    return section("Weaker radios", picture + _RADIO, radio(rows))
 
 
 def _load(table: Sequence[Result], link: str) -> list[str]:
     rows = beside_relay(table, LOAD)
     picture = f"![Loads]({link}/{LOAD}.svg)\n\n" if rows else ""
-    return _section("Loads and losses", picture + _LOAD, loads(rows))
+    return section("Loads and losses", picture + _LOAD, loads(rows))
 
 
-def _section(title: str, text: str, table: str) -> list[str]:
-    """Nothing if the table is empty."""
+def section(title: str, text: str, table: str) -> list[str]:
+    """A section of a page: nothing if its table is empty."""
     if not table:
         return []
     between = f"{text}\n" if text else ""
@@ -320,10 +331,10 @@ def conditions(rows: Sequence[Result]) -> str:
     return _table(head, body)
 
 
-def costs(folder: Path) -> str:
+def costs(folder: Path, experiments: Iterable[str] = EXPERIMENTS) -> str:
     """What every experiment cost."""
     body = []
-    for name in EXPERIMENTS:
+    for name in experiments:
         if not (folder / f"{name}{SUFFIX}").is_file():
             continue
         times = [row.wall_s for row in runs.read(folder, name) if row.error is None]

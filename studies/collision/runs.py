@@ -1,6 +1,6 @@
 """The runs of all experiments of the campaign, and the files that carry them to its page."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -208,17 +208,17 @@ class Campaign:
     missing: Sequence[str]
 
     @staticmethod
-    def read(folder: Path) -> "Campaign":
+    def read(folder: Path, experiments: Collection[str] = EXPERIMENTS) -> "Campaign":
         """Whatever of the experiments the reports wrote to `folder`.
 
         Raises:
             FileNotFoundError: there is nothing of any experiment.
             ValueError: a file is not what a report wrote.
         """
-        missing = [name for name in EXPERIMENTS if not (folder / f"{name}{SUFFIX}").is_file()]
-        if len(missing) == len(EXPERIMENTS):
-            raise FileNotFoundError(2, "nothing", str(folder / f"{POLICIES}{SUFFIX}"))
-        there = [name for name in EXPERIMENTS if name not in missing]
+        missing = [name for name in experiments if not (folder / f"{name}{SUFFIX}").is_file()]
+        if len(missing) == len(experiments):
+            raise FileNotFoundError(2, "nothing", str(folder / f"{missing[0]}{SUFFIX}"))
+        there = [name for name in experiments if name not in missing]
         found = [point for name in there for point in points(name, read(folder, name))]
         return Campaign(found, missing)
 
@@ -226,9 +226,15 @@ class Campaign:
         """A policy that gets every packet, at the speed of most runs."""
         return self._find(policy=policy, compression=compression, channel=CONSTANT, per=0.0)
 
-    def relayed(self, relay: str, compression: int, speed_kmh: float) -> Point | None:
-        """The cooperative policy over the simulated channel."""
-        wanted = {"policy": COOPERATIVE, "channel": SIMULATED, "relay": relay}
+    def relayed(
+        self,
+        relay: str,
+        compression: int | None,
+        speed_kmh: float,
+        policy: str = COOPERATIVE,
+    ) -> Point | None:
+        """A policy over the simulated channel, with a compression if it drives by features."""
+        wanted = {"policy": policy, "channel": SIMULATED, "relay": relay}
         return self._find(**wanted, compression=compression, speed_kmh=speed_kmh)
 
     def _find(self, **wanted: Any) -> Point | None:

@@ -122,15 +122,22 @@ class Bodies:
         Returns:
             `LOS`, `NLOSV` (a body is higher than the line) or `NLOSB` (a wall is), shape (pair,).
         """
-        tops = self.vehicles.position[present] + [0, 0, 1] * self.size[present, 2:]
+        tops = self._tops(present)
         first, second = a - present.start, b - present.start
-        hidden = self._hide(present, tops, first, second)
-        link = np.where(hidden, NLOSV, LOS)
+        link = np.where(self.between(present, a, b) > 0, NLOSV, LOS)
         link[walls.hide(tops[first], tops[second])] = NLOSB
         return link
 
-    def _hide(self, present: slice, tops: Array, first: Array, second: Array) -> Array:
-        """Whether a third body is in the way, shape (pair,)."""
+    def between(self, present: slice, a: Array, b: Array) -> Array:
+        """How many third bodies are higher than the line between roofs, int64, shape (pair,).
+
+        Args:
+            present: the rows of the communication point.
+            a: rows of those who look, shape (pair,).
+            b: rows of those who are looked for, shape (pair,).
+        """
+        tops = self._tops(present)
+        first, second = a - present.start, b - present.start
         center, heading = self.vehicles.position[present], self.heading[present]
         half = self.size[present, :2] / 2
         ring = corners(center[:, :2], heading, 2 * half)
@@ -148,7 +155,12 @@ class Bodies:
         pair, body, low, rise = pair[meets], body[meets], start[meets, 2], (end - start)[meets, 2]
         heights = np.sort([low + enter[meets] * rise, low + leave[meets] * rise], axis=0)
         is_low = heights[0] < tops[body, 2] - _CLEAR
-        return _any(pair[is_low & (heights[1] > center[body, 2])], len(first))
+        is_between = is_low & (heights[1] > center[body, 2])
+        return np.bincount(pair[is_between], minlength=len(first))
+
+    def _tops(self, present: slice) -> Array:
+        """The middles of the roofs [m], shape (row, 3)."""
+        return self.vehicles.position[present] + [0, 0, 1] * self.size[present, 2:]
 
 
 def _within(start: Array, end: Array, half: Array) -> tuple[Array, Array]:

@@ -5,8 +5,9 @@ provenance.json of every start: command, commit, versions, host, device
 journal.jsonl   one line of JSON per finished run, phase, epoch and round
 """
 
+import logging
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final, TypeAlias
@@ -19,6 +20,8 @@ from orchestrator.campaign.work import Result
 from studies.training.learner import EpochResult
 from studies.training.plan import Training
 
+logger = logging.getLogger(__name__)
+
 IDENTITY: Final = "training.json"
 PROVENANCE: Final = "provenance.json"
 ENTRIES: Final = "journal.jsonl"
@@ -28,6 +31,7 @@ KIND: Final = Kind(
     identity=IDENTITY,
     sessions=PROVENANCE,
     entries=ENTRIES,
+    ordered=True,
     growing="rounds",
     names={},
     remarks={"commit": "was begun with the commit", "device": "was begun with the device"},
@@ -148,7 +152,7 @@ class Journal(journal.Journal[Entry]):
         """
         identity = _identity(training)
         former = identity.former(directory)
-        entries = [_entry(content) for content in former.lines]
+        entries = list(_entries(directory / ENTRIES, former.lines))
         _check_rounds(directory, training, entries)
         identity.go_on(directory, former, _session(training, command, device))
         closed = {entry.phase for entry in entries if isinstance(entry, PhaseEnd)}
@@ -180,6 +184,16 @@ def _is_to_repeat(entry: Entry, closed: set[str]) -> bool:
     if not isinstance(entry, Run):
         return False
     return entry.result.error is not None and entry.phase not in closed
+
+
+def _entries(path: Path, lines: Sequence[dict[str, Any]]) -> Iterator[Entry]:
+    """Lines read again, until one is damaged."""
+    for content in lines:
+        try:
+            yield _entry(content)
+        except (KeyError, TypeError):
+            logger.warning("a line of `%s` is damaged, and left out with all behind it", path)
+            return
 
 
 def _entry(content: dict[str, Any]) -> Entry:

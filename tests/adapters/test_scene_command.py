@@ -7,7 +7,7 @@ import pytest
 
 from adapters.sumo.draft import draft
 from adapters.sumo.files import read_scene
-from orchestrator.cli.main import main
+from orchestrator.cli import main
 from orchestrator.scenario.build import load_scenario
 from tests.adapters.scene import ROUTES, Folder
 

@@ -3,7 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
@@ -36,6 +36,10 @@ def kind(name: str, length: float, share: float) -> VehicleType:
         share=share,
         stop_gap=1.0,
     )
+
+
+def tall(name: str, share: float, height: float = 3.0) -> VehicleType:
+    return replace(kind(name, 8.0, share), size=(8.0, 2.5, height))
 
 
 CAR, VAN = kind("car", 5.0, 3.0), kind("van", 9.0, 1.0)
@@ -317,3 +321,47 @@ def test_what_entities_keep_clear(street: Sumo) -> None:
         assert clear.reserved == {"east_1_0", "north_1_0"}
         assert clear.closed == {"east_2_0"}
         assert clear.limits == {"west_1_0": 60.0 - 5.0 - 10.0}
+
+
+@pytest.mark.parametrize(
+    ("share", "wanted"),
+    [
+        (None, [0.3, 0.1, 0.1, 0.3, 0.2]),
+        (0.4, [0.3, 0.1, 0.1, 0.3, 0.2]),
+        (0.8, [0.1, 0.2 / 6, 0.2, 0.6, 0.4 / 6]),
+        (0.0, [0.5, 1 / 6, 0.0, 0.0, 1 / 3]),
+        (1.0, [0.0, 0.0, 0.25, 0.75, 0.0]),
+    ],
+)
+def test_tall_vehicles_get_the_share_that_is_asked_for(
+    street: Sumo, share: float | None, wanted: list[float]
+) -> None:
+    """Proportions among the tall, 1 to 3, and among the others stay; 2 m is not yet tall."""
+    types = [CAR, VAN, tall("bus", 1.0), tall("truck", 3.0), tall("low", 2.0, height=2.0)]
+    means = Means()
+    rng = cast("np.random.Generator", means)
+    Background(street, types, Demand(tall_share=share), NOTHING, rng).place()
+    assert [float(each) for each in means.offered[0]] == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize(
+    ("share", "types", "what"),
+    [
+        (
+            0.1,
+            [CAR],
+            "`background.tall_share` is 0.1, but no vehicle type with a `share` is higher",
+        ),
+        (
+            0.9,
+            ["bus"],
+            "`background.tall_share` is 0.9, but .* with a `share` is not higher than 2",
+        ),
+    ],
+)
+def test_a_tall_share_needs_types_of_both_kinds(
+    street: Sumo, share: float, types: list[Any], what: str
+) -> None:
+    kinds = [tall(each, 1.0) if isinstance(each, str) else each for each in types]
+    with pytest.raises(SumoError, match=what):
+        Background(street, kinds, Demand(tall_share=share), NOTHING, MEANS)

@@ -8,6 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.capabilities import Redrawing
 from orchestrator.component import Component, DecidingComponent, Decision
 from orchestrator.observer import Observer, SimulationResult
 from orchestrator.signal import Causality, Connector, Signals
@@ -52,6 +53,26 @@ class Point(Component):
     @override
     def outputs(self) -> Signals:
         return {"x": self._x}
+
+
+class ChancyPoint(Point, Redrawing):
+    """What it goes astray by can be drawn anew; in every run at the times in `redraws`.
+
+    Args:
+        redraws: by the time at which a step begins, the stream from then on.
+    """
+
+    def __init__(self, redraws: Mapping[Time, np.random.Generator] | None = None) -> None:
+        super().__init__(self._meet)
+        self._redraws = redraws or {}
+
+    def _meet(self, push: float, time: Time) -> None:
+        if time in self._redraws:
+            self.redraw(self._redraws[time])
+
+    @override
+    def redraw(self, rng: np.random.Generator) -> None:
+        self._rng = rng
 
 
 class _Pusher:
@@ -106,10 +127,12 @@ class Chooser(_PushingComponent, DecidingComponent):
         *,
         pushes: tuple[float, ...] = PUSHES,
         prunes: bool = True,
+        draws: int = 0,
         value: Callable[[int], float] = float,
     ) -> None:
         self._pushes = pushes
         self._prunes = prunes
+        self._draws = draws
         self._value = value
 
     @override
@@ -124,7 +147,9 @@ class Chooser(_PushingComponent, DecidingComponent):
         self._now = t + h
         if self._state.look(inputs):
             names = tuple(f"push {push:g}" for push in self._pushes)
-            self._decision = Decision(alternatives=names, horizon=t + h + HORIZON * H)
+            self._decision = Decision(
+                alternatives=names, horizon=t + h + HORIZON * H, draws=self._draws
+            )
             self._opened = t + h
 
     @property

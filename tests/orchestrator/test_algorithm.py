@@ -1,6 +1,7 @@
 """The co-simulation algorithms on a system with a closed solution, and their invariants."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
@@ -18,6 +19,7 @@ from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
 from orchestrator.testing import FunctionComponent
 from orchestrator.timebase import Duration, Time, nanoseconds, seconds
+from orchestrator.transformation import Transformation
 
 CONNECTORS: Mapping[str, Connector] = {
     "u": Connector(causality=Causality.INPUT),
@@ -223,7 +225,62 @@ def test_gauss_seidel_begins_at_once_what_reads_nobody() -> None:
     ]
 
 
-@settings(max_examples=30, deadline=None)
+def test_gauss_seidel_begins_at_once_what_sees_all_that_it_will_see() -> None:
+    """A reads b, which is behind it; b reads a, whose step is twice as long: at every second point.
+
+    C reads b as well, which publishes before its turn whenever its step ends.
+    """
+    log: list[str] = []
+
+    def note(state: None, inputs: Signals, t: Time) -> tuple[None, Signals]:
+        log.append(f"local to {t}")
+        return None, {"x": np.array(0.0)}
+
+    parts: dict[str, Component] = {"local": FunctionComponent(CONNECTORS, note)}
+    parts |= {name: Elsewhere(Relaxation(-1.0, 1.0, 1.0), log, name) for name in "abc"}
+    wires = [link("b.x", "a.u"), link("a.x", "b.u"), link("b.x", "c.u")]
+    system = System(parts, {"local": 1, "a": 2, "b": 2, "c": 2}, wires)
+    simulate(system, GaussSeidel(("local", "a", "b", "c")), start=0, stop=2, seed=0)
+    assert log == [
+        "local to 0",
+        "begin a at 0",
+        "local to 1",
+        "local to 2",
+        "finish a",
+        "begin b at 0",
+        "finish b",
+        "begin c at 0",
+        "finish c",
+    ]
+    log.clear()
+    system = System(parts, {"local": 1, "a": 2, "b": 1, "c": 2}, wires)
+    simulate(system, GaussSeidel(("local", "a", "b", "c")), start=0, stop=2, seed=0)
+    assert log == [
+        "local to 0",
+        "begin b at 0",  # a publishes at 2
+        "local to 1",
+        "finish b",
+        "begin a at 0",  # not before: b has published at 1
+        "local to 2",
+        "finish a",
+        "begin b at 1",
+        "finish b",
+        "begin c at 0",
+        "finish c",
+    ]
+
+
+def test_gauss_seidel_does_not_begin_early_what_sees_a_late_value() -> None:
+    """What is late by half a step of b was not published when the step of a begins."""
+    log: list[str] = []
+    parts = {name: Elsewhere(Relaxation(-1.0, 1.0, 1.0), log, name) for name in "ab"}
+    late = replace(link("b.x", "a.u"), way=Transformation(delay=2))
+    system = System(parts, {"a": 4, "b": 4}, [late])
+    simulate(system, GaussSeidel(("a", "b")), start=0, stop=4, seed=0)
+    assert log == ["begin b at 0", "begin a at 0", "finish a", "finish b"]
+
+
+@settings(max_examples=60, deadline=None)
 @given(data=st.data())
 def test_the_values_of_gauss_seidel_do_not_depend_on_who_is_concurrent(
     data: st.DataObject,

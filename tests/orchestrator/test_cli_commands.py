@@ -185,6 +185,17 @@ def test_a_bug_is_reported_with_the_place_of_its_traceback(
     log.unlink()
 
 
+def test_too_little_memory_is_no_bug(
+    scenario_file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def large(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("orchestrator.cli.check.load_scenario", large)
+    assert main(["check", str(scenario_file)]) == 2
+    assert capsys.readouterr().err == "error: there is not enough memory for this\n"
+
+
 def test_what_libraries_print_does_not_spoil_the_json(
     scenario_file: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -17,11 +17,12 @@ import yaml
 
 from orchestrator import registry
 from orchestrator.campaign import workers
+from orchestrator.campaign.journal import read_lines
 from orchestrator.campaign.work import Result, RunKey, Work, perform
 from orchestrator.campaign.workers import Workers
 from orchestrator.cli import main
 from orchestrator.experiment.conduct import _work
-from orchestrator.experiment.journal import RUNS as JOURNAL
+from orchestrator.experiment.journal import RUNS as JOURNAL, entries
 from orchestrator.experiment.load import load_experiment
 from tests.installation import site
 from tests.interruptions import InterruptedDestructor, record_ignored
@@ -176,6 +177,30 @@ def test_an_interrupted_experiment_goes_on_without_loss(laboratory: Laboratory) 
     laboratory.run("whole", "--workers", "2")
     assert laboratory.rows("out") == laboratory.rows("whole")
     assert laboratory.summary("out") == laboratory.summary("whole")
+
+
+def test_damaged_lines_of_a_journal_cost_their_runs_only(
+    laboratory: Laboratory, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A bit, a line without sense, bytes that are no text: each is named, its run made again."""
+    whole = laboratory.run("out")
+    journal = laboratory.folder / "out" / JOURNAL
+    lines = journal.read_bytes().splitlines(keepends=True)
+    assert len(lines) == 6
+    digit = next(k for k in range(len(lines[1])) if lines[1][k : k + 1] in b"12345678")
+    flipped = lines[1][:digit] + b"9" + lines[1][digit + 1 :]
+    before = laboratory.rows("out")
+    journal.write_bytes(lines[0] + flipped + b"[1]\n" + b"\xff\xfe\n" + b"".join(lines[4:]))
+    caplog.clear()
+    kept = entries(read_lines(journal))
+    assert len(kept) == 3
+    for number in (2, 3, 4):
+        assert f"`{journal}`, line {number}: damaged, and left out" in caplog.text
+    assert laboratory.run("out", "--resume")["runs"] == whole["runs"] == 6
+    assert laboratory.rows("out") == before
+    ordered = journal.read_bytes().splitlines(keepends=True)
+    journal.write_bytes(b"".join([*ordered[:2], b"x\n", *ordered[2:]]))
+    assert len(read_lines(journal, ordered=True)) == 2
 
 
 def test_runs_are_begun_seed_by_seed_however_long_one_takes(laboratory: Laboratory) -> None:

@@ -1,13 +1,14 @@
 """YAML 1.2 with the place of every key and value, and errors that a person understands."""
 
 import math
+import os
 from pathlib import Path
 
 import pytest
 from hypothesis import given, strategies as st
 
 from orchestrator.errors import ScenarioError
-from orchestrator.scenario.document import Document
+from orchestrator.scenario.document import MAXIMUM_BYTES, Document
 
 
 def problems(text: str) -> list[str]:
@@ -132,7 +133,7 @@ def test_files_that_cannot_be_read_are_problems(tmp_path: Path) -> None:
     latin.write_bytes("a: 1\nb: Straße".encode("latin-1"))
     for path, message in (
         (tmp_path / "nowhere.yaml", "nowhere.yaml:1:1: cannot be read: there is no such file"),
-        (tmp_path, ":1:1: cannot be read: Is a directory"),
+        (tmp_path, ":1:1: cannot be read: it is a directory, not a file"),
         (latin, "latin.yaml:2:8: byte 0xdf is not UTF-8; save the file with the encoding UTF-8"),
     ):
         with pytest.raises(ScenarioError) as error:
@@ -146,3 +147,28 @@ def test_a_byte_order_mark_is_no_content(tmp_path: Path) -> None:
     document = Document.read(path)
     assert document.data == {"a": 1}
     assert document.key(("a",)).column == 1
+
+
+@pytest.mark.parametrize("escape", ["\\U00110000", "\\UFFFFFFFF", "\\uD800", "\\ud83d\\ude00"])
+def test_an_escape_that_is_no_character_is_refused_where_it_is(escape: str) -> None:
+    (problem,) = problems(f'a: 1\nb: "two {escape}"\n')
+    assert problem.startswith("f.yaml:2:")
+    assert "an escape that is no character" in problem
+    assert Document.parse('a: "\\U0010FFFF"\n', "f.yaml").data["a"] == "\U0010ffff"
+
+
+def test_what_never_ends_is_not_read(tmp_path: Path) -> None:
+    """Devices and pipes, and files that are larger than a document can be."""
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "large").write_bytes(b" " * (MAXIMUM_BYTES + 1))
+    (tmp_path / "folder").mkdir()
+    for path, what in (
+        (Path("/dev/zero"), "it is a device, not a file"),
+        (tmp_path / "pipe", "it is a pipe, not a file"),
+        (tmp_path / "folder", "it is a directory, not a file"),
+        (tmp_path / "large", "it has 16777217 bytes; 16777216 are the most"),
+    ):
+        with pytest.raises(ScenarioError) as error:
+            Document.read(path)
+        (problem,) = error.value.problems
+        assert str(problem) == f"{path}:1:1: cannot be read: {what}"

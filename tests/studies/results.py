@@ -37,15 +37,18 @@ def results(plan: Experiment, outcome: Outcome, *, without: int | None = None) -
     return Results(experiment=plan, rows=rows, metrics=[{} for _ in rows], sessions=[SESSION])
 
 
-def check_manual(study: str, page: Callable[[Path, str, Path], str]) -> None:
+def check_manual(
+    study: str, page: Callable[[Path, str, Path], str], file: str | None = None
+) -> None:
     """Whether the page of a study in the manual is what `page` makes of the results beside it.
 
     Args:
         study: its name.
         page: of the folder of results, its name in links, and the analysis.
+        file: the name of the page in the manual; by default that of the study says it.
     """
     docs = Path(__file__).parents[2] / "docs"
-    found = docs / f"{study}-study.md"
+    found = docs / (file or f"{study}-study.md")
     if not found.is_file():
         pytest.skip("`make paper` has not been run yet")
     folder = docs / "results"

@@ -14,8 +14,20 @@ _DEFAULT, _PROTECTED = 0, 3
 
 
 @dataclass(frozen=True, slots=True)
-class _Section:
+class Section:
+    """A row of the table of sections.
+
+    Attributes:
+        kind: of the section, `sh_type`.
+        address: where it lies in memory.
+        place: where it lies in the file [byte].
+        size: of it [byte].
+        link: the index of the section that belongs to it.
+        entry: the size of its rows [byte].
+    """
+
     kind: int
+    address: int
     place: int
     size: int
     link: int
@@ -30,7 +42,7 @@ def exported(binary: bytes) -> Iterator[str]:
     """
     is_64 = binary[4] == 2
     order = "<" if binary[5] == 1 else ">"
-    sections = list(_sections(binary, order, is_64=is_64))
+    sections = list(sections_of(binary, order, is_64=is_64))
     table = next((section for section in sections if section.kind == _DYNSYM), None)
     if table is None:
         raise ValueError("there are no dynamic symbols")
@@ -54,15 +66,19 @@ def _symbol(binary: bytes, order: str, place: int, *, is_64: bool) -> tuple[int,
     return name, info, other, where
 
 
-def _sections(binary: bytes, order: str, *, is_64: bool) -> Iterator[_Section]:
+def sections_of(binary: bytes, order: str, *, is_64: bool) -> Iterator[Section]:
+    """The table of sections, in the byte order `order` of `struct`.
+
+    Raises:
+        struct.error: it is damaged.
+    """
     if is_64:
         (table,) = struct.unpack_from(f"{order}Q", binary, 40)
         size, count = struct.unpack_from(f"{order}HH", binary, 58)
-        form = f"{order}4xI16xQQI12xQ"
+        form = f"{order}4xI8xQQQI12xQ"
     else:
         (table,) = struct.unpack_from(f"{order}I", binary, 32)
         size, count = struct.unpack_from(f"{order}HH", binary, 46)
-        form = f"{order}4xI8xIII8xI"
+        form = f"{order}4xI4xIIII8xI"
     for k in range(count):
-        kind, place, length, link, entry = struct.unpack_from(form, binary, table + k * size)
-        yield _Section(kind, place, length, link, entry)
+        yield Section(*struct.unpack_from(form, binary, table + k * size))

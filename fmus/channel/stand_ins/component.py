@@ -9,12 +9,13 @@ from fmus.channel.stand_ins.connectors import CONNECTORS
 from fmus.channel.stand_ins.delivery import Delivery, DeliveryState, LinkModel
 from fmus.channel.stand_ins.inputs import Inputs
 from fmus.channel.stand_ins.parameters import RadioParameters, refuse
+from orchestrator.capabilities import Redrawing
 from orchestrator.component import RestorableComponent
 from orchestrator.signal import Causality, Signals
 from orchestrator.timebase import Duration, Time
 
 
-class LinkModelComponent(RestorableComponent[tuple[DeliveryState, Signals]]):
+class LinkModelComponent(RestorableComponent[tuple[DeliveryState, Signals]], Redrawing):
     """A channel made of a link model: the base of channel models of one's own.
 
     Derive from it, make the model in `link_model`, and offer the class by an entry point in the
@@ -41,7 +42,7 @@ class LinkModelComponent(RestorableComponent[tuple[DeliveryState, Signals]]):
 
     @abc.abstractmethod
     def link_model(self, seed: int) -> LinkModel:
-        """A link model that has judged nothing yet; called once per run.
+        """A link model that has judged nothing yet; called once per run, and per redrawn branch.
 
         Args:
             seed: of its draws, 0..2^64-1.
@@ -49,6 +50,7 @@ class LinkModelComponent(RestorableComponent[tuple[DeliveryState, Signals]]):
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._start = start
         given = self._radio_parameters.seed
         drawn = int(rng.integers(2**64, dtype=np.uint64))
         model = self.link_model(drawn if given is None else given)
@@ -58,6 +60,13 @@ class LinkModelComponent(RestorableComponent[tuple[DeliveryState, Signals]]):
             for name, connector in CONNECTORS.items()
             if connector.causality is Causality.OUTPUT
         }
+
+    @override
+    def redraw(self, rng: np.random.Generator) -> None:
+        known = self._delivery.save()
+        model = self.link_model(int(rng.integers(2**64, dtype=np.uint64)))
+        self._delivery = Delivery(self._radio_parameters, model, self._start)
+        self._delivery.restore(known)
 
     @override
     def initialise(self, inputs: Signals) -> None:

@@ -108,7 +108,7 @@ def _said(metadata: Mapping[str, str]) -> Mapping[str, Any]:
     """Format, architecture and origin, which are one text; empty if there is none."""
     try:
         said = json.loads(metadata.get(_METADATA, ""))
-    except ValueError:
+    except (ValueError, RecursionError):
         said = None
     return said if isinstance(said, dict) else {}
 

@@ -13,22 +13,22 @@ from fmus.native.unit import fmi_headers
 HERE = Path(__file__).parent
 
 
-def built(name: str, version: int, folder: Path) -> Path:
-    """The FMU in the folder `name`."""
+def built(name: str, version: int, folder: Path, here: Path = HERE) -> Path:
+    """The FMU in the folder `name` of `here`."""
     library = folder / f"{name}{fmpy.sharedLibraryExtension}"
-    sources = sorted((HERE / name).glob("*.c"))
+    sources = sorted((here / name).glob("*.c"))
     if version == 3:
         sources.append(HERE / "absent3.c")
     compile_library(
         select_targets(["host"])[0],
         sources=sources,
-        include=[HERE / name],
+        include=[here / name],
         system_include=fmi_headers(),
         library=library,
     )
     path = folder / f"{name}.fmu"
     with zipfile.ZipFile(path, "w") as archive:
-        archive.write(HERE / name / "modelDescription.xml", "modelDescription.xml")
+        archive.write(here / name / "modelDescription.xml", "modelDescription.xml")
         archive.write(library, f"binaries/{host_folder(version)}/{library.name}")
     return path
 

@@ -12,13 +12,20 @@ import fmpy
 import pytest
 
 from adapters.fmi import FmuComponentType, archive
-from adapters.fmi.binary import identify
+from adapters.fmi.binary import HEAD, extent, identify
 from adapters.fmi.unpacked import host_folder
 from orchestrator.cli import main
 from orchestrator.errors import ComponentTypeError
 from orchestrator.randomness import stream
 
 LIBRARY = f"binaries/{host_folder(3)}/lag{fmpy.sharedLibraryExtension}"
+
+
+@pytest.fixture(autouse=True)
+def own_temporary_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Other processes, too, put folders of FMUs where temporary files go."""
+    (tmp_path / "tmp").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "tmp"))
 
 
 @pytest.fixture
@@ -286,3 +293,17 @@ def test_a_binary_for_another_machine_is_named(copy: Path, data: bytes, kind: st
     assert refusal(with_library(copy, data)) == (
         f"`{LIBRARY}` cannot be loaded: it is {kind}, needed is ELF for x86_64"
     )
+
+
+@pytest.mark.skipif(fmpy.platform_tuple != "x86_64-linux", reason="reads ELF")
+def test_a_library_that_was_cut_is_refused_before_it_kills_the_process(copy: Path) -> None:
+    """At the last byte that is loaded, and not one later: what follows are names for debuggers."""
+    with zipfile.ZipFile(copy) as archive:
+        whole = archive.read(LIBRARY)
+    loaded = extent(whole[:HEAD])
+    assert len(whole) // 2 < loaded <= len(whole)
+    for size in (HEAD, len(whole) // 2, loaded - 1):
+        assert refusal(with_library(copy, whole[:size])) == (
+            f"`{LIBRARY}` cannot be loaded: it was cut, and has {size} bytes of at least {loaded}"
+        )
+    FmuComponentType(with_library(copy, whole[:loaded]))

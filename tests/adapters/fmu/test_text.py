@@ -12,7 +12,7 @@ from typing_extensions import override
 from adapters.fmi import FmuComponentType
 from adapters.fmi.component import RestorableFmuComponent
 from orchestrator.algorithm.jacobi import Jacobi
-from orchestrator.cli.main import main
+from orchestrator.cli import main
 from orchestrator.component import Component
 from orchestrator.connection import Connection, Endpoint
 from orchestrator.errors import ComponentError

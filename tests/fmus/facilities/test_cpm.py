@@ -1,11 +1,13 @@
 """CPMs: what the encoding does to their contents, how long they are, which bits they have."""
 
+import contextlib
 import dataclasses
 import importlib.util
 import math
 import os
 import re
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import numpy as np
@@ -13,7 +15,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from fmus.facilities import CpmFacilities, cpm
-from fmus.facilities.cpm import Cpm, Segment, decode, encode
+from fmus.facilities.cpm import Cpm, CpmError, Segment, decode, encode
 from fmus.messages.records import OBJECT
 from orchestrator.errors import ComponentTypeError
 
@@ -94,6 +96,21 @@ def test_a_message_that_is_sent_on_does_not_change(sent: Cpm) -> None:
     """The first encoding rounds; another one of what arrived finds nothing left to round."""
     once = decode(encode(sent))
     assert encode(once) == encode(dataclasses.replace(sent, heading=once.heading))
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 12), st.randoms(use_true_random=False))
+def test_a_damaged_message_is_refused_by_name(count: int, random: Random) -> None:
+    """Whatever the bits are, it is a message or a `CpmError`, and never takes long."""
+    whole = encode(plain(count, sensor_range=50.0))
+    for _ in range(10):
+        damaged = bytearray(whole[: random.randint(0, len(whole))])
+        for _ in range(random.randint(0, 4) if damaged else 0):
+            damaged[random.randrange(len(damaged))] ^= 1 << random.randrange(8)
+        with contextlib.suppress(CpmError):
+            assert isinstance(decode(bytes(damaged)), Cpm)
+    with pytest.raises(CpmError, match="no collective perception message"):
+        decode(b"")
 
 
 @pytest.mark.parametrize(

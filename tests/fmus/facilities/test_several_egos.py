@@ -279,6 +279,18 @@ def test_a_further_ego_draws_from_its_own_stream_while_its_vehicle_may_be_answer
     assert again.of(SECOND).random(4).tolist() == own.random(4).tolist()
 
 
+def test_streams_that_are_renewed_are_those_of_the_new_stream() -> None:
+    """Of every ego its own again, also for a vehicle that was one before."""
+    streams = Streams(np.random.default_rng(1), THREE)
+    streams.assign([EGO, SECOND, NO_VEHICLE])
+    streams.assign([EGO, NO_VEHICLE, THIRD])
+    streams.renew(np.random.default_rng(2))
+    fresh = Streams(np.random.default_rng(2), THREE)
+    fresh.assign([EGO, SECOND, THIRD])
+    for vehicle in (EGO, SECOND, THIRD):
+        assert streams.of(vehicle).random(4).tolist() == fresh.of(vehicle).random(4).tolist()
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_contract(kind: str) -> None:
     check_component(KINDS[kind](egos=THREE), steps=30, h=H, seed=1)

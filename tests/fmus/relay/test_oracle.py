@@ -59,6 +59,19 @@ def test_the_direct_link_comes_first_and_then_the_relay_with_the_shorter_longest
     assert step(oracle()) == ("direct", f"vehicle {LEFT}", f"vehicle {RIGHT}")
 
 
+def test_no_more_alternatives_are_tried_than_wanted_the_first_ones() -> None:
+    assert step(oracle(alternatives=2)) == ("direct", f"vehicle {LEFT}")
+    assert step(oracle(alternatives=1)) == ("direct",)
+
+
+@pytest.mark.parametrize("draws", [0, 4])
+def test_its_decision_says_how_many_draws_it_wants(draws: int) -> None:
+    component = oracle(draws=draws)
+    step(component)
+    assert component.decision is not None
+    assert component.decision.draws == draws
+
+
 def test_the_current_choice_comes_first_after_each_window_and_not_before() -> None:
     component = oracle()
     assert step(component) is not None
@@ -175,6 +188,9 @@ def test_an_oracle_among_several_processes_is_refused(capsys: pytest.CaptureFixt
     assert problem["line"] > 1
 
 
+FAIR = ORACLE.replace("maximum_range: 80 m", "maximum_range: 80 m, draws: 2, alternatives: 3")
+
+
 def run(out: Path, relay: str, capsys: pytest.CaptureFixture[str]) -> str:
     capsys.readouterr()
     settings = [part for each in (*SETTINGS, relay) for part in ("--set", each)]
@@ -193,9 +209,12 @@ def choices(recording: Recording) -> list[tuple[float, int]]:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot copy a process")
-def test_branching_leaves_no_trace(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("unit", [ORACLE, FAIR], ids=["knowing", "fair"])
+def test_branching_leaves_no_trace(
+    unit: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """The oracle's run, the same choices given, and a worker's run: the same bytes."""
-    oracles = run(tmp_path / "oracle", ORACLE, capsys)
+    oracles = run(tmp_path / "oracle", unit, capsys)
     made = choices(Recording(tmp_path / "oracle"))
     log = (tmp_path / "oracle" / "log.txt").read_text()
     assert log.count("decided at") >= 2
@@ -206,7 +225,7 @@ def test_branching_leaves_no_trace(tmp_path: Path, capsys: pytest.CaptureFixture
     forced = f"components.relay={{type: relay-forced, step: 100 ms, {given}}}"
     assert run(tmp_path / "forced", forced, capsys) == oracles
     work = Work(
-        scenario=str(SCENARIO), overrides=(*SETTINGS, ORACLE), keep=None, scratch=str(tmp_path)
+        scenario=str(SCENARIO), overrides=(*SETTINGS, unit), keep=None, scratch=str(tmp_path)
     )
     result = perform(work)
     assert (result.error, result.fingerprint) == (None, oracles)

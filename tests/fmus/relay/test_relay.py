@@ -21,6 +21,7 @@ from tests.fmus.relay.world import (
     RIGHT,
     SHARER,
     STEP,
+    Inputs,
     chosen,
     inputs,
     started,
@@ -224,6 +225,63 @@ def test_risk_does_not_depend_on_the_frame(
     assert risk(turn, np.array(shift), angle) == pytest.approx(plain, rel=1e-6)
 
 
+def moving(truck_at: float, speed: float) -> Inputs:
+    """A truck beside the direct link that drives across it, and one that stands on LEFT's hops."""
+    values = inputs(neighbours(), np.concatenate([truck(truck_at, 30), truck(-10, 45)]))
+    objects = unframe("OBJS", bytes(values["objects"]), OBJECT).copy()
+    objects["velocity"][0] = (speed, 0.0)
+    return values | {"objects": frame("OBJS", objects)}
+
+
+def test_a_truck_that_will_drive_into_the_line_counts_if_trajectories_do() -> None:
+    """It stands 12 m beside the direct link and crosses it after 1.2 to 1.45 s of the window."""
+    values = moving(-12.0, 10.0)
+    blind, ahead = Mohed(Mohed.Parameters()), Mohed(Mohed.Parameters(trajectories=True))
+    assert chosen(started(blind), values) == NO_VEHICLE
+    assert chosen(started(ahead), values) == RIGHT
+    away = moving(-12.0, -10.0)
+    assert chosen(started(Mohed(Mohed.Parameters(trajectories=True))), away) == NO_VEHICLE
+
+
+def test_a_truck_that_leaves_the_line_counts_for_as_long_as_it_stands_there() -> None:
+    """The ego stands; a truck of 2.5 m width leaves at 1.25 m/s: half of 2 s on the line."""
+    values = moving(0.0, 1.25) | {"ego.speed": np.array(0.0)}
+    found = []
+    for trajectories in (False, True):
+        mohed = started(Mohed(Mohed.Parameters(trajectories=trajectories, sample=0.05)))
+        chosen(mohed, values)
+        found.append(float(np.asarray(mohed.outputs()["risk.direct"])))
+    assert found[0] > 0.0
+    assert found[1] == pytest.approx(found[0] / 2.0, rel=1e-9)
+
+
+def test_trajectories_of_who_stands_give_the_risk_of_now() -> None:
+    values = inputs(neighbours(), np.concatenate([truck(0, 30), truck(-10, 15), truck(12, 15)]))
+    values = values | {"ego.speed": np.array(0.0)}
+    risks = []
+    for trajectories in (False, True):
+        mohed = started(Mohed(Mohed.Parameters(trajectories=trajectories)))
+        chosen(mohed, values)
+        told = mohed.outputs()
+        risks.append([float(np.asarray(told[f"risk.{which}"])) for which in ("direct", "chosen")])
+    assert risks[1] == pytest.approx(risks[0], rel=1e-12)
+    assert risks[0][0] > 0.0
+
+
+def test_the_ego_is_predicted_on_its_route() -> None:
+    """It turns right after 4 m, away from the truck that stands 20 m ahead beside the line."""
+    tall = truck(0, 30)
+    straight = inputs(neighbours(), tall)
+    corners = np.array([[0.0, 0.0], [0.0, 4.0], [60.0, 4.0]])
+    risks = []
+    for values in (straight, straight | {"ego.route": corners}):
+        mohed = started(Mohed(Mohed.Parameters(trajectories=True)))
+        chosen(mohed, values)
+        risks.append(float(np.asarray(mohed.outputs()["risk.direct"])))
+    assert 0.0 < risks[1] < 0.5 * risks[0]
+
+
 def test_contract() -> None:
     check_component(Mohed(Mohed.Parameters()), steps=5, h=STEP, seed=1)
+    check_component(Mohed(Mohed.Parameters(trajectories=True)), steps=5, h=STEP, seed=1)
     check_component(Direct(), steps=5, h=STEP, seed=1)

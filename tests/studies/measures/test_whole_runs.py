@@ -19,10 +19,11 @@ from tests.studies.measures.world import Body, packet, reception, record, transm
 
 ROOT = Path(__file__).parents[3]
 OF_ANY_SYSTEM = {"energy", "signal", "signals"}  # they want to be told of what, or say it of all
+OF_AN_ENCOUNTER = {"decision"}  # somebody hidden, and somebody who sees him
 NAMES = sorted(
     name
     for name, origin in installed().items()
-    if "studies.measures" in origin and name not in OF_ANY_SYSTEM
+    if "studies.measures" in origin and name not in OF_ANY_SYSTEM | OF_AN_ENCOUNTER
 )
 ASKED = "measures={" + ", ".join(f"{name}: " for name in NAMES) + "}"
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from adapters.traffic.connectors import VEHICLES
 from fmus.messages.connectors import outputs
 from fmus.messages.records import (
     FATES,
@@ -34,7 +35,10 @@ TRAFFIC_STEP, CHANNEL_STEP = 50 * MS, 10 * MS
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Body:
-    """A body that is there from `since` until `until` [s]; `start` is its middle at 0 s [m]."""
+    """A body that is there from `since` until `until` [s]; `start` is its middle at 0 s [m].
+
+    `entity` is what the scenario calls it, if it declares it.
+    """
 
     id: int
     start: tuple[float, float]
@@ -43,6 +47,7 @@ class Body:
     size: tuple[float, float, float] = (4.0, 2.0, 1.5)
     ground: float = 0.0
     equipped: bool = True
+    entity: str = ""
     since: float = 0.0
     until: float = math.inf
 
@@ -122,7 +127,11 @@ def record(
         }
 
     units = {
-        "traffic": (TRAFFIC_STEP, _VEHICLE, lambda t: _vehicles(_present(ordered, t), t)),
+        "traffic": (
+            TRAFFIC_STEP,
+            _VEHICLE,
+            lambda t: _vehicles(_present(ordered, t), t, _entities(bodies)),
+        ),
         "facilities": (
             CHANNEL_STEP,
             ("packets",),
@@ -152,7 +161,10 @@ def record(
         {name: step for name, (step, _, _) in units.items()},
         [],
     )
-    components = {"channel": {"parameters": dict(parameters or {})}}
+    components = {
+        "traffic": {"parameters": {"entities": {name: {} for name in _entities(bodies)}}},
+        "channel": {"parameters": dict(parameters or {})},
+    }
     recorder = Recorder(folder, manifest={"scenario": {"components": components}})
     simulate(system, Jacobi(), start=0, stop=round(stop * 1e9), seed=0, observers=[recorder])
     return Recording(folder)
@@ -181,13 +193,24 @@ def _buildings(rings: Sequence[Sequence[tuple[float, float]]]) -> Signals:
     }
 
 
+_OF_TRAFFIC = {"vehicle.role": VEHICLES["vehicle.role"]}
+"""Signals that no component but traffic knows."""
+
 _VEHICLE = tuple(
-    f"vehicle.{name}" for name in ("id", "position", "heading", "velocity", "size", "equipped")
+    f"vehicle.{name}"
+    for name in ("id", "position", "heading", "velocity", "size", "equipped", "role")
 )
 
 
+def _entities(bodies: Sequence[Body]) -> list[str]:
+    """The names of those whom the scenario declares, in the order of `bodies`."""
+    return list(dict.fromkeys(body.entity for body in bodies if body.entity))
+
+
 def _unit(names: tuple[str, ...], values: Callable[[int], Signals]) -> FunctionComponent:
-    return FunctionComponent(outputs(*names), lambda state, inputs, t: (None, values(t)))
+    known = outputs(*(name for name in names if name not in _OF_TRAFFIC))
+    of_traffic = {name: _OF_TRAFFIC[name] for name in names if name in _OF_TRAFFIC}
+    return FunctionComponent({**known, **of_traffic}, lambda state, inputs, t: (None, values(t)))
 
 
 def _present(bodies: Sequence[Body], t: int) -> list[Body]:
@@ -196,7 +219,7 @@ def _present(bodies: Sequence[Body], t: int) -> list[Body]:
     return [body for body in bodies if body.since <= newest + 1e-9 < body.until]
 
 
-def _vehicles(bodies: Sequence[Body], t: int) -> Signals:
+def _vehicles(bodies: Sequence[Body], t: int, entities: Sequence[str]) -> Signals:
     seconds = t * 1e-9
     places = [
         (
@@ -214,6 +237,9 @@ def _vehicles(bodies: Sequence[Body], t: int) -> Signals:
         "vehicle.velocity": np.array([b.velocity for b in bodies], float).reshape(-1, 2),
         "vehicle.size": np.array([b.size for b in bodies], float).reshape(-1, 3),
         "vehicle.equipped": np.array([b.equipped for b in bodies], bool),
+        "vehicle.role": np.array(
+            [entities.index(b.entity) + 1 if b.entity else 0 for b in bodies], np.int32
+        ),
     }
 
 

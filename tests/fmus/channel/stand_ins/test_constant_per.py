@@ -109,3 +109,21 @@ def test_contract() -> None:
         return {**scene(here), "packets": packets(sent)}
 
     check_component(channel(per=0.3, busy_window=0.001), steps=12, h=h, inputs=inputs)  # type: ignore[arg-type]
+
+
+def test_losses_to_come_can_be_redrawn_and_frames_on_their_way_arrive() -> None:
+    """A step before, one after; frames of 30 ms latency are still on their way between."""
+    found = []
+    for redrawn in (None, 4, 4):
+        run = Run(channel(per=0.5, latency=0.03))
+        for k in range(10):
+            if k == 3 and redrawn is not None:
+                run.component.redraw(np.random.default_rng(redrawn))
+            sent = packets(packet(10 * k + n, 0, time=(10 * k + n) * MS) for n in range(10))
+            run.step(scene(row_of(20)), sent)
+        told = run.receptions
+        early = told["packet"] < 30
+        found.append([told[early].tobytes(), told[~early].tobytes()])
+    assert found[1] == found[2]
+    assert found[0][0] == found[1][0]
+    assert found[0][1] != found[1][1]

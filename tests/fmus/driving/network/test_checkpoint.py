@@ -149,3 +149,10 @@ def test_weights_too_large_for_exact_sums_are_refused() -> None:
     one.weights["head.first.weight"][:] = 1e9
     with pytest.raises(ValueError, match="weights are not finite, or too large"):
         DrivingNetwork(SMALL, one.weights)
+
+
+def test_metadata_that_are_nested_too_deeply_are_none(tmp_path: Path) -> None:
+    path = tmp_path / "deep.safetensors"
+    save_file({"a": np.zeros(2)}, path, metadata={"nlosim": "[" * 100_000})
+    with pytest.raises(ComponentTypeError, match="is no checkpoint of a driving network"):
+        read_network(str(path))

@@ -1,0 +1,1 @@
+"""What it takes processes to exchange values: ours beside HELICS, mosaik and bare loops."""

@@ -1,0 +1,246 @@
+"""The study of obstructions that last: what counts, what the files promise, and the page."""
+
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from orchestrator.experiment.plan import Experiment
+from orchestrator.experiment.schema import ExperimentFile
+from orchestrator.intervals import Estimate
+from orchestrator.scenario.document import Document
+from studies.collision import runs as collision_runs
+from studies.lasting import LastingStudy
+from studies.lasting.__main__ import main
+from studies.lasting.decisions import METRICS, Dose, Had
+from studies.lasting.page import page
+from studies.lasting.report import FEWEST, read_table, write_study
+from studies.lasting.scenes import EXPERIMENTS, SCENES
+from studies.method.claims import Judgement
+from tests.studies.collision.synthetic import RELAYS, experiment, run, scenario
+from tests.studies.results import Levels, check_manual, check_missing, results
+
+FOLDER = Path(__file__).parents[3] / "studies" / "collision" / "experiments"
+ALL = {**collision_runs.METRICS, **METRICS}
+THERE = {"mohed": 0.9, "signal-strength": 0.6, "random": 0.3, "direct": 0.0}
+
+
+def decision(there: float) -> dict[str, Any]:
+    """What a run had; the first knowledge comes 4 s before the decision, or 1 s after it."""
+    return {
+        "no_return": 10.8,
+        "there": there,
+        "age": 0.1 if there else 6.0,
+        "sent": 9,
+        "direct_there": 0.0,
+        "known_before": 4.0 if there else -1.0,
+        "seen_before": -1.2,
+        "braked_before": 0.3 if there else -0.6,
+        "bodies_least": 2,
+        "in_sight": 0.0,
+    }
+
+
+def outcome(levels: Levels, seed: int) -> dict[str, Any]:
+    """Who has fewer than half of the scans collides."""
+    there = THERE[levels["method"]] if "method" in levels else 1.0
+    if "per" in levels:
+        there = 1.0 - float(levels["per"].split()[0]) / 100
+    collides = there < 0.5 or levels.get("policy") == "blind"
+    return {**run(collides, prr=max(there, 0.1)), **decision(there)}
+
+
+def relay(name: str, *, seeds: int = 20, compressions: tuple[int, ...] = (16, 32)) -> Experiment:
+    each = [
+        ({"method": method, "compression": str(c)}, scenario(relay=method, compression=c))
+        for method in RELAYS
+        for c in compressions
+    ]
+    return experiment(name, each, seeds=seeds, metrics=ALL)
+
+
+def policies(name: str) -> Experiment:
+    each = [({"policy": p}, scenario(per=0.0)) for p in ("expert", "blind", "cooperative-32")]
+    return experiment(name, each, metrics=ALL)
+
+
+def constant(seeds: int = 20) -> Experiment:
+    each = [({"per": f"{p} %"}, scenario(per=p / 100)) for p in (0, 40, 60, 80)]
+    return experiment("lasting_turning_constant", each, seeds=seeds, metrics=ALL)
+
+
+def rules(name: str) -> Experiment:
+    each = [({"method": method}, scenario(relay=method)) for method in RELAYS]
+    return experiment(name, each, metrics=ALL, parameters={"policy": "rule-based"})
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """All reports but one, and what is made of them."""
+    folder = tmp_path_factory.mktemp("results")
+    plans = [
+        relay("lasting_turning_relay", seeds=400),
+        relay("lasting_beside_relay"),
+        rules("lasting_opposing_relay"),
+        constant(),
+        *(policies(scene.experiment("policies")) for scene in SCENES),
+    ]
+    for plan in plans:
+        LastingStudy().write(results(plan, outcome), folder)
+    write_study(folder)
+    return folder
+
+
+def verdicts(folder: Path) -> dict[str, str]:
+    return {row.claim: row.verdict for row in read_table(folder, Judgement)}
+
+
+def test_equal_results_make_equal_bytes(study: Path, tmp_path: Path) -> None:
+    copy = Path(shutil.copytree(study, tmp_path / "copy"))
+    write_study(copy)
+    assert {p.name: p.read_bytes() for p in copy.iterdir()} == {
+        p.name: p.read_bytes() for p in study.iterdir()
+    }
+    assert {path.name for path in study.iterdir() if not path.name.startswith("lasting_t")} >= {
+        "lasting.csv",
+        "lasting_claims.csv",
+        "lasting_critical.csv",
+        "lasting_doses.csv",
+        "lasting_doses.svg",
+        "lasting_figure9_10.svg",
+        "lasting_had.csv",
+        "lasting_partners.csv",
+    }
+
+
+def test_what_was_there_is_counted_by_condition(study: Path) -> None:
+    rows = read_table(study, Had)
+    (row,) = (
+        row
+        for row in rows
+        if (row.experiment, row.relay, row.compression) == ("lasting_turning_relay", "direct", 16)
+    )
+    assert (row.runs, row.bodies_least) == (400, 2)
+    assert row.there == Estimate(0.0, 0.0, 0.0)
+    assert row.collisions is not None
+    assert row.nothing is not None
+    assert row.known is not None
+    assert (row.collisions.value, row.nothing.value, row.known.value) == (1.0, 1.0, 0.0)
+    assert row.age == Estimate(6.0, 6.0, 6.0)
+    assert row.known_before == Estimate(-1.0, -1.0, -1.0)
+    served = next(row for row in rows if row.relay == "mohed")
+    assert served.there is not None
+    assert served.known is not None
+    assert served.there.value == pytest.approx(0.9)
+    assert served.known.value == 1.0
+
+
+def test_runs_that_failed_or_had_no_conflict_do_not_count(tmp_path: Path) -> None:
+    def some(levels: Levels, seed: int) -> Mapping[str, Any] | None:
+        if seed < 103:
+            return None
+        nothing = dict.fromkeys(METRICS) if seed < 106 else {}
+        return {**outcome(levels, seed), **nothing}
+
+    LastingStudy().write(results(relay("lasting_turning_relay"), some), tmp_path)
+    write_study(tmp_path)
+    assert {row.runs for row in read_table(tmp_path, Had)} == {15}
+
+
+def test_the_share_of_scans_says_who_collides(study: Path) -> None:
+    """Shares of 0, 0.3, 0.6 and 0.9 are in four of the bins."""
+    own = [
+        row
+        for row in read_table(study, Dose)
+        if (row.experiment, row.compression) == ("lasting_turning_relay", 16)
+    ]
+    assert [row.runs for row in own] == [400, 0, 400, 400, 400]
+    assert [row.collisions.value for row in own if row.collisions is not None] == [1, 1, 0, 0]
+    (perfect,) = (
+        row
+        for row in read_table(study, Dose)
+        if row.experiment == "lasting_turning_policies" and row.policy == "expert" and row.runs
+    )
+    assert perfect.low == 0.75  # all of them are among the last quarter
+
+
+def test_the_verdicts(study: Path, tmp_path: Path) -> None:
+    found = verdicts(study)
+    assert found["mohed-below-1"] == "reproduced"
+    assert found["only-mohed"] == "partly reproduced"  # signal strength does not collide either
+    assert found["compression-32"] == "not reproduced"
+    assert found["direct-fails"] == found["relay-saves"] == "reproduced"
+    assert found["scene"] == "partly reproduced"  # 20 runs of the expert are too few for 1 %
+
+    LastingStudy().write(results(relay("lasting_turning_relay", seeds=5), outcome), tmp_path)
+    write_study(tmp_path)
+    few = verdicts(tmp_path)
+    assert few["mohed-below-1"] == few["compression-32"] == "undecided"
+    assert few["direct-fails"] == "partly reproduced"
+
+
+def test_few_seeds_have_no_critical_point(study: Path, tmp_path: Path) -> None:
+    text = page(study, "results")
+    assert "| constant, compression 32, 30 km/h | 40.2 [40.2, 40.2] " in text
+    LastingStudy().write(results(constant(seeds=FEWEST - 1), outcome), tmp_path)
+    write_study(tmp_path)
+    assert "No curve has 20 seeds, so no critical point is given." in page(tmp_path, "results")
+
+
+def test_the_page_has_the_numbers_and_says_what_is_missing(study: Path, tmp_path: Path) -> None:
+    analysis = tmp_path / "analysis.md"
+    analysis.write_text("## Analysis\n\nBecause of the trucks.\n")
+    text = page(study, "results", analysis)
+    assert "Because of the trucks." in text
+    assert text.count("was not run") == 1
+    assert "**lasting_turning_memory was not run**" in text
+    for title in (
+        "Claims",
+        "What is in the way",
+        "Policies without losses",
+        "Critical points",
+        "What was there at the decision",
+        "What a decision needs",
+        "Experiments",
+        "Cost",
+    ):
+        assert f"## {title}\n" in text
+    assert "| a truck turns | 3200 | 2 | 0.0 | 0.0 |" in text
+    assert "](results/lasting_figure9_10.svg)" in text
+    row = next(line for line in text.splitlines() if "| direct link | 400 | 100.0" in line)
+    assert "| 6.00 [6.00, 6.00] | 100.0 [99.0, 100.0] | 0.0 [0.0, 1.0] | -1.00" in row
+
+
+def test_a_folder_without_results_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    check_missing("lasting_turning_policies_runs.csv", main, monkeypatch, tmp_path, capsys)
+
+
+def test_the_page_of_the_manual_is_that_of_the_results() -> None:
+    def made(folder: Path, link: str, _: Path) -> str:
+        return page(folder, link, folder / "lasting-analysis.md")
+
+    check_manual("lasting", made, "collision-lasting.md")
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_it_measures_what_the_report_needs_with_enough_seeds_that_nobody_trained_with(
+    name: str,
+) -> None:
+    file = ExperimentFile.model_validate(Document.read(FOLDER / f"{name}.yaml").data)
+    assert file.metrics == ALL
+    assert file.report is not None
+    assert file.report.type == "lasting-study"
+    assert len(file.seeds) >= 300
+    assert min(file.seeds) > 100
+
+
+def test_a_metric_that_is_missing_is_named() -> None:
+    plan = experiment("lasting_turning_relay", [({}, scenario())])
+    (found,) = LastingStudy().check(plan)
+    assert "the lasting study needs the metric `no_return: measures.decision.no_return_s`" in str(
+        found
+    )
