@@ -93,6 +93,7 @@ class Dialogue:
         epoch: of the run; replies of an earlier one do not count.
         awaiting: the command that was not answered yet.
         waited: how long it was waited for [s].
+        is_renewable: whether a loss of the host is told in its turn only, not to others.
     """
 
     def __init__(self, name: str, link: Link, company: Company) -> None:
@@ -105,6 +106,8 @@ class Dialogue:
         self._sequence = 0
         self._is_over = False
         self._came: Reply | None = None
+        self._loss: HostLostError | None = None
+        self.is_renewable = False
         self._company = company
         company.join(self)
 
@@ -129,6 +132,7 @@ class Dialogue:
         block: Sequence[Buffer] = (),
     ) -> int:
         """Send a command that is to be answered `within` some time [s]; its sequence number."""
+        self._tell_loss()
         if self._is_over:
             raise ComponentError(self.name, None, "its process has ended")
         self._sequence += 1
@@ -150,6 +154,7 @@ class Dialogue:
             timeout: how long to wait from now on, whatever becomes of others [s]; without, as
                 long as `ask` allowed, and no longer than all others are well.
         """
+        self._tell_loss()
         command = self.awaiting
         if command is None:
             raise RuntimeError("`answer` without `ask`")
@@ -175,6 +180,24 @@ class Dialogue:
         """
         if self._is_over:
             return
+        try:
+            self._overhear(other)
+        except HostLostError as error:
+            if not self.is_renewable:
+                raise
+            self._loss = error
+
+    def renew(self, link: Link) -> None:
+        """Go on with another host, which knows nothing yet."""
+        self._link, self._is_over = link, False
+        self.awaiting, self._came, self._loss = None, None, None
+
+    def _tell_loss(self) -> None:
+        if self._loss is not None:
+            loss, self._loss = self._loss, None
+            raise loss
+
+    def _overhear(self, other: Message) -> None:
         command = self.awaiting
         if self._came is None:
             self._listen(other if command is None else command, 0.0)

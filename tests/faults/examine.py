@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -93,12 +94,16 @@ def _started(case: Case, folder: Path) -> "subprocess.Popen[bytes]":
             stderr=said,
             env={**os.environ, **variables},
             start_new_session=True,
-            preexec_fn=_fill_disk if case.fault.kind == "full disk" else None,  # noqa: PLW1509 - this has no threads
+            preexec_fn=partial(_prepare, is_full=case.fault.kind == "full disk"),  # noqa: PLW1509 - this has no threads
         )
 
 
-def _fill_disk() -> None:
-    resource.setrlimit(resource.RLIMIT_FSIZE, (DISK, DISK))
+def _prepare(*, is_full: bool) -> None:
+    """Hear signals, also where this process ignores them (`nohup`), and fill the disk."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+    if is_full:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (DISK, DISK))
 
 
 def _disturb(case: Case, folder: Path, process: "subprocess.Popen[bytes]") -> None:
