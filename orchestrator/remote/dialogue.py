@@ -28,8 +28,9 @@ _log = logging.getLogger(__name__)
 SLICE: Final = 0.05
 """How long to wait for one host before the others are looked at [s]."""
 
-_LONGEST_SLICE: Final = 0.5
-"""What of a slice counts at most; a process that could not go on for longer was stopped [s]."""
+_LONGEST_SLICE: Final = 0.1
+"""What of a slice counts at most [s]; whoever could not go on for longer was stopped, or had no
+processor, and so had the hosts."""
 
 _LIMITED: Final = {Kind.CREATE, Kind.SETUP, Kind.EVALUATE, Kind.INITIALISE, Kind.STEP}
 """Commands that users can give more time."""
