@@ -11,13 +11,14 @@ EXTRAS_bench = bench,peers
 EXTRAS_docs = docs
 EXTRAS_net = net
 EXTRAS_paper = experiment,cpm
+EXTRAS_apmm = experiment,verify
 EXTRAS_release = release
 EXTRAS_train = train
 
 # what a new installation is needed for: dependencies, entry points, and what the FMUs are made of
 INSTALLED_FROM := pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py' -o -path 'fmus/messages/bodies.py') orchestrator/plan/engine.c
 
-.PHONY: help demo test docs bench paper paper-relay paper-collision paper-readings paper-sensitivity train verify verify-faults verify-perception net release clean
+.PHONY: help demo test docs bench paper paper-relay paper-collision paper-generalisation paper-lasting paper-readings paper-sensitivity train general verify verify-perception net release clean apmm verify-faults paper-oracle
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -65,6 +66,8 @@ PAPER = runs/paper_relay$(SUFFIX)
 COLLISION_PAGE = .venv-paper/bin/python -m studies.collision docs/collision-study.md docs/results docs/results/collision-analysis.md
 COLLISION = collision_policies collision_constant_per collision_speed collision_memory collision_relay collision_radio collision_load
 
+LASTING_PAGE = .venv-paper/bin/python -m studies.lasting docs/collision-lasting.md docs/results docs/results/lasting-analysis.md
+LASTING = lasting_turning_relay lasting_turning_policies lasting_turning_constant lasting_turning_memory lasting_beside_relay lasting_beside_policies lasting_opposing_relay lasting_opposing_policies
 READINGS_PAGE = .venv-paper/bin/python -m studies.relay.readings_page docs/relay-readings.md docs/results docs/results/relay-readings-analysis.md
 READINGS = relay_readings relay_scenes relay_map_budget relay_map_load
 
@@ -99,6 +102,18 @@ else
 	$(COLLISION_PAGE)
 endif
 
+paper-lasting: .venv-paper/installed  ## Figures 9 and 10 where the obstruction lasts through the decision, and docs/collision-lasting.md
+	$(foreach name,$(LASTING),$(call run_study,collision,$(name)))
+ifdef SEEDS
+	mkdir -p runs/lasting$(SUFFIX)
+	cp $(foreach name,$(LASTING),runs/$(name)$(SUFFIX)/report/*) runs/lasting$(SUFFIX)/
+	.venv-paper/bin/python -m studies.lasting runs/lasting$(SUFFIX)/collision-lasting.md runs/lasting$(SUFFIX)
+else
+	mkdir -p docs/results
+	cp $(foreach name,$(LASTING),runs/$(name)/report/*) docs/results/
+	$(LASTING_PAGE)
+endif
+
 paper-readings: .venv-paper/installed  ## Table II under other readings, where MoHeD is better, and docs/relay-readings.md
 	$(foreach name,$(READINGS),$(call run_study,relay,$(name)))
 ifdef SEEDS
@@ -116,6 +131,46 @@ paper-sensitivity: .venv-paper/installed  ## what the result of the relay study 
 	cp runs/relay_sensitivity/report/* docs/results/
 	$(RELAY_PAGE)
 
+GENERALISATION = $(addprefix generalisation_,red_light left_turn overtaking pedestrian platoon)
+
+paper-generalisation: .venv-paper/installed  ## policies in every encounter and variation, and docs/generalisation-study.md
+	$(foreach name,$(GENERALISATION),$(subst studies/collision,studies/generalisation,$(call run_collision,$(name))))
+ifdef SEEDS
+	mkdir -p runs/generalisation$(SUFFIX)
+	cp $(foreach name,$(GENERALISATION),runs/$(name)$(SUFFIX)/report/*) runs/generalisation$(SUFFIX)/
+	.venv-paper/bin/python -m studies.generalisation runs/generalisation$(SUFFIX)/generalisation-study.md runs/generalisation$(SUFFIX)
+else
+	mkdir -p docs/results
+	cp $(foreach name,$(GENERALISATION),runs/$(name)/report/*) docs/results/
+	.venv-paper/bin/python -m studies.generalisation docs/generalisation-study.md docs/results docs/results/generalisation-analysis.md
+endif
+
+SHARING = sharing_methods sharing_load sharing_errors sharing_egos
+
+define run_sharing
+.venv-apmm/bin/nlosim experiment studies/sharing/experiments/$(1).yaml --out runs/$(1) $(if $(wildcard runs/$(1)/experiment.json),--resume)
+cp runs/$(1)/report/* docs/results/
+
+endef
+
+apmm: .venv-apmm/installed  ## whom to ask: how good the match is in traffic, and docs/apmm-study.md
+	mkdir -p docs/results
+	.venv-apmm/bin/python -m studies.sharing.moments docs/results --seeds 20
+	$(foreach name,$(SHARING),$(call run_sharing,$(name)))
+	.venv-apmm/bin/python -m studies.sharing docs/apmm-study.md docs/results docs/results/apmm-analysis.md
+
+ORACLE = relay_fair_oracle relay_trajectories
+
+define run_oracle
+.venv-paper/bin/nlosim experiment studies/relay/experiments/$(1).yaml --out runs/$(1) $(if $(wildcard runs/$(1)/experiment.json),--resume)
+
+endef
+
+paper-oracle: .venv-paper/installed  ## how much of the oracle's lead is luck, for the page of the relay study
+	$(foreach name,$(ORACLE),$(call run_oracle,$(name)))
+	.venv-paper/bin/python -m studies.relay.foresight docs/results $(addprefix runs/,$(ORACLE))
+	$(RELAY_PAGE)
+
 # All networks that come with the package, or some: make train NETWORKS='bev_32 blind'. It goes on where it was
 # interrupted; remove runs/train-* to begin anew.
 NETWORKS ?= bev_16 bev_32 blind early_fusion
@@ -131,6 +186,23 @@ endef
 train: .venv-train/installed  ## the networks in fmus/driving/network/checkpoints, by the recipes in studies/training/recipes/
 	$(foreach name,$(NETWORKS),$(call run_training,$(name)))
 
+# Networks of several encounters, three seeds each; the expert drives once for all of them. It goes on where it was
+# interrupted; remove runs/train-general_* to begin anew.
+GENERAL ?= general_32 general_16 general_blind general_early_fusion
+SEVERAL = seeds.csv spread.csv
+
+define run_general
+.venv-train/bin/nlosim train studies/training/recipes/$(1).yaml --seeds 1..3 --cache runs/expert --out runs/train-$(1) $(if $(wildcard runs/train-$(1)),--resume)
+mkdir -p docs/results/training
+$(foreach file,$(SEVERAL),cp runs/train-$(1)/$(file) docs/results/training/$(1)-$(file)
+)
+$(foreach file,$(TRAINED) evaluation.csv,cp runs/train-$(1)/seed-1/$(file) docs/results/training/$(1)-$(file)
+)
+endef
+
+general: .venv-train/installed  ## networks of several encounters, three seeds each; days on two cores
+	$(foreach name,$(GENERAL),$(call run_general,$(name)))
+
 verify: .venv-demo/installed  ## compare the channel with golden data; GOLDEN=DIR also makes docs/validation-channel.md
 	.venv-demo/bin/nlosim verify channel --golden $(or $(GOLDEN),tests/studies/verification/channel/golden) $(if $(GOLDEN),--figures docs/validation)
 
@@ -144,7 +216,7 @@ verify-perception: .venv-test/installed  ## compare blind zones and sharers with
 	.venv-test/bin/nlosim verify perception --figures docs/validation-perception
 
 net: .venv-net/installed  ## make the nets of the scenes and of the cities again
-	set -e; for scene in red_light pedestrian left_turn platoon overtaking; do \
+	set -e; for scene in red_light red_light_skewed pedestrian left_turn platoon overtaking; do \
 	  cd scenarios/assets/$$scene; \
 	  ../../../.venv-net/bin/netconvert -c $$scene.netccfg; \
 	  $(PYTHON) -c 'import pathlib, re, sys; p = pathlib.Path(sys.argv[1]); p.write_text(re.sub(r"<!-- generated.*?-->\n", "", p.read_text(), flags=re.DOTALL))' $$scene.net.xml; \

@@ -56,17 +56,31 @@ class Ring:
         return cls(**json.loads(text))
 
     def start(self, member: int) -> Array:
-        """What a member gives before the first step; different for each element of each member."""
+        """What a member gives before the first step; different for each element of each member.
+
+        Returns:
+            Whole numbers [1], shape (size / 8,).
+        """
         return np.arange(self.length, dtype=np.float64) + float(member * self.length)
 
     def last(self, member: int, steps: int) -> Array:
-        """What a member gives after `steps` steps."""
+        """What a member gives after `steps` steps.
+
+        Returns:
+            Whole numbers [1], shape (size / 8,).
+        """
         if self.algorithm == PARALLEL:
             return self.start((member - steps) % self.members) + float(steps)
         return self.start(self.members - 1) + float((steps - 1) * self.members + member + 1)
 
     def is_last(self, member: int, found: Array, steps: int) -> bool:
-        """Whether a member gives what it should after `steps` steps, in every element."""
+        """Whether a member gives what it should after `steps` steps, in every element.
+
+        Args:
+            member: which one.
+            found: what it gives [1], shape (size / 8,).
+            steps: how many were made.
+        """
         return np.array_equal(found, self.last(member, steps))
 
     def check(self, who: str, right: Sequence[bool], steps: int) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from typing_extensions import override
 
 from fmus.facilities.bsm import Bsm, Bsms, BsmSender
+from fmus.facilities.clocks import Clocks
 from fmus.facilities.connectors import UNNAMED, connectors, of_ego
 from fmus.facilities.inputs import Inputs, Vehicles
 from fmus.facilities.link_power import Measurements
@@ -64,6 +65,13 @@ class LayerParameters:
         minimum=0.0,
         doc="at most this long after its scan a message reaches the radio; drawn uniformly",
     )
+    clock_error: float = parameter(
+        0.0,
+        unit="s",
+        minimum=0.0,
+        maximum=10.0,
+        doc="standard deviation of the constant error of each vehicle's clock",
+    )
 
 
 class FacilitiesLayer(Component, Redrawing):
@@ -106,7 +114,8 @@ class FacilitiesLayer(Component, Redrawing):
         self._bsm = BsmSender(nanoseconds(given.bsm_period), self._streams)
         self._measurements = Measurements(given.power_filter, maximum_age)
         self._outbox = Outbox(given.fragment_size, 2 * maximum_age)
-        self._listeners = [Listener(maximum_age, self._received_scans) for _ in self._egos]
+        clocks = Clocks(rng, given.clock_error)
+        self._listeners = [Listener(maximum_age, self._received_scans, clocks) for _ in self._egos]
         self._receptions = Change()
         self._ways = self._sharing(start, self._streams)
         self._outputs: Signals = {
@@ -124,6 +133,8 @@ class FacilitiesLayer(Component, Redrawing):
         given, now = Inputs.read(inputs, self._egos), t + h
         self._check(given)
         self._streams.assign([ego.vehicle for ego in given.egos])
+        for listener, ego in zip(self._listeners, given.egos, strict=True):
+            listener.assign(ego.vehicle)
         self._receive(given)
         self._measurements.forget(now)
         shared = self._ways.messages(given, now, h)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fmus.facilities.bsm import Bsm, Neighbourhood
+from fmus.facilities.clocks import Clocks
 from fmus.facilities.inputs import EgoInputs
 from fmus.facilities.link_power import Announcements, Powers
 from fmus.facilities.outbox import Message
@@ -20,16 +21,27 @@ class Listener:
     Args:
         maximum_age: when things are forgotten [ns].
         received_scans: most scans of one source in `received.features`.
+        clocks: of all vehicles.
 
     Attributes:
         received: what others shared.
     """
 
-    def __init__(self, maximum_age: Duration, received_scans: int) -> None:
-        self.received = Received(maximum_age, received_scans)
+    def __init__(self, maximum_age: Duration, received_scans: int, clocks: Clocks) -> None:
+        self._clocks = clocks
+        self._vehicle = NO_VEHICLE
+        self.received = Received(maximum_age, received_scans, self._lead)
         self._neighbourhood = Neighbourhood(maximum_age)
         self._announcements = Announcements(maximum_age)
         self._sensor_data = np.array(0, np.int64)
+
+    def assign(self, vehicle: int) -> None:
+        """Say which vehicle the ego is now; `NO_VEHICLE` while it is not there."""
+        self._vehicle = vehicle
+
+    def _lead(self, source: int) -> Duration:
+        """How far the clock of `source` is ahead of the ego's [ns]."""
+        return self._clocks.lead(source, self._vehicle)
 
     def receive_bsm(self, message: Message, bsm: Bsm) -> None:
         """Take in `bsm`, the contents of `message`."""

@@ -1,28 +1,44 @@
 """What the ego knows from messages that arrived, while it is fresh."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from fmus.facilities.held import HeldSignal
 from fmus.facilities.received_features import ReceivedFeatures
-from fmus.messages.apm import join
+from fmus.messages.apm import join, shifted
 from fmus.messages.features import FeaturesMessage
 from fmus.messages.records import OBJECT, frame
 from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time
 
 
+def _in_step(_: int) -> Duration:
+    """No clock is ahead of another."""
+    return 0
+
+
 class Received:
     """The newest APM, objects and features of each source; held, so that slow readers miss none.
+
+    Times in messages are of the source's clock. So they are off by what that clock is ahead of the
+    ego's, and what is too old to be known is judged by them.
 
     Args:
         maximum_age: when things are forgotten [ns].
         scans: most scans of one source whose features are known.
+        lead: how far the clock of a source is ahead of the ego's [ns], constant.
     """
 
-    def __init__(self, maximum_age: Duration, scans: int = 1) -> None:
+    def __init__(
+        self,
+        maximum_age: Duration,
+        scans: int = 1,
+        lead: Callable[[int], Duration] = _in_step,
+    ) -> None:
         self._maximum_age = maximum_age
+        self._lead = lead
         self._features = ReceivedFeatures(maximum_age, scans)
         self._apms: dict[int, tuple[Time, bytes]] = {}
         self._objects: dict[int, Array] = {}
@@ -32,7 +48,8 @@ class Received:
 
     def keep_apm(self, source: int, time: Time, apm: bytes) -> None:
         """`apm` was sent at `time` [ns]."""
-        self._apms[source] = (time, apm)
+        lead = self._lead(source)
+        self._apms[source] = (time + lead, shifted(apm, lead) if lead else apm)
 
     def replace_objects(self, source: int, time: Time, objects: Array) -> None:
         """Forget what a source told before; what overtook a newer message changes nothing.
@@ -44,7 +61,7 @@ class Received:
         """
         if time > self._scans.get(source, time - 1):
             self._scans[source] = time
-            self._objects[source] = objects
+            self._objects[source] = self._stamped(source, objects)
 
     def update_objects(self, source: int, objects: Array) -> None:
         """Take in some of the objects that a source sees; of each the newest record is kept.
@@ -54,7 +71,8 @@ class Received:
             objects: `OBJECT` records of shape (object,).
         """
         known = self._objects.get(source)
-        rows = objects if known is None else np.concatenate([known, objects])
+        stamped = self._stamped(source, objects)
+        rows = stamped if known is None else np.concatenate([known, stamped])
         by_time = rows[np.argsort(rows["time"], kind="stable")]
         newest = {int(row["instance"]): row for row in by_time}
         self._objects[source] = np.array([newest[number] for number in sorted(newest)], OBJECT)
@@ -66,7 +84,9 @@ class Received:
             features: those of the scan, as sent.
             arrived: which of its keypoints are there, bool, shape (keypoint,).
         """
-        self._features.add(features, arrived)
+        lead = self._lead(features.vehicle)
+        stamped = replace(features, time=features.time + lead) if lead else features
+        self._features.add(stamped, arrived)
 
     def outputs(self, now: Time) -> Mapping[str, bytes]:
         """The connectors `received.apms`, `.objects` and `.features` at `now`, by source."""
@@ -86,6 +106,15 @@ class Received:
             ),
             "received.features": self._features.output(now),
         }
+
+    def _stamped(self, source: int, objects: Array) -> Array:
+        """`objects` at the times that the clock of `source` said."""
+        lead = self._lead(source)
+        if not lead:
+            return objects
+        stamped = objects.copy()
+        stamped["time"] += lead
+        return stamped
 
     def _fresh(self, table: Array, now: Time) -> Array:
         young = now - table["time"] <= self._maximum_age

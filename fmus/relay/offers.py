@@ -17,13 +17,12 @@ class Offers:
 
     def __init__(self, share: float, rng: np.random.Generator) -> None:
         self._share = share
-        self._salt = int(rng.spawn(1)[0].integers(2**63)) if share < 1.0 else 0
-        self._drawn: dict[int, float] = {}
+        (own,) = rng.spawn(1)
+        self._salt = int(own.integers(2**63))
 
     def __contains__(self, vehicle: int) -> bool:
         """Whether `vehicle`, a number of at least 0, offers to relay."""
         if self._share >= 1.0:
             return True
-        if vehicle not in self._drawn:
-            self._drawn[vehicle] = float(np.random.default_rng((self._salt, vehicle)).random())
-        return self._drawn[vehicle] < self._share
+        drawn = np.random.default_rng((self._salt, vehicle)).random()
+        return bool(drawn < self._share)

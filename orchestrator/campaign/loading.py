@@ -9,8 +9,8 @@ from typing import Any, Generic, Self, TypeAlias, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from orchestrator.errors import ScenarioError
-from orchestrator.scenario import diagnosis
-from orchestrator.scenario.document import Address, Document
+from orchestrator.scenario import diagnosis, extension
+from orchestrator.scenario.document import Address
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.settings_file import SettingsFile
 
@@ -32,12 +32,12 @@ class Factors:
 
     Attributes:
         source: the file.
-        key: under which the factors are written there.
+        key: under which the factors are written there, an address.
         levels: by factor and level, the settings.
     """
 
     source: SettingsFile
-    key: str
+    key: Address
     levels: Mapping[str, Mapping[str, Settings]]
 
     def settings(self) -> Iterator[tuple[str, Address]]:
@@ -45,14 +45,16 @@ class Factors:
         for factor, levels in self.levels.items():
             for level, settings in levels.items():
                 for path in settings:
-                    yield f"the factor `{factor}`", (self.key, factor, level, path)
+                    yield f"the factor `{factor}`", (*self.key, factor, level, path)
 
     def overrides(self, chosen: Mapping[str, str]) -> list[str]:
         """What one level of every factor sets, as `nlosim run --set` takes it."""
         return [
             text
             for factor, level in chosen.items()
-            for text in self.source.overrides(self.levels[factor][level], (self.key, factor, level))
+            for text in self.source.overrides(
+                self.levels[factor][level], (*self.key, factor, level)
+            )
         ]
 
     @contextlib.contextmanager
@@ -94,24 +96,25 @@ class Load(Generic[Model]):
             ScenarioError: all problems of the shape, each at its place.
         """
         source, file = _read(path, model, noun)
-        return cls(path, source, file, Factors(source, factors, getattr(file, factors)))
+        return cls(path, source, file, Factors(source, (factors,), getattr(file, factors)))
 
-    def scenario_path(self, scenario: str) -> Path:
+    def scenario_path(self, scenario: str, address: Address = ("scenario",)) -> Path:
         """The absolute path of the scenario file; that there is none is a problem.
 
         Args:
             scenario: as it is written in the file of the campaign.
+            address: where.
         """
-        found = (self.path.parent / scenario).absolute()
+        found = (self.source.document.folder(address) / scenario).absolute()
         if not found.is_file():
             what = f"there is no file {found} (the path is relative to this file)"
-            self.source.add(("scenario",), what)
+            self.source.add(address, what)
         return found
 
 
 def _read(path: Path, model: type[Model], noun: str) -> tuple[SettingsFile, Model]:
     """The file of a campaign, if it has the right shape."""
-    document = Document.read(path)
+    document = extension.read(path)
     try:
         return SettingsFile(document), model.model_validate(document.data)
     except ValidationError as error:

@@ -141,8 +141,7 @@ class BlockFile:
         self._write(_note({"end": self._rows}))
 
     def _write(self, data: bytes) -> None:
-        file = self._path.open("r+b", buffering=0)
-        with naming(self._path), file:
+        with naming(self._path), self._path.open("r+b", buffering=0) as file:
             if self._is_torn:  # an earlier attempt failed halfway
                 file.truncate(self.size)
             self._is_torn = True

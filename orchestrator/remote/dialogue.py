@@ -8,7 +8,6 @@ towards deadlines, because the hosts had no more than that, for all we know.
 
 import logging
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from time import monotonic
 from types import MappingProxyType
@@ -133,7 +132,8 @@ class Dialogue:
         block: Sequence[Buffer] = (),
     ) -> int:
         """Send a command that is to be answered `within` some time [s]; its sequence number."""
-        self._tell_loss()
+        if self._loss is not None:
+            self._tell_loss()
         if self._is_over:
             raise ComponentError(self.name, None, "its process has ended")
         self._sequence += 1
@@ -155,7 +155,8 @@ class Dialogue:
             timeout: how long to wait from now on, whatever becomes of others [s]; without, as
                 long as `ask` allowed, and no longer than all others are well.
         """
-        self._tell_loss()
+        if self._loss is not None:
+            self._tell_loss()
         command = self.awaiting
         if command is None:
             raise RuntimeError("`answer` without `ask`")
@@ -221,18 +222,19 @@ class Dialogue:
     def _listen(self, command: Message, timeout: float) -> None:
         """Wait up to `timeout` [s] for the reply to `command`; others are dropped."""
         try:
-            with suppress(TimeoutError):
-                raw = self._link.receive(timeout)
-                message, offset = Message.decode(raw)
-                sent = (command.epoch, command.sequence)
-                if command is self.awaiting and (message.epoch, message.sequence) == sent:
-                    self._came = Reply(message, raw, offset)
-                else:
-                    _log.debug("`%s`: dropped an earlier reply: %s", self.name, message)
+            raw = self._link.receive(timeout)
+            message, offset = Message.decode(raw)
+        except TimeoutError:
+            return
         except LinkLostError as error:
             self._fail(command, str(error))
         except WireError as error:
             self._fail(command, f"its process sent something unreadable: {error}")
+        sent = (command.epoch, command.sequence)
+        if command is self.awaiting and (message.epoch, message.sequence) == sent:
+            self._came = Reply(message, raw, offset)
+        else:
+            _log.debug("`%s`: dropped an earlier reply: %s", self.name, message)
 
     def _take(self, command: Message) -> Reply:
         reply, self._came, self.awaiting = self._came, None, None

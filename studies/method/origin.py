@@ -74,7 +74,7 @@ def origin(results: Results) -> Origin:
         planned=len(results.experiment.runs()),
         runs=len(results.rows),
         failed=sum(row["error"] is not None for row in results.rows),
-        sessions=tuple(_session(session) for session in results.sessions),
+        sessions=tuple(session_of(session) for session in results.sessions),
     )
 
 
@@ -85,7 +85,8 @@ def seeds_text(seeds: Sequence[int]) -> str:
     return ", ".join(map(str, seeds))
 
 
-def _session(session: Mapping[str, Any]) -> Session:
+def session_of(session: Mapping[str, Any]) -> Session:
+    """A start of an experiment as `experiment.json` has it, without the name of the host."""
     host, versions = session["host"], session["versions"]
     return Session(
         command=session["command"],

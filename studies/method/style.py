@@ -31,6 +31,9 @@ LOOKS: Final[Mapping[str, Look]] = {
     "direct": Look("direct link", PURPLE, "v"),
     "expected-prr": Look("expected PRR", SKY, "P"),
     "oracle": Look("oracle", BLACK, "*"),
+    "fair-oracle": Look("fair oracle", "#666666", "X"),
+    "mohed-trajectories": Look("MoHeD, trajectories", "#5E3C99", "h"),
+    "mohed-trajectories-ties": Look("MoHeD, trajectories, ties not kept", "#8A6D3B", "<"),
 }
 _OTHERS: Final = (("#666666", "X"), ("#8A6D3B", "<"), ("#9A9A00", ">"), ("#5E3C99", "h"))
 

@@ -9,7 +9,7 @@ from studies.method.claims import Judgement
 from studies.method.page import RULE, by_hand, claims, made
 from studies.method.style import method_name
 from studies.method.text import markdown, percent_shown, shown
-from studies.relay import sensitivity
+from studies.relay import foresight, sensitivity
 from studies.relay.conditions import Condition
 from studies.relay.provenance import Cost, Provenance
 from studies.relay.report import PROVENANCE
@@ -97,6 +97,7 @@ def page(folder: Path, link: str, analysis: Path | None = None) -> str:
         f"## Figure 7\n\n{_FIGURE_7.format(folder=link)}",
         f"## Figure 8\n\n{_FIGURE_8.format(folder=link)}",
         *by_hand(analysis),
+        *foresight.part(folder, link),
         *_sensitivity(folder, link),
         f"## All conditions\n\n{everywhere}\n",
         f"## Differences between methods\n\n{_PAIRS.format(folder=link)}\n{pairs}\n",

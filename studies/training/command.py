@@ -22,7 +22,8 @@ than a tenth of a phase fails, the training ends. See docs/training.md.
 examples:
   nlosim train studies/training/recipes/bev_32.yaml
   nlosim train studies/training/recipes/bev_32.yaml --out runs/bev --resume
-  nlosim train studies/training/recipes/bev_32.yaml --seed 8 --checkpoint again.safetensors"""
+  nlosim train studies/training/recipes/bev_32.yaml --seed 8 --checkpoint again.safetensors
+  nlosim train studies/training/recipes/general_32.yaml --seeds 1..3 --out runs/general"""
 
 
 def add_command(commands: Any) -> None:
@@ -37,6 +38,17 @@ def add_command(commands: Any) -> None:
     )
     train.add_argument("--resume", action="store_true", help="go on with what is in --out")
     train.add_argument("--seed", type=int, metavar="N", help="instead of the file's seed")
+    train.add_argument(
+        "--seeds",
+        metavar="LIST",
+        help="several trainings one after the other, e.g. 1..3, in folders seed-N of --out; the "
+        "network of the first goes where the file says",
+    )
+    train.add_argument(
+        "--cache",
+        metavar="DIR",
+        help="where the expert's runs are kept: trainings with the same ones drive them once",
+    )
     train.add_argument(
         "--checkpoint", metavar="FILE", help="instead of the file's: where the network goes"
     )

@@ -10,6 +10,7 @@ from typing_extensions import override
 from orchestrator.campaign.conduct import Campaign, Options, conduct
 from orchestrator.log import run_log
 from studies.training import figure, files, results
+from studies.training.collection import Collection
 from studies.training.device import resolve
 from studies.training.journal import Journal, Run
 from studies.training.plan import Training
@@ -39,8 +40,15 @@ class TrainingOutcome:
     error: TrainingFailedError | None
 
 
-def conduct_training(training: Training, options: Options) -> TrainingOutcome:
+def conduct_training(
+    training: Training, options: Options, collection: Collection | None = None
+) -> TrainingOutcome:
     """Do what is not done yet; write tables, figure and, at the end, the checkpoint.
+
+    Args:
+        training: that is conducted.
+        options: how.
+        collection: of runs of the expert that need not be driven again; `None`: all are.
 
     Raises:
         DeviceError: there is no such device here.
@@ -48,7 +56,8 @@ def conduct_training(training: Training, options: Options) -> TrainingOutcome:
         RecordingError, ResumeError: the directory cannot be used.
         Interrupted: after Ctrl-C; what was done is written.
     """
-    return conduct(_Lessons(training, options, resolve(training.device)), options)
+    lessons = _Lessons(training, options, resolve(training.device), collection)
+    return conduct(lessons, options)
 
 
 @dataclass(slots=True)
@@ -58,6 +67,7 @@ class _Lessons(Campaign[Journal, TrainingOutcome]):
     training: Training
     options: Options
     device: str
+    collection: Collection | None = None
     error: TrainingFailedError | None = None
 
     @property
@@ -75,7 +85,7 @@ class _Lessons(Campaign[Journal, TrainingOutcome]):
 
     @override
     def work(self, directory: Path, journal: Journal) -> None:
-        rollouts = Rollouts(self.training, directory, journal, self.options)
+        rollouts = Rollouts(self.training, directory, journal, self.options, self.collection)
         rounds = Rounds(
             self.training, directory, journal, rollouts, device=self.device, options=self.options
         )
@@ -85,15 +95,24 @@ class _Lessons(Campaign[Journal, TrainingOutcome]):
                     logger.info("round %d is done", number)
                     _write(self.training, rollouts)
                 _publish(self.training, rollouts)
+                self._evaluate(rollouts)
             except TrainingFailedError as reason:
                 logger.info("%s", reason)
                 self.error = reason
+
+    def _evaluate(self, rollouts: Rollouts) -> None:
+        """Let the chosen network drive in every encounter, and where it never learned."""
+        number = results.chosen_round(self.training, rollouts.journal)
+        phases = [] if number is None else self.training.evaluation(number)
+        if phases:
+            rollouts.drive(*phases)
 
     @override
     def outcome(self, directory: Path, journal: Journal) -> TrainingOutcome:
         rollouts = Rollouts(self.training, directory, journal, self.options)
         found, summary = _write(self.training, rollouts)
-        phases = {phase.name: phase for phase in self.training.phases()}
+        chosen = [] if found.chosen is None else self.training.evaluation(found.chosen)
+        phases = {phase.name: phase for phase in (*self.training.phases(), *chosen)}
         return TrainingOutcome(
             directory=directory,
             findings=found,

@@ -17,6 +17,7 @@ from typing_extensions import override
 from orchestrator.campaign import journal
 from orchestrator.campaign.journal import Identity, Kind, ResumeError, session
 from orchestrator.campaign.work import Result
+from studies.training.encounters import Encounter
 from studies.training.learner import EpochResult
 from studies.training.plan import Training
 
@@ -212,15 +213,26 @@ def _identity(training: Training) -> Identity:
         fixed={
             "seed": training.seed,
             "network": training.network,
-            "scenes": training.scenes,
-            "expert": {"runs": training.expert_runs},
+            "scenes": [each.scenes for each in training.encounters],
+            "encounters": [_described(each) for each in training.encounters],
+            "held_out": [_described(each) for each in training.held_out],
+            "expert": {"runs": training.expert_runs, "seed": training.expert_seed},
             "dagger": {"runs": training.round_runs, "beta": training.beta, "decay": training.decay},
             "validation": {"runs": training.validation_runs, "drives": training.drives},
             "optimisation": asdict(training.optimisation),
-            "scenario": training.resolved,
+            "scenario": [each.resolved for each in training.encounters],
         },
-        growing={"rounds": training.rounds},
+        growing={"rounds": training.rounds, "evaluation": {"runs": training.evaluation_runs}},
     )
+
+
+def _described(encounter: Encounter) -> dict[str, Any]:
+    return {
+        "name": encounter.name,
+        "weight": encounter.weight,
+        "set": encounter.settings,
+        "scenes": encounter.scenes,
+    }
 
 
 def _check_rounds(directory: Path, training: Training, entries: Sequence[Entry]) -> None:

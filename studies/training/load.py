@@ -1,19 +1,16 @@
 """From a training file to a `Training`: every problem at once, each at its place."""
 
-import contextlib
 import itertools
-from collections.abc import Mapping
-from fnmatch import fnmatchcase
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.campaign import loading
+from orchestrator.campaign.loading import Factors
 from orchestrator.errors import ComponentTypeError
 from orchestrator.scenario import diagnosis
-from orchestrator.scenario.build import load_scenario
-from orchestrator.scenario.model import Scenario
-from orchestrator.scenario.wiring import Assembly, assemble
-from orchestrator.signal import Causality
+from orchestrator.suggestion import suggestion
+from studies.training.encounters import Encounter
 from studies.training.learner import (
     Learner,
     Optimisation,
@@ -21,15 +18,9 @@ from studies.training.learner import (
     declared_parameters,
     learner_type,
 )
+from studies.training.load_encounters import EncounterLoad, Section, held_out_variants
 from studies.training.parameters import converted
-from studies.training.plan import (
-    BETA,
-    COMPONENT,
-    NETWORK,
-    SAMPLE,
-    Training,
-    driver_texts,
-)
+from studies.training.plan import BETA, COMPONENT, NETWORK, Training
 from studies.training.schema import MAXIMUM_RUNS, TrainingFile
 
 TYPE: Final = "type"
@@ -52,24 +43,89 @@ class _Load(loading.Load[TrainingFile]):
     """One reading of a training file."""
 
     def training(self) -> Training:
-        scenario = self.scenario_path(self.file.scenario)
-        checkpoint = (self.path.parent / self.file.checkpoint).resolve()
+        checkpoint = self._folder("checkpoint") / self.file.checkpoint
+        checkpoint = checkpoint.resolve()
         self._check_checkpoint(checkpoint)
         self._check_counts()
-        self.source.check_paths(self.factors.settings(), _reserved)
+        sections = [*self._sections()]
+        for section in sections:
+            owned = itertools.chain(section.fixed(), section.factors.settings())
+            self.source.check_paths(owned, _reserved)
+        self._check_variants()
         learner = self._learner()
         parameters = {} if learner is None else self._parameters(learner)
         self.source.stop_at_problems()
         assert learner is not None  # noqa: S101 - or there was a problem
         self._check_learner(learner, parameters)
-        first = self._scenes(scenario)
+        encounters = tuple(EncounterLoad(self.source, section).encounter() for section in sections)
         self.source.stop_at_problems()
-        assert first is not None  # noqa: S101 - or there was a problem
-        return self._planned(first, checkpoint, learner, parameters)
+        variants = held_out_variants(self.source, self.file.held_out, encounters)
+        self.source.stop_at_problems()
+        known = tuple(each.encounter for each in encounters)
+        learned = tuple(each for each in known if not each.is_held_out)
+        unseen = tuple(each for each in known if each.is_held_out)
+        return self._planned(learned, (*unseen, *variants), checkpoint, learner, parameters)
+
+    def _folder(self, key: str) -> Path:
+        """Where the relative path under `key` starts."""
+        return self.source.document.folder((key,))
+
+    def _sections(self) -> Iterator[Section]:
+        """The encounters as they are written."""
+        file = self.file
+        common = (file.set, ("set",))
+        if bool(file.scenario) == bool(file.encounters):
+            what = "write one of `scenario` and `encounters`"
+            self.source.add(("encounters",) if file.encounters else (), what, at_key=True)
+            return
+        if file.scenario:
+            yield Section(
+                name="",
+                scenario=self.scenario_path(file.scenario),
+                address=("scenario",),
+                settings=(common,),
+                factors=self.factors,
+            )
+            return
+        if file.scenes:
+            what = "each of the `encounters` has its own; write them there"
+            self.source.add(("scenes",), what, at_key=True)
+        for name, each in file.encounters.items():
+            address = ("encounters", name)
+            yield Section(
+                name=name,
+                scenario=self.scenario_path(each.scenario, (*address, "scenario")),
+                address=(*address, "scenario"),
+                weight=each.weight,
+                settings=(common, (each.set, (*address, "set"))),
+                factors=Factors(self.source, (*address, "scenes"), each.scenes),
+            )
+
+    def _check_variants(self) -> None:
+        file = self.file
+        names = [*file.encounters] or [""]
+        for name, each in file.held_out.items():
+            address = ("held_out", name)
+            if each.encounter not in names:
+                what = f"there is no encounter `{each.encounter}`; "
+                what += suggestion(each.encounter, file.encounters)
+                self.source.add((*address, "encounter"), what)
+            if name in names:
+                self.source.add(address, "an encounter has this name", at_key=True)
+            settings = ((f"`{name}`", (*address, "set", path)) for path in each.set)
+            self.source.check_paths(settings, _reserved)
+        sections = file.encounters.values()
+        if sections and not any(each.weight for each in sections):
+            what = "all of them have the weight 0; there is nothing to learn from"
+            self.source.add(("encounters",), what, at_key=True)
+        if file.held_out and file.evaluation is None:
+            what = "nobody drives in them; write how often, e.g. `evaluation: {runs: 20}`"
+            self.source.add(("held_out",), what, at_key=True)
 
     def _planned(
         self,
-        scenario: Scenario,
+        encounters: tuple[Encounter, ...],
+        variants: tuple[Encounter, ...],
         checkpoint: Path,
         learner: type[Learner],
         parameters: Mapping[str, Any],
@@ -77,17 +133,18 @@ class _Load(loading.Load[TrainingFile]):
         file = self.file
         return Training(
             path=self.path,
-            scenario=scenario.path,
+            encounters=encounters,
+            held_out=variants,
             seed=file.seed,
+            expert_seed=file.expert.seed,
             learner_name=file.network[TYPE],
             learner=learner,
             parameters=parameters,
             network=file.network,
-            users=_users(scenario),
-            scenes=file.scenes,
             expert_runs=file.expert.runs,
             validation_runs=file.validation.runs,
             drives=file.validation.drives,
+            evaluation_runs=0 if file.evaluation is None else file.evaluation.runs,
             rounds=file.dagger.rounds,
             round_runs=file.dagger.runs,
             beta=file.dagger.beta,
@@ -95,7 +152,6 @@ class _Load(loading.Load[TrainingFile]):
             optimisation=self._optimisation,
             device=file.device,
             checkpoint=checkpoint,
-            resolved=loading.resolved(scenario),
         )
 
     @property
@@ -114,6 +170,10 @@ class _Load(loading.Load[TrainingFile]):
         if runs > MAXIMUM_RUNS:
             what = f"{runs} runs to learn from are more than {MAXIMUM_RUNS}"
             self.source.add(("dagger", "rounds"), what)
+        unseen = file.validation.runs + (file.evaluation.runs if file.evaluation else 0)
+        if unseen > MAXIMUM_RUNS:
+            what = f"with those of `validation` {unseen} runs, more than {MAXIMUM_RUNS}"
+            self.source.add(("evaluation", "runs"), what)
         if file.validation.drives > file.validation.runs:
             what = f"more than the {file.validation.runs} scenes of `validation.runs`"
             self.source.add(("validation", "drives"), what)
@@ -136,7 +196,7 @@ class _Load(loading.Load[TrainingFile]):
     def _parameters(self, learner: type[Learner]) -> Mapping[str, Any]:
         """The parameters of the learner, converted."""
         given = {name: value for name, value in self.file.network.items() if name != TYPE}
-        found = converted(declared_parameters(learner), given, self.path.parent)
+        found = converted(declared_parameters(learner), given, self._folder("network"))
         for problem in found.problems:
             self.source.add(("network", *problem.address), problem.what, at_key=problem.at_key)
         return found.values
@@ -148,59 +208,6 @@ class _Load(loading.Load[TrainingFile]):
         except (ValueError, ImportError) as error:
             self.source.add(("network",), str(error), at_key=True)
 
-    def _scenes(self, scenario: Path) -> Scenario | None:
-        """Load the scenario with every level once; the one with all first levels is returned."""
-        first = {factor: next(iter(levels)) for factor, levels in self.file.scenes.items()}
-        others = [
-            {**first, factor: level}
-            for factor, levels in self.file.scenes.items()
-            for level in itertools.islice(levels, 1, None)
-        ]
-        found = self._scene(scenario, first)
-        for levels in others:
-            self._scene(scenario, levels)
-        return found
-
-    def _scene(self, path: Path, levels: Mapping[str, str]) -> Scenario | None:
-        """The scenario, driven by the expert; problems of settings are problems of this file."""
-        overrides = self.factors.overrides(levels)
-        with self.factors.loading(levels):
-            plain = load_scenario(path, overrides)
-            if not self._is_trainable(plain):
-                return None
-            scenario = load_scenario(path, [*overrides, *driver_texts(_users(plain), None, 1.0)])
-            with contextlib.closing(assemble(scenario)) as assembly:
-                self._check_sample(scenario, assembly)
-            return scenario
-        return None
-
-    def _is_trainable(self, scenario: Scenario) -> bool:
-        use = scenario.components.get(COMPONENT)
-        if use is None:
-            what = f"the scenario has no component `{COMPONENT}`, which training drives with"
-            self.source.add(("scenario",), what)
-            return False
-        missing = [n for n in (NETWORK, BETA) if n not in use.type.parameters]
-        if missing:
-            named = " and ".join(f"`{name}`" for name in missing)
-            what = f"`{COMPONENT}` of the scenario is of the type `{use.origin()}`, which has no "
-            what += f"parameter {named}; training needs one that has, such as `policy-dagger`"
-            self.source.add(("scenario",), what)
-        return not missing
-
-    def _check_sample(self, scenario: Scenario, assembly: Assembly) -> None:
-        name = f"{COMPONENT}.{SAMPLE}"
-        connector = assembly.system.connectors[COMPONENT].get(SAMPLE)
-        if connector is None or connector.causality is not Causality.OUTPUT:
-            self.source.add(
-                ("scenario",), f"there is no output `{name}`, which training learns from"
-            )
-        elif not connector.is_binary:
-            what = f"`{name}` is {connector.kind()}; training reads bytes"
-            self.source.add(("scenario",), what)
-        elif not _is_recorded(scenario, name):
-            self.source.add(("scenario",), f"its `recording` leaves `{name}` out; include it")
-
 
 def _reserved(keys: tuple[str, ...]) -> str:
     """Why a level must not set the value with this path; empty if it may."""
@@ -210,14 +217,3 @@ def _reserved(keys: tuple[str, ...]) -> str:
     if is_network or keys == ("components", COMPONENT, "parameters", BETA):
         return "training sets it; remove it"
     return ""
-
-
-def _users(scenario: Scenario) -> tuple[str, ...]:
-    """The components that use a network."""
-    uses = scenario.components.items()
-    return tuple(name for name, use in uses if NETWORK in use.type.parameters)
-
-
-def _is_recorded(scenario: Scenario, name: str) -> bool:
-    is_included = any(fnmatchcase(name, pattern) for pattern in scenario.include)
-    return is_included and not any(fnmatchcase(name, pattern) for pattern in scenario.exclude)

@@ -3,7 +3,8 @@
 Seeds of runs. The training with the seed $s$ owns those from $10^6 (s + 1)$ up to
 $10^6 (s + 2) - 1$: the lower half for learning, in the order of the phases, the upper half for
 validation. No run of two trainings, and none of an evaluation with seeds below a million, is the
-same.
+same. With a seed of their own, the expert's runs and those of validation and evaluation are those
+of the training that has this seed; the others keep theirs.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,8 +13,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.experiment.schema import Settings
-from orchestrator.randomness import stream
 from orchestrator.scenario.settings_file import setting_texts
+from studies.training.encounters import ENCOUNTER, Encounter, turn
 from studies.training.learner import Learner, Optimisation
 from studies.training.schema import MAXIMUM_RUNS
 
@@ -37,6 +38,7 @@ class Phase:
         driver: the round whose network drives; `None`: the expert alone.
         beta: how often the expert's command is taken, 0 to 1.
         is_lesson: whether the samples are kept, to learn from or to validate with.
+        encounter: in which all runs are; `None`: they take turns.
     """
 
     name: str
@@ -44,6 +46,7 @@ class Phase:
     driver: int | None
     beta: float
     is_lesson: bool = True
+    encounter: Encounter | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,33 +55,34 @@ class Training:
 
     Attributes:
         path: of the training file.
-        scenario: the absolute path of the scenario file.
-        seed: of everything random.
+        encounters: what is driven, learned from and validated with; one at least.
+        held_out: variants of encounters that are driven in at the end only.
+        seed: of everything random but the expert's runs.
+        expert_seed: of these; `None`: as `seed`.
         learner_name, learner: which learner.
         parameters: its parameters as they were converted; missing ones take their defaults.
         network: the same as they were written.
-        users: components with a parameter `network`, which use the network in training.
-        scenes: settings by factor and level.
         expert_runs, validation_runs, drives: how many.
+        evaluation_runs: drives at the end in each encounter and each variant.
         rounds, round_runs, beta, decay: of DAgger.
         optimisation: of every round.
         device: `auto`, `cpu` or `cuda`, as asked for.
         checkpoint: the absolute path of the result.
-        resolved: the scenario with the first level of every factor and the expert; no seed.
     """
 
     path: Path
-    scenario: Path
+    encounters: tuple[Encounter, ...]
+    held_out: tuple[Encounter, ...] = ()
     seed: int
+    expert_seed: int | None = None
     learner_name: str
     learner: type[Learner] = field(repr=False)
     parameters: Mapping[str, Any]
     network: Mapping[str, Any]
-    users: tuple[str, ...]
-    scenes: Mapping[str, Mapping[str, Settings]]
     expert_runs: int
     validation_runs: int
     drives: int
+    evaluation_runs: int = 0
     rounds: int
     round_runs: int
     beta: float
@@ -86,11 +90,10 @@ class Training:
     optimisation: Optimisation
     device: str
     checkpoint: Path
-    resolved: Mapping[str, Any] = field(repr=False)
 
     def validation(self) -> Phase:
         """The runs that early stopping looks at."""
-        first = self._first_seed() + MAXIMUM_RUNS
+        first = self._expert_seed() + MAXIMUM_RUNS
         seeds = tuple(range(first, first + self.validation_runs))
         return Phase(name="validation", seeds=seeds, driver=None, beta=1.0)
 
@@ -98,6 +101,7 @@ class Training:
         """The runs that the round `number` learns from, besides those of the rounds before."""
         first = self._first_seed()
         if number == 0:
+            first = self._expert_seed()
             seeds = tuple(range(first, first + self.expert_runs))
             return Phase(name="expert", seeds=seeds, driver=None, beta=1.0)
         first += self.expert_runs + (number - 1) * self.round_runs
@@ -126,26 +130,46 @@ class Training:
             found += [self.lessons(number), *([self.drive(number)] if self.drives else [])]
         return found
 
-    def levels(self, seed: int) -> dict[str, str]:
-        """The scene of the run with `seed`: one level of every factor, all equally likely.
+    def evaluation(self, number: int) -> list[Phase]:
+        """The network of the round `number` alone, in every encounter and every variant.
 
-        The level of a factor does not depend on the other factors.
+        All with the same seeds, which are none of the validation.
         """
-        return {
-            factor: list(levels)[stream(seed, f"scenes/{factor}").integers(len(levels))]
-            for factor, levels in self.scenes.items()
-        }
+        first = self._expert_seed() + MAXIMUM_RUNS + self.validation_runs
+        seeds = tuple(range(first, first + self.evaluation_runs))
+        return [
+            Phase(
+                name=f"evaluation-{each.name}" if each.name else "evaluation",
+                seeds=seeds,
+                driver=number,
+                beta=0.0,
+                is_lesson=False,
+                encounter=each,
+            )
+            for each in (*self.encounters, *self.held_out)
+            if self.evaluation_runs
+        ]
 
-    def overrides(self, levels: Mapping[str, str]) -> tuple[str, ...]:
-        """What the levels set, as `nlosim run --set` takes it."""
-        return tuple(
-            override
-            for factor, level in levels.items()
-            for override in setting_texts(self.scenes[factor][level])
-        )
+    def encounter(self, phase: Phase, seed: int) -> Encounter:
+        """Where the run of a phase with `seed` is."""
+        return phase.encounter or turn(self.encounters, seed)
+
+    def scene(self, phase: Phase, seed: int) -> dict[str, str]:
+        """Which scene that run is: the level of every factor, and the encounter if it has a name.
+
+        Args:
+            phase: of the run.
+            seed: of the run.
+        """
+        found = self.encounter(phase, seed)
+        return {**({ENCOUNTER: found.name} if found.name else {}), **found.levels(seed)}
 
     def _first_seed(self) -> int:
         return (self.seed + 1) * 2 * MAXIMUM_RUNS
+
+    def _expert_seed(self) -> int:
+        seed = self.seed if self.expert_seed is None else self.expert_seed
+        return (seed + 1) * 2 * MAXIMUM_RUNS
 
 
 def driver_texts(users: Sequence[str], network: Path | None, beta: float) -> tuple[str, ...]:

@@ -1,7 +1,8 @@
 """Tables and a summary of a training, from its journal.
 
-training.csv  a row per epoch: losses and time
-phases.csv    a row per phase of driving: who drove, and how it went
+training.csv    a row per epoch: losses and time
+phases.csv      a row per phase of driving: who drove, and how it went
+evaluation.csv  a row per encounter and variant that is held out: how the chosen network drove
 """
 
 import csv
@@ -19,6 +20,7 @@ from studies.training.rounds import named_losses
 Row: TypeAlias = Mapping[str, Any]
 
 EPOCHS, PHASES, SUMMARY = "training.csv", "phases.csv", "summary.txt"
+EVALUATION: Final = "evaluation.csv"
 
 OUTCOMES: Final = ("collision", "success")
 """Metrics of a run that say how the drive ended, if the scenario's report has them."""
@@ -31,16 +33,19 @@ class Findings:
     Attributes:
         epochs: rows of `training.csv`.
         phases: rows of `phases.csv`.
+        evaluation: rows of `evaluation.csv`; without any there is no such file.
         chosen: the round whose network is the result, of those finished until now, if there is one.
     """
 
     epochs: Sequence[Row]
     phases: Sequence[Row]
+    evaluation: Sequence[Row] = ()
     chosen: int | None
 
 
 def findings(training: Training, journal: Journal) -> Findings:
     """Everything that the tables say, of a training that may not be finished."""
+    chosen = chosen_round(training, journal)
     return Findings(
         epochs=[row for number in sorted(journal.epochs) for row in _epochs(journal, number)],
         phases=[
@@ -48,7 +53,12 @@ def findings(training: Training, journal: Journal) -> Findings:
             for phase in training.phases()
             if (runs := [r for s in phase.seeds if (r := journal.runs.get((phase.name, s)))])
         ],
-        chosen=chosen_round(training, journal),
+        evaluation=[
+            _evaluated(phase, runs)
+            for phase in ([] if chosen is None else training.evaluation(chosen))
+            if (runs := [r for s in phase.seeds if (r := journal.runs.get((phase.name, s)))])
+        ],
+        chosen=chosen,
     )
 
 
@@ -94,25 +104,47 @@ def _phase(phase: Phase, runs: Sequence[Run]) -> Row:
         "failed": len(runs) - len(done),
         "samples": sum(run.samples for run in done),
     }
+    row |= _outcomes(done)
+    return {**row, "wall_s": round(sum(run.result.wall for run in runs), 3)}
+
+
+def _evaluated(phase: Phase, runs: Sequence[Run]) -> Row:
+    done = [run for run in runs if run.result.error is None]
+    where = phase.encounter
+    return {
+        "encounter": "" if where is None else where.name,
+        "held_out": where is not None and where.is_held_out,
+        "driver": f"round {phase.driver}",
+        "runs": len(done),
+        "failed": len(runs) - len(done),
+        **_outcomes(done),
+    }
+
+
+def _outcomes(done: Sequence[Run]) -> Row:
+    """Shares of the runs that ended in each way, with intervals of 95 % (Wilson)."""
+    row: dict[str, Any] = {}
     for name in OUTCOMES:
         values = [v for run in done if isinstance(v := run.result.metrics.get(name), bool)]
         found = share(values) if values else None
         row[name] = None if found is None else found.value
         row[f"{name}_low"] = None if found is None else found.low
         row[f"{name}_high"] = None if found is None else found.high
-    return {**row, "wall_s": round(sum(run.result.wall for run in runs), 3)}
+    return row
 
 
 def write(directory: Path, found: Findings) -> str:
     """Write the tables and the summary; the summary."""
-    _write_csv(directory / EPOCHS, found.epochs)
-    _write_csv(directory / PHASES, found.phases)
+    write_csv(directory / EPOCHS, found.epochs)
+    write_csv(directory / PHASES, found.phases)
+    if found.evaluation:
+        write_csv(directory / EVALUATION, found.evaluation)
     text = summary(found)
     (directory / SUMMARY).write_text(f"{text}\n", encoding="utf-8")
     return text
 
 
-def _write_csv(path: Path, rows: Sequence[Row]) -> None:
+def write_csv(path: Path, rows: Sequence[Row]) -> None:
     """Write the columns of all rows, in the order of their appearance."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     draft = path.with_name(f"{path.name}.draft")
@@ -141,7 +173,12 @@ def summary(found: Findings) -> str:
         for n, row in rounds.items()
     ]
     heads = tables.left("round", "epochs", "kept", "training loss", "validation loss")
-    return "\n".join([*lines, "learning", *tables.text(heads, learned)])
+    lines += ["learning", *tables.text(heads, learned)]
+    if found.evaluation:
+        names = ["encounter", "held_out", "runs", "failed", *OUTCOMES]
+        driven = [[_cell(row, name) for name in names] for row in found.evaluation]
+        lines += ["evaluation", *tables.text(tables.left(*names), driven)]
+    return "\n".join(lines)
 
 
 def _loss(row: Row, which: str) -> str:

@@ -13,6 +13,8 @@ from orchestrator.campaign.conduct import Options, perform_all
 from orchestrator.campaign.work import Result, RunKey, Work
 from orchestrator.campaign.workers import Workers
 from orchestrator.errors import CosimError
+from studies.training import files
+from studies.training.collection import Collection
 from studies.training.journal import Journal, PhaseEnd, Run
 from studies.training.learner import RecordedRun
 from studies.training.plan import Phase, Training, driver_texts
@@ -40,12 +42,14 @@ class Rollouts:
         directory: of the results.
         journal: knows what is done, and is told.
         options: how; between phases of driving the workers are closed, for the learner.
+        collection: of the expert's runs; `None`: all are driven.
     """
 
     training: Training
     directory: Path
     journal: Journal
     options: Options
+    collection: Collection | None = None
 
     def drive(self, *phases: Phase) -> None:
         """Do the runs of these phases that are not done yet.
@@ -53,7 +57,9 @@ class Rollouts:
         Raises:
             TrainingFailedError: more than `MOST_FAILED` of a phase failed, or it has no samples.
         """
-        phases = tuple(phase for phase in phases if phase.name not in self.journal.phases)
+        phases = tuple(phase for phase in phases if not self._is_over(phase))
+        for phase in phases:
+            self._take(phase)
         if any(self._missing(phase) for phase in phases):
             with self.options.pool() as workers:
                 for phase in phases:
@@ -70,7 +76,7 @@ class Rollouts:
             if self.journal.runs[phase.name, seed].result.error is None:
                 yield RecordedRun(
                     seed=seed,
-                    levels=self.training.levels(seed),
+                    levels=self.training.scene(phase, seed),
                     samples=read_samples(self._samples(phase.name, seed)),
                 )
 
@@ -80,13 +86,31 @@ class Rollouts:
 
     def command(self, run: Run, phase: Phase) -> str:
         """The shell command that repeats a run."""
-        words = ["nlosim", "run", str(self.training.scenario)]
+        words = ["nlosim", "run", str(self.training.encounter(phase, run.seed).scenario)]
         for override in self._overrides(phase, run.seed):
             words += ["--set", override]
         return shlex.join(words)
 
+    def _is_over(self, phase: Phase) -> bool:
+        """Whether nothing is left to do; runs may have been added to an evaluation."""
+        return phase.name in self.journal.phases and not self._missing(phase)
+
     def _missing(self, phase: Phase) -> list[int]:
         return [seed for seed in phase.seeds if (phase.name, seed) not in self.journal.runs]
+
+    def _take(self, phase: Phase) -> None:
+        """Take the runs of a phase that are in the collection."""
+        if self.collection is None or phase.driver is not None:
+            return
+        for seed in self._missing(phase):
+            stored = self.collection.find(self.collection.key(self._work(phase, seed)))
+            if stored is None:
+                continue
+            files.write(self._samples(phase.name, seed), stored.samples.read_bytes())
+            run = Run(phase=phase.name, seed=seed, samples=stored.count, result=stored.result)
+            self.journal.add(run)
+            logger.info("%s, seed %d: was driven before", phase.name, seed)
+            self.options.check()
 
     def _drive(self, phase: Phase, workers: Workers) -> None:
         missing = self._missing(phase)
@@ -104,7 +128,7 @@ class Rollouts:
         folder = self._folder(phase, seed)
         shutil.rmtree(folder, ignore_errors=True)  # of a run that was interrupted or failed
         return Work(
-            scenario=str(self.training.scenario),
+            scenario=str(self.training.encounter(phase, seed).scenario),
             overrides=self._overrides(phase, seed),
             keep=str((folder / "attempt").absolute()),
             scratch=None,
@@ -112,8 +136,9 @@ class Rollouts:
 
     def _overrides(self, phase: Phase, seed: int) -> tuple[str, ...]:
         network = None if phase.driver is None else self.network(phase.driver)
-        scene = self.training.overrides(self.training.levels(seed))
-        return (*scene, *driver_texts(self.training.users, network, phase.beta), f"seed={seed}")
+        encounter = self.training.encounter(phase, seed)
+        scene = encounter.overrides(encounter.levels(seed))
+        return (*scene, *driver_texts(encounter.users, network, phase.beta), f"seed={seed}")
 
     def _folder(self, phase: Phase, seed: int) -> Path:
         """The folder of a run; it has one for each attempt."""
@@ -133,6 +158,9 @@ class Rollouts:
         if phase.is_lesson:
             write_samples(self._samples(phase.name, seed), samples)
         shutil.rmtree(folder)
+        if self.collection is not None and phase.driver is None:
+            key = self.collection.key(self._work(phase, seed))
+            self.collection.keep(key, self._samples(phase.name, seed), len(samples), result)
         return replace(run, samples=len(samples))
 
     def _check(self, phase: Phase) -> None:

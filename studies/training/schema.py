@@ -29,6 +29,10 @@ class Expert(_Mapping):
     runs: Runs
     """How many."""
 
+    seed: Annotated[int, Field(ge=0, le=MAXIMUM_SEED)] | None = None
+    """Seeds and scenes of these runs, and those of `validation` and `evaluation`, are drawn from
+    this number instead of the training's `seed`: trainings with equal ones have the same runs."""
+
 
 class Dagger(_Mapping):
     """DAgger: the network drives, and learns what the expert would have done."""
@@ -76,15 +80,65 @@ class OptimisationSection(_Mapping):
     """A round ends after so many epochs without a better validation loss."""
 
 
+Scenes = dict[Name, Annotated[dict[Text, Settings], Field(min_length=1)]]
+"""What varies from run to run: by the name of the factor and of the level, the values that it
+sets."""
+
+
+class EncounterSection(_Mapping):
+    """One of several encounters that are learned from."""
+
+    scenario: Text
+    """The scenario file, as that of a training with one."""
+
+    weight: Annotated[int, Field(ge=0, le=1000)] = 1
+    """So many runs in turn are of it; with 0 it is held out, as a variant is."""
+
+    set: Settings = {}
+    """Values of the scenario in every run."""
+
+    scenes: Scenes = {}
+    """What varies from run to run."""
+
+
+class HeldOut(_Mapping):
+    """A variant of an encounter that is never learned from, nor validated with."""
+
+    encounter: str = ""
+    """Of which encounter it is a variant; without `encounters`, of the scenario."""
+
+    set: Annotated[Settings, Field(min_length=1)]
+    """What makes it one. Factors that set one of these values do not vary in it."""
+
+
+class Evaluation(_Mapping):
+    """Drives of the chosen network, at the end."""
+
+    runs: Runs
+    """How many in each encounter, and in each variant that is held out."""
+
+
 class TrainingFile(_Mapping):
     """What is driven, by whom, and what learns from it."""
 
     version: Annotated[Literal[1], Field(alias="schema")]
     """The version of the form of this file."""
 
-    scenario: Text
+    scenario: Text = ""
     """The scenario file, relative to this file. Its component `policy` has the parameters `network`
-    and `beta`, and the recorded output `sample`."""
+    and `beta`, and the recorded output `sample`. In its place there may be `encounters`."""
+
+    encounters: dict[Text, EncounterSection] = {}
+    """Several scenarios, by the name of the encounter. Runs take turns."""
+
+    set: Settings = {}
+    """Values of the scenario, or of all encounters, in every run."""
+
+    held_out: dict[Text, HeldOut] = {}
+    """Variants of encounters by name, which the chosen network drives in at the end."""
+
+    evaluation: Evaluation | None = None
+    """Drives at the end; without, there are none."""
 
     seed: Annotated[int, Field(ge=0, le=MAXIMUM_SEED)] = 1
     """Initial weights, batches, and the seeds and scenes of all runs are drawn from this number."""
@@ -92,7 +146,7 @@ class TrainingFile(_Mapping):
     network: Annotated[dict[Text, Any], Field(min_length=1)]
     """`type`, an installed learner (entry points `orchestrator.learners`), and its parameters."""
 
-    scenes: dict[Name, Annotated[dict[Text, Settings], Field(min_length=1)]] = {}
+    scenes: Scenes = {}
     """What varies from run to run: by the name of the factor and of the level, the values that it
     sets. Each run draws one level of every factor."""
 

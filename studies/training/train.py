@@ -3,7 +3,7 @@
 import shlex
 import sys
 from argparse import Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,10 +14,21 @@ from orchestrator.campaign.workers import local_pool, require
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.errors import CosimError
+from orchestrator.experiment.schema import seeds as parsed_seeds
+from studies.training.collection import Collection
 from studies.training.conduct import TrainingOutcome, conduct_training
 from studies.training.load import load_training
 from studies.training.plan import Training
 from studies.training.schema import MAXIMUM_SEED
+from studies.training.several import (
+    SEEDS,
+    SPREAD,
+    Trained,
+    by_seed,
+    conduct_several,
+    spread,
+    trainings,
+)
 
 
 def execute(arguments: Namespace) -> Outcome:
@@ -25,9 +36,15 @@ def execute(arguments: Namespace) -> Outcome:
     _check_options(arguments)
     training = _changed(load_training(arguments.training), arguments)
     require("distributed")
+    collection = None if arguments.cache is None else Collection(Path(arguments.cache).absolute())
+    seeds = _seeds(arguments)
     with stopping() as stop:
+        options = _options(arguments, stop.check)
         try:
-            outcome = conduct_training(training, _options(arguments, stop.check))
+            if seeds is not None:
+                trained = conduct_several(training, seeds, options, collection)
+                return _all_done(training, arguments, trained)
+            outcome = conduct_training(training, options, collection)
         except Interrupted as error:
             return _interrupted(arguments, error.outcome)
     return _done(training, arguments, outcome)
@@ -41,6 +58,25 @@ def _check_options(arguments: Namespace) -> None:
     seed = arguments.seed
     if seed is not None and not 0 <= seed <= MAXIMUM_SEED:
         raise CosimError(f"--seed must be between 0 and {MAXIMUM_SEED}, got {seed}")
+    if arguments.seeds is not None and seed is not None:
+        raise CosimError("--seed and --seeds exclude each other")
+    if arguments.seeds is not None and arguments.out is None:
+        raise CosimError("--seeds needs --out DIR, the directory of all trainings")
+    _seeds(arguments)
+
+
+def _seeds(arguments: Namespace) -> tuple[int, ...] | None:
+    """The seeds of several trainings; `None`: there is one."""
+    text = arguments.seeds
+    if text is None:
+        return None
+    try:
+        found = parsed_seeds(int(text) if text.isdecimal() else text)
+    except ValueError as error:
+        raise CosimError(f"--seeds: {error}") from error
+    if max(found) > MAXIMUM_SEED:
+        raise CosimError(f"--seeds: must be at most {MAXIMUM_SEED}, got {max(found)}")
+    return found
 
 
 def _options(arguments: Namespace, check: Callable[[], None]) -> Options:
@@ -73,7 +109,7 @@ def _changed(training: Training, arguments: Namespace) -> Training:
 def _command(arguments: Namespace, out: str | None) -> str:
     """What decides on the results; not how they are computed."""
     words = ["nlosim", "train", str(arguments.training)]
-    for name in ("seed", "checkpoint", "device"):
+    for name in ("seed", "seeds", "checkpoint", "device"):
         value = getattr(arguments, name)
         words += [f"--{name}", str(value)] if value is not None else []
     words += ["--out", out] if out is not None else []
@@ -100,7 +136,7 @@ def _data(outcome: TrainingOutcome) -> dict[str, Any]:
 
 
 def _interrupted(arguments: Namespace, outcome: TrainingOutcome) -> Outcome:
-    out = outcome.directory
+    out = outcome.directory if arguments.seeds is None else arguments.out
     text = f"interrupted; what was done is in {out}\n"
     text += f"go on with: {_command(arguments, str(out))} --resume"
     return failure("interrupted", Exit.INTERRUPTED, "interrupted", text=text, **_data(outcome))
@@ -112,6 +148,30 @@ def _failures(outcome: TrainingOutcome) -> list[str]:
         lines += [f"failed twice: {run.phase}, seed {run.seed}: {run.result.error}"]
         lines += [f"  repeat it with: {command}"]
     return lines
+
+
+def _all_done(training: Training, arguments: Namespace, trained: Sequence[Trained]) -> Outcome:
+    """Of each training what it says alone, the tables over all seeds, and the worst exit code."""
+    single = [
+        _done(each, arguments, done.outcome)
+        for each, done in zip(
+            trainings(training, [t.seed for t in trained], Path(arguments.out)),
+            trained,
+            strict=True,
+        )
+    ]
+    rows = by_seed(trained)
+    lines = [f"seed {t.seed}\n{done.text}" for t, done in zip(trained, single, strict=True)]
+    lines += [f"{SEEDS} and {SPREAD} in {arguments.out} have what differs between the seeds"]
+    return Outcome(
+        text="\n".join(lines),
+        data={
+            "out": arguments.out,
+            "seeds": [{"seed": t.seed, **one.data} for t, one in zip(trained, single, strict=True)],
+            "tables": {"seeds": rows, "spread": spread(rows)},
+        },
+        exit_code=max((each.exit_code for each in single), default=Exit.DONE),
+    )
 
 
 def _done(training: Training, arguments: Namespace, outcome: TrainingOutcome) -> Outcome:

@@ -131,16 +131,48 @@ def test_who_comes_straight_on_is_seen_in_time_past_the_truck(
     assert abs(blind.aside(meeting)[-1]) < 0.5
 
 
-@pytest.mark.parametrize("name", ["pedestrian", "left_turn", "platoon", "overtaking"])
+@pytest.mark.parametrize(
+    "name", ["pedestrian", "left_turn", "platoon", "overtaking", "red_light_skewed"]
+)
 def test_the_net_is_what_netconvert_makes_of_its_sources(name: str, tmp_path: Path) -> None:
     beside_python = Path(sys.executable).with_name("netconvert")
     netconvert = beside_python if beside_python.exists() else shutil.which("netconvert")
     if netconvert is None:
         pytest.skip("netconvert is not installed (pip install nlosim[net])")
     assets = Path(scenarios.__file__).parent / "assets" / name
-    for source in assets.iterdir():
-        shutil.copy(source, tmp_path)
-    subprocess.run([netconvert, "-c", f"{name}.netccfg"], cwd=tmp_path, check=True, timeout=60)
-    made = (tmp_path / f"{name}.net.xml").read_text(encoding="utf-8")
+    here = tmp_path / name
+    for folder in {assets, *_others(assets)}:
+        shutil.copytree(folder, tmp_path / folder.name)
+    subprocess.run([netconvert, "-c", f"{name}.netccfg"], cwd=here, check=True, timeout=60)
+    made = (here / f"{name}.net.xml").read_text(encoding="utf-8")
     made = re.sub(r"^<!-- generated.*?^-->\n", "", made, flags=re.DOTALL | re.MULTILINE)
     assert made == (assets / f"{name}.net.xml").read_text(encoding="utf-8")
+
+
+def _others(assets: Path) -> set[Path]:
+    """The folders of other scenes whose files this one uses."""
+    text = next(assets.glob("*.netccfg")).read_text(encoding="utf-8")
+    return {assets.parent / name for name in re.findall(r"\.\./(\w+)/", text)}
+
+
+def test_the_skewed_crossing_is_the_crossing_with_its_side_road_turned() -> None:
+    """0.36 m north for every metre east, which is 19.8 degrees; lanes have the same names."""
+    plain, skewed = (_lanes(name) for name in ("red_light", "red_light_skewed"))
+    assert skewed.keys() == plain.keys()
+    for name, lane in plain.items():
+        before, after = (_angle(each) for each in (lane, skewed[name]))
+        expected = 19.8 if name.startswith(("west", "east")) else 0.0
+        assert (after - before + 180.0) % 360.0 - 180.0 == pytest.approx(expected, abs=0.1), name
+
+
+def _lanes(scene: str) -> dict[str, np.ndarray]:
+    """The shape of every lane outside the junction [m], shape (vertex, 2), by name."""
+    path = Path(scenarios.__file__).parent / "assets" / scene / f"{scene}.net.xml"
+    found = re.findall(r'<lane id="([a-z]\w*)".* shape="([^"]*)"', path.read_text(encoding="utf-8"))
+    return {n: np.array([[*map(float, p.split(","))] for p in shape.split()]) for n, shape in found}
+
+
+def _angle(lane: np.ndarray) -> float:
+    """The direction of its last piece, from east [degrees]."""
+    x, y = lane[-1] - lane[-2]
+    return float(np.degrees(np.arctan2(y, x)))

@@ -6,10 +6,17 @@ import pytest
 
 import studies
 from orchestrator.experiment.load import load_experiment
+from orchestrator.scenario.extension import read
+from studies.training.learning.bev import BevParameters
 from studies.training.load import load_training
+from studies.training.schema import TrainingFile
 
 FILES = sorted(Path(studies.__file__).parent.glob("*/experiments/*.yaml"))
 RECIPES = sorted(Path(studies.__file__).parent.glob("*/recipes/*.yaml"))
+WHOLE = [
+    path for path in RECIPES if not path.stem.startswith("general_") or path.stem == "general_32"
+]
+"""Those that extend no other one: their scenes are read, which takes seconds."""
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
@@ -17,9 +24,29 @@ def test_it_is_valid(path: Path) -> None:
     assert load_experiment(path).runs()
 
 
-@pytest.mark.parametrize("path", RECIPES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", WHOLE, ids=lambda path: path.stem)
 def test_a_recipe_is_valid(path: Path) -> None:
-    assert load_training(path).scenes
+    assert all(each.scenes for each in load_training(path).encounters)
+
+
+@pytest.mark.parametrize(
+    ("name", "differs"),
+    [
+        ("general_16", {"network", "checkpoint"}),
+        ("general_blind", {"network", "checkpoint"}),
+        ("general_early_fusion", {"network", "checkpoint"}),
+        ("general_32_one_side", {"network", "checkpoint", "encounters", "expert"}),
+    ],
+)
+def test_networks_are_trained_alike(name: str, differs: set[str]) -> None:
+    """Equal scenes, rounds and runs of the expert: what differs is the network."""
+    folder = RECIPES[0].parent
+    whole, other = (read(folder / f"{stem}.yaml").data for stem in ("general_32", name))
+    assert {key for key in whole if whole[key] != other[key]} == differs
+    TrainingFile.model_validate(other)
+    parameters = {key: value for key, value in other["network"].items() if key != "type"}
+    shape = BevParameters(**parameters).architecture
+    assert (other["network"]["type"], shape.cooperative) == ("bev", name != "general_blind")
 
 
 def test_the_study_of_the_paper_has_what_it_promises() -> None:

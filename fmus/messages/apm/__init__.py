@@ -25,5 +25,6 @@ from fmus.messages.apm.message import (
     encode as encode,
     message_size as message_size,
     read_header as read_header,
+    shifted as shifted,
 )
 from fmus.messages.apm.signal import join as join, split as split

@@ -105,6 +105,18 @@ def read_header(message: bytes) -> np.void:
     return header
 
 
+def shifted(message: bytes, by: int) -> bytes:
+    """`message` as if its scan had been taken `by` [ns] later; all else is the same bytes.
+
+    Raises:
+        ValueError: `message` does not begin as an APM message, and why.
+    """
+    read_header(message)
+    changed = bytearray(message)
+    np.frombuffer(changed, APM_HEADER, 1)["time"] += by
+    return bytes(changed)
+
+
 def decode(message: bytes) -> Apm:
     """The APM in `message`; of a plain one the arrays are read-only views.
 

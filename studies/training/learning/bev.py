@@ -1,6 +1,7 @@
 """The learner of BEV networks: the expert's commands, and what the truth says of each place."""
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -11,6 +12,8 @@ from torch.nn import functional
 from typing_extensions import override
 
 from fmus.driving.network.architecture import Architecture
+from fmus.driving.network.checkpoint import read_network
+from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
 from orchestrator.signal import Array
 from studies.training.learner import RecordedRun
@@ -18,6 +21,7 @@ from studies.training.learning.batches import Batch, batch_of, delivered
 from studies.training.learning.decision import imitation_loss
 from studies.training.learning.imitation import ImitationLearner, NetworkParameters, Numbers
 from studies.training.learning.lessons import Lessons, lessons
+from studies.training.learning.mirror import mirrored
 from studies.training.learning.model import Answer, DrivingModel
 from studies.training.learning.sample import read_sample
 
@@ -41,6 +45,13 @@ class BevParameters(NetworkParameters):
         8.0, minimum=1.0, doc="of moments in which the expert yields to what the network can see"
     )
     truth_weight: float = parameter(0.3, minimum=0.0, doc="of the loss on what places are")
+    mirror: bool = parameter(
+        default=False,
+        doc="whether half of the moments have left and right swapped",
+    )
+    initial: str = parameter(
+        "", doc="a network, by name or path, with whose weights it begins; empty: drawn ones"
+    )
 
     @property
     @override
@@ -59,7 +70,10 @@ class BevLearner(ImitationLearner[BevParameters, DrivingModel, Lessons]):
 
     @override
     def _network(self) -> DrivingModel:
-        return DrivingModel(self._architecture)
+        model = DrivingModel(self._architecture)
+        if self._parameters.initial:
+            model.layers.load(_known_weights(self._parameters.initial, self._architecture))
+        return model
 
     @override
     def _weights(self) -> dict[str, Array]:
@@ -89,7 +103,25 @@ class BevLearner(ImitationLearner[BevParameters, DrivingModel, Lessons]):
         messages = given.messages if given.cooperative and not given.early else 0
         arrived = delivered(moments, messages, given.keypoints, rng)
         columns = rng.permutation(given.keypoints)[: given.looked_at or given.keypoints]
-        return batch_of(known, moments, arrived, columns, self._device)
+        batch = batch_of(known, moments, arrived, columns, self._device)
+        if not given.mirror:
+            return batch
+        return mirrored(batch, torch.from_numpy(rng.random(len(moments)) < 0.5).to(self._device))
+
+
+def _known_weights(network: str, architecture: Architecture) -> Mapping[str, Array]:
+    """The weights of a network of this architecture.
+
+    Raises:
+        ValueError: there is none, or it is of another one.
+    """
+    try:
+        checkpoint = read_network(network)
+    except ComponentTypeError as error:
+        raise ValueError(f"`initial`: {str(error).removeprefix('`network`: ')}") from error
+    if checkpoint.architecture != architecture:
+        raise ValueError(f"`initial`: the network `{network}` has other sizes than this one")
+    return checkpoint.weights
 
 
 def _truth_loss(batch: Batch, answer: Answer) -> Tensor:

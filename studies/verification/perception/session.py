@@ -110,9 +110,22 @@ class UnitsUnderTest:
         return split(cast("bytes", signals["apms"])), objects
 
     def match(
-        self, scene: Scene, scans: Scans, messages: Iterable[bytes], choice: ParameterSet
+        self,
+        scene: Scene,
+        scans: Scans,
+        messages: Iterable[bytes],
+        choice: ParameterSet,
+        road: Signals | None = None,
     ) -> Match:
-        """Match the ego vehicle's scan with the `messages`; its own may be among them."""
+        """Match the ego vehicle's scan with the `messages`; its own may be among them.
+
+        Args:
+            scene: what there is.
+            scans: of all equipped vehicles.
+            messages: the APMs that reached the ego vehicle.
+            choice: the parameters of its perception unit.
+            road: `road.vertex` and `road.index`; `None`: the border of the road of `scene`.
+        """
         inputs: dict[str, Signal] = {
             "points": scans.ego_points,
             "received": join(messages),
@@ -120,7 +133,9 @@ class UnitsUnderTest:
             "route.vertex": scene.route,
             **_map(scene),
         }
-        if choice.uses_road:
+        if choice.uses_road and road is not None:
+            inputs |= road
+        elif choice.uses_road:
             ring = np.array(scene.road.exterior.coords)[:-1]
             inputs["road.vertex"] = ring
             inputs["road.index"] = np.zeros(len(ring), np.int32)

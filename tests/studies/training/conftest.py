@@ -14,6 +14,7 @@ from orchestrator.campaign.conduct import Options
 from orchestrator.campaign.work import Result, RunKey, Work, perform
 from orchestrator.campaign.workers import Workers
 from studies.training import figure, learner
+from studies.training.collection import Collection
 from studies.training.conduct import TrainingOutcome, conduct_training
 from studies.training.load import load_training
 from tests.installation import install
@@ -75,15 +76,15 @@ class Laboratory:
         assert old in path.read_text()
         path.write_text(path.read_text().replace(old, new))
 
-    def train(
+    def options(
         self,
         out: str = "out",
         *,
         resume: bool = False,
         check: Callable[[], None] = lambda: None,
-        **changes: Any,
-    ) -> TrainingOutcome:
-        options = Options(
+    ) -> Options:
+        """How to conduct a training in a folder of the laboratory."""
+        return Options(
             out=self.folder / out,
             pool=self.workers.pool,
             resume=resume,
@@ -91,7 +92,18 @@ class Laboratory:
             command="nlosim train training.yaml",
             check=check,
         )
-        return conduct_training(replace(load_training(self.file), **changes), options)
+
+    def train(
+        self,
+        out: str = "out",
+        *,
+        resume: bool = False,
+        check: Callable[[], None] = lambda: None,
+        collection: Collection | None = None,
+        **changes: Any,
+    ) -> TrainingOutcome:
+        options = self.options(out, resume=resume, check=check)
+        return conduct_training(replace(load_training(self.file), **changes), options, collection)
 
 
 @pytest.fixture

@@ -50,7 +50,7 @@ def test_what_the_learner_gets(laboratory: Laboratory, monkeypatch: pytest.Monke
         list(training.lessons(number).seeds) for number in range(3)
     ]
     for run in got[0]:
-        assert run.levels == training.levels(run.seed)
+        assert run.levels == training.encounters[0].levels(run.seed)
         assert len(run.samples) == 10  # the one at the start is empty
         position, command = np.array([np.frombuffer(sample) for sample in run.samples]).T
         np.testing.assert_allclose(command, GAIN * position)
@@ -86,7 +86,7 @@ def test_many_failures_end_it_until_the_cause_is_mended(laboratory: Laboratory) 
     fates = "step: 100 ms, parameters: {fails: [0, 1, 2, 3, 4, 5, 6]}"
     training = load_training(laboratory.file)
     laboratory.change("step: 100 ms", fates, "ball.yaml")
-    found = laboratory.train(resolved=training.resolved)
+    found = laboratory.train(encounters=training.encounters)
     assert found.error is not None
     assert "runs of the phase `" in str(found.error)
     assert "the ball burst" in str(found.error)

@@ -13,10 +13,11 @@ from typing import Any
 import pytest
 
 from orchestrator.cli import main
+from studies.training import train
 from studies.training.journal import ENTRIES
 from tests.installation import site
 from tests.studies.training import toys
-from tests.studies.training.conftest import TOYS
+from tests.studies.training.conftest import TOYS, Laboratory
 
 pytest.importorskip("distributed", reason="needs the extra `train`")
 
@@ -131,6 +132,11 @@ def test_runs_that_fail(shell: Shell) -> None:
         (["--resume"], "--resume needs --out DIR"),
         (["--workers", "0"], "--workers must be at least 1, got 0"),
         (["--seed", "-1"], "--seed must be between 0 and 1000000, got -1"),
+        (["--seeds", "1..3"], "--seeds needs --out DIR, the directory of all trainings"),
+        (["--seeds", "1..3", "--seed", "1"], "--seed and --seeds exclude each other"),
+        (["--seeds", "three", "--out", "x"], "--seeds: expected a number of seeds, a range"),
+        (["--seeds", "[1]", "--out", "x"], "--seeds: expected a number of seeds, a range"),
+        (["--seeds", "999999..1000001", "--out", "x"], "must be at most 1000000, got 1000001"),
         (["--device", "gpu"], "argument --device: invalid choice: 'gpu'"),
     ],
 )
@@ -139,3 +145,28 @@ def test_options_that_make_no_sense(
 ) -> None:
     assert main(["train", "absent.yaml", *options]) == 2
     assert message in capsys.readouterr().err
+
+
+def test_several_seeds_share_the_runs_of_the_expert(
+    laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Those of validation, too; with a seed of their own they are the same for all."""
+    monkeypatch.setattr(train, "local_pool", lambda *_: laboratory.workers.pool())
+    monkeypatch.chdir(laboratory.folder)
+    laboratory.change("expert: {runs: 4}", "expert: {runs: 4, seed: 5}")
+    laboratory.change("validation: {runs: 2}", "validation: {runs: 2, drives: 2}")
+    command = ["train", "training.yaml", "--seeds", "1..2", "--cache", "kept", "--out", "all"]
+    assert main([*command, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [each["seed"] for each in found["seeds"]] == [1, 2]
+    assert len(list((laboratory.folder / "kept").glob("*.npz"))) == 6
+    networks = [Path(each["checkpoint"]) for each in found["seeds"]]
+    assert networks[0] == laboratory.folder / "toy.safetensors"
+    assert networks[1].parts[-2:] == ("seed-2", "toy.safetensors")
+    assert networks[0].read_bytes() != networks[1].read_bytes()
+    table = (laboratory.folder / "all" / "spread.csv").read_text()
+    assert table.startswith("encounter,held_out,seeds,")
+    assert main([*command, "--resume"]) == 0
+    text = capsys.readouterr().out
+    assert [line for line in text.splitlines() if line.startswith("seed ")] == ["seed 1", "seed 2"]
+    assert "seeds.csv and spread.csv in all have what differs between the seeds" in text

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from orchestrator.errors import ScenarioError
+from studies.training.encounters import Encounter
 from studies.training.learner import Optimisation
 from studies.training.load import load_training
 from studies.training.plan import Training
@@ -32,7 +33,7 @@ def test_a_training_file(laboratory: Laboratory) -> None:
     assert (training.learner, training.learner_name) == (Line, "toy-learner")
     assert training.checkpoint == laboratory.folder / "toy.safetensors"
     assert training.optimisation.weight_decay == 0.0
-    policy = training.resolved["components"]["policy"]["parameters"]
+    policy = training.encounters[0].resolved["components"]["policy"]["parameters"]
     assert (policy["wind"], policy["start"], policy["network"]) == (0.1, -2.0, "")
 
 
@@ -198,16 +199,21 @@ def test_a_problem_of_the_scenario_is_reported_there(laboratory: Laboratory) -> 
     assert "(with wind calm, start left)" in problem
 
 
+SCENES = Encounter(
+    name="",
+    scenario=Path("ball.yaml"),
+    settings={},
+    scenes={"wind": {str(k): {} for k in range(4)}, "start": {"left": {}, "right": {}}},
+    users=("policy",),
+)
 PLAN = Training(
     path=Path("training.yaml"),
-    scenario=Path("ball.yaml"),
+    encounters=(SCENES,),
     seed=0,
     learner_name="toy-learner",
     learner=Line,
     parameters={},
     network={"type": "toy-learner"},
-    users=("policy",),
-    scenes={"wind": {str(k): {} for k in range(4)}, "start": {"left": {}, "right": {}}},
     expert_runs=1,
     validation_runs=1,
     drives=0,
@@ -218,7 +224,6 @@ PLAN = Training(
     optimisation=Optimisation(epochs=1, batch=1, rate=1.0, weight_decay=0.0, patience=1),
     device="cpu",
     checkpoint=Path("toy.safetensors"),
-    resolved={},
 )
 _SEEDS, _COUNTS = st.integers(0, MAXIMUM_SEED), st.integers(1, 200)
 
@@ -278,15 +283,15 @@ def test_the_expert_is_asked_less_and_less(beta: float, decay: float, number: in
 def test_levels_are_drawn_alike_and_apart_from_each_other() -> None:
     """Pearson's statistic over eight scenes is below its 99.9 % quantile for 7 degrees, 24.3."""
     count = 4000
-    scenes = Counter(tuple(PLAN.levels(seed).values()) for seed in range(10**6, 10**6 + count))
+    scenes = Counter(tuple(SCENES.levels(seed).values()) for seed in range(10**6, 10**6 + count))
     expected = count / 8
     assert len(scenes) == 8
     assert sum((n - expected) ** 2 / expected for n in scenes.values()) < 24.3
 
 
 def test_a_factor_more_changes_no_other() -> None:
-    more = replace(PLAN, scenes={"queue": {"3": {}, "4": {}}, **PLAN.scenes})
+    more = replace(SCENES, scenes={"queue": {"3": {}, "4": {}}, **SCENES.scenes})
     for seed in range(50):
         levels = more.levels(seed)
         del levels["queue"]
-        assert levels == PLAN.levels(seed)
+        assert levels == SCENES.levels(seed)

@@ -1,0 +1,79 @@
+"""The runs of the study, and the files that carry them to its page."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from orchestrator.experiment.report import Results
+
+METRICS: Final = ("collision", "collision_partner", "success", "completion_time", "min_gap_m")
+"""Columns that an experiment needs; the metrics of a run that they usually are have these names."""
+
+POLICY, VARIATION = "policy", "variation"
+"""The factors that an experiment needs."""
+
+PREFIX: Final = "generalisation_"
+"""The beginning of the name of an experiment file, before that of the encounter."""
+
+SUFFIX: Final = "_runs.csv"
+"""The end of the name of the file of runs, after that of the experiment."""
+
+ENCOUNTERS: Final[Mapping[str, str]] = {
+    "red_light": "red light",
+    "left_turn": "left turn",
+    "overtaking": "overtaking",
+    "pedestrian": "pedestrian",
+    "platoon": "platoon",
+}
+"""What encounters are called, by the rest of that name."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """A run as its experiment recorded it.
+
+    The metrics are those of `METRICS`, `None` where there was nothing to measure.
+
+    Attributes:
+        policy, variation: the levels of these factors.
+        trained: whether the policy is a network that was trained in such scenes.
+        seed: the seed of the run.
+        collision: whether the ego collided.
+        collision_partner: with what, as a role.
+        success: whether the ego completed its way without a collision.
+        completion_time: when it had [s].
+        min_gap_m: the smallest distance to the danger [m].
+        wall_s: the wall time of the run [s].
+        error: why it failed; `None` if it did not.
+    """
+
+    policy: str
+    variation: str
+    trained: bool
+    seed: int
+    collision: bool | None
+    collision_partner: str | None
+    success: bool | None
+    completion_time: float | None
+    min_gap_m: float | None
+    wall_s: float
+    error: str | None
+
+
+def runs_of(results: Results, trained: Mapping[str, Sequence[str]]) -> list[Run]:
+    """Every run of an experiment.
+
+    Args:
+        results: what the experiment found.
+        trained: by variation, the networks that were trained in it.
+    """
+    names = ("seed", *METRICS, "wall_s", "error")
+    return [
+        Run(
+            policy=row[POLICY],
+            variation=row[VARIATION],
+            trained=row[POLICY] in trained.get(row[VARIATION], ()),
+            **{name: row[name] for name in names},
+        )
+        for row in results.rows
+    ]

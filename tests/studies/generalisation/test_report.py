@@ -1,0 +1,207 @@
+"""The report `generalisation`, its table and its page, of runs whose ends we choose."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from orchestrator.experiment.plan import Combination, Experiment, ReportPlan
+from orchestrator.intervals import Estimate, share
+from orchestrator.scenario.document import Document
+from studies.generalisation import Generalisation
+from studies.generalisation.__main__ import main
+from studies.generalisation.page import page, verdict
+from studies.generalisation.published import COOPERNAUT, MODELS
+from studies.generalisation.report import read_campaign, write_campaign
+from studies.generalisation.runs import METRICS
+from studies.generalisation.statistics import Result
+from studies.method import records
+from tests.studies.results import Levels, check_manual, check_missing, results
+
+POLICIES = ("expert", "blind", "bev-32")
+VARIATIONS = ("as trained", "truck")
+SEEDS = tuple(range(1, 5))
+
+
+def plan(name: str = "generalisation_red_light", **parameters: Any) -> Experiment:
+    levels = [{"policy": p, "variation": v} for p in POLICIES for v in VARIATIONS]
+    return Experiment(
+        path=Path(f"{name}.yaml"),
+        document=Document("x.yaml", {}, {}),
+        scenario=Path("x.yaml"),
+        seeds=SEEDS,
+        combinations=tuple(Combination(each, (), {}) for each in levels),
+        metrics={each: each for each in METRICS},
+        report=ReportPlan(name="generalisation", parameters=parameters),
+    )
+
+
+def outcome(levels: Levels, seed: int) -> dict[str, Any] | None:
+    """The expert takes 10 s and fails at seed 4; the others take 12.5 s, or collide.
+
+    The blind one collides always, the network with trucks at seeds 2 and 3; its run 4 breaks.
+    """
+    policy, variation = levels["policy"], levels["variation"]
+    if policy == "expert":
+        is_through = seed != 4
+        return ended(collision=False, success=is_through, time=10.0 if is_through else None)
+    if policy == "bev-32" and seed == 4:
+        return None
+    hit = policy == "blind" or (variation == "truck" and seed in {2, 3})
+    return ended(collision=hit, success=not hit, time=None if hit else 12.5)
+
+
+def ended(*, collision: bool, success: bool, time: float | None) -> dict[str, Any]:
+    return {
+        "collision": collision,
+        "collision_partner": "collision vehicle" if collision else None,
+        "success": success,
+        "completion_time": time,
+        "min_gap_m": 0.0 if collision else 1.5,
+    }
+
+
+def found(folder: Path, **parameters: Any) -> dict[tuple[str, str], Result]:
+    Generalisation().write(results(plan(**parameters), outcome), folder)
+    return {(row.policy, row.variation): row for row in read_campaign(folder)}
+
+
+def problems(given: Experiment) -> list[tuple[tuple[str | int, ...], str]]:
+    return [(each.address, each.what) for each in Generalisation().check(given)]
+
+
+def test_shares_of_the_runs_that_did_not_fail(tmp_path: Path) -> None:
+    rows = found(tmp_path)
+    assert [(row.runs, row.collisions) for row in rows.values()] == [
+        (4, 0),
+        (4, 4),
+        (3, 0),
+        (4, 0),
+        (4, 4),
+        (3, 2),
+    ]
+    truck = rows["bev-32", "truck"]
+    expected = share([True, True, False])
+    assert truck.rate is not None
+    assert truck.rate.low is not None
+    assert (truck.rate.value, truck.rate.low) == pytest.approx((2 / 3, expected.low))
+    assert (truck.least_gap_m, truck.partners) == (0.0, "collision vehicle 2")
+    assert rows["bev-32", "as trained"].success == share([True] * 3)
+
+
+def test_success_is_weighted_by_the_time_of_the_expert(tmp_path: Path) -> None:
+    """10 s over 12.5 s where it succeeds, 0 where not; where the expert fails nothing counts."""
+    rows = found(tmp_path)
+    values = {key: None if row.sct is None else row.sct.value for key, row in rows.items()}
+    assert values["expert", "truck"] == 1.0
+    assert values["bev-32", "as trained"] == pytest.approx(0.8)
+    assert values["bev-32", "truck"] == pytest.approx(0.8 / 3)
+    assert values["blind", "truck"] == 0.0
+    assert {row.sct_n for row in rows.values()} == {3}
+
+
+def test_the_table_of_all_is_made_of_the_runs(tmp_path: Path) -> None:
+    rows = found(tmp_path, trained={"as trained": ["bev-32"]})
+    for name in ("generalisation_left_turn", "generalisation_overtaking"):
+        Generalisation().write(results(plan(name), outcome), tmp_path)
+    write_campaign(tmp_path)
+    table = records.read(tmp_path / "generalisation.csv", Result)
+    assert [row.encounter for row in table[::6]] == ["red light", "left turn", "overtaking"]
+    assert table[0].variation == table[2].variation == "as trained"
+    assert [key for key, row in rows.items() if row.trained] == [("bev-32", "as trained")]
+
+
+@pytest.mark.parametrize(
+    ("given", "address", "what"),
+    [
+        ({"traind": {}}, ("traind",), "there is no parameter `traind`; did you mean `trained`?"),
+        ({"trained": ["bev-32"]}, ("trained",), "expected lists of policies by variation"),
+        ({"trained": {"van": []}}, ("trained", "van"), "there is no variation `van`"),
+        (
+            {"trained": {"truck": ["bev-32", "bev-8"]}},
+            ("trained", "truck", 1),
+            "there is no policy `bev-8`",
+        ),
+    ],
+)
+def test_parameters(given: dict[str, Any], address: tuple[str | int, ...], what: str) -> None:
+    ((where, said),) = problems(plan(**given))
+    assert (where, said[: len(what)]) == (address, what)
+
+
+def test_what_it_needs() -> None:
+    assert problems(plan(trained={"truck": ["blind"]})) == []
+    alone = (Combination({"policy": "expert"}, (), {}),)
+    lacking = replace(plan(), combinations=alone, metrics={"collision": "collision"})
+    said = [what for _, what in problems(lacking)]
+    assert said[0] == "the study of generalisation needs the factor `variation`"
+    assert "`success: success`" in said[1]
+
+
+@pytest.mark.parametrize(
+    ("collisions", "runs", "trained", "word"),
+    [
+        (0, 380, True, "open"),
+        (0, 381, True, "met"),
+        (0, 72, False, "open"),
+        (0, 73, False, "met"),
+        (3, 20, False, "missed"),
+        (2, 20, True, "missed"),
+        (1, 20, False, "open"),
+    ],
+)
+def test_a_target_is_met_or_missed_by_the_whole_interval(
+    collisions: int, runs: int, *, trained: bool, word: str
+) -> None:
+    rate = share([True] * collisions + [False] * (runs - collisions))
+    assert verdict(rate, trained=trained).word == word
+
+
+def test_the_page(tmp_path: Path) -> None:
+    found(tmp_path, trained={"as trained": ["bev-32"]})
+    (tmp_path / "training").mkdir()
+    (tmp_path / "training" / "general_32-evaluation.csv").write_text(
+        "encounter,held_out,driver,runs,failed,collision,collision_low,collision_high,"
+        "success,success_low,success_high\n"
+        "skewed,True,round 1,4,0,0.25,0.05,0.7,0.75,0.3,0.95\n"
+    )
+    (tmp_path / "analysis.md").write_text("By hand.\n")
+    text = page(tmp_path, "results", tmp_path / "analysis.md")
+    lines = text.splitlines()
+    assert "By hand." in lines
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if "|" in line]
+    assert ["bev-32", "0 of 3*, 0 [0, 56]", "2 of 3, 67 [21, 94]"] in rows
+    beside = next(row for row in rows if row[:2] == ["red light", "blind"])
+    assert beside[2:4] == ["4", "0.0 [0.0, 49.0]"]
+    assert beside[4::2] == ["47.3 ± 18.7", "46.1 ± 18.4", "51.4 ± 17.4"]
+    assert ["bev-32", "red light", "truck", "66.7 [20.8, 93.9]", "< 5", "missed"] in rows
+    assert ["bev-32", "red light", "as trained", "0.0 [0.0, 56.1]", "< 1", "open"] in rows
+    assert ["skewed", "yes", "4", "75.0 [30.0, 95.0]", "25.0 [5.0, 70.0]"] in rows
+    assert "training `general-32`" in text
+    assert "[every run](results/generalisation_red_light_runs.csv)" in text
+
+
+def test_what_was_published_adds_up() -> None:
+    """Success weighted by time is no more than success; both with collisions no more than all."""
+    assert len(COOPERNAUT) == 12
+    assert {model for _, model in COOPERNAUT} >= set(MODELS.values())
+    for row in COOPERNAUT.values():
+        assert row.sct.value <= row.success.value
+        assert row.success.value + row.collisions.value <= 100.0
+    assert str(COOPERNAUT["left turn", "COOPERNAUT"].success) == "80.7 ± 5.2"
+
+
+def test_an_estimate_without_bounds_is_open() -> None:
+    assert verdict(Estimate(0.0, None, None), trained=True).word == "open"
+
+
+def test_the_page_in_the_manual_is_that_of_the_committed_results() -> None:
+    check_manual("generalisation", page)
+
+
+def test_without_results_there_is_no_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = "generalisation_red_light_runs.csv"
+    check_missing(file, main, monkeypatch, tmp_path, capsys)
