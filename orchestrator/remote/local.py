@@ -228,7 +228,10 @@ class LocalChannel(HostChannel):
 
     @override
     def send(self, reply: bytes) -> None:
-        self._messages.send(reply)
+        try:
+            self._messages.send(reply)
+        except OSError as error:
+            sys.exit(f"the connection to the orchestrator is closed: {error.strerror}")
 
     @override
     def close(self) -> None:
@@ -330,6 +333,7 @@ class LocalTransport(Transport):
     def __init__(self, *, shares: bool = True) -> None:
         self._shares = shares and can_share()
         self._exchange = Exchange()
+        self._count = 0
         self._links: dict[str, LocalLink] = {}
 
     @override
@@ -338,11 +342,18 @@ class LocalTransport(Transport):
             raise ComponentTypeError(
                 "the transport `local` is not available on Windows; `zenoh` is"
             )
-        for number, name in enumerate(names, 1):
-            self._links[name] = LocalLink(name, number if self._shares else 0, self._exchange)
+        for name in names:
+            self.renew(name, timeout)
         # A host that does not start is found out by the reply to its first command, which waits
         # in the socket until the host reads it.
         return MappingProxyType(self._links)
+
+    @override
+    def renew(self, name: str, timeout: float) -> Link:
+        self._count += 1
+        number = self._count if self._shares else 0
+        self._links[name] = LocalLink(name, number, self._exchange)
+        return self._links[name]
 
     @override
     def close(self) -> None:
