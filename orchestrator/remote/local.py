@@ -122,7 +122,12 @@ class _Messages:
             if self._got < self._wanted:
                 self._read(_SMALL, deadline)
             else:
-                self._begin(b"".join(self._pieces))
+                start = self._pieces[0] if len(self._pieces) == 1 else b"".join(self._pieces)
+                (head,) = _HEAD.unpack_from(start)
+                if len(start) == _HEAD.size + head:  # most are alone, and came at once
+                    self._keep(b"")
+                    return start[_HEAD.size :]
+                self._begin(start)
         length = self._length
         while self._got < length:
             self._read(min(_PIECE, length - self._got), deadline)
@@ -175,7 +180,7 @@ class _Messages:
         self._socket.sendall(head)
 
     def _keep(self, rest: bytes) -> None:
-        self._pieces, self._got = [rest], len(rest)
+        self._pieces, self._got = ([rest] if rest else []), len(rest)
 
     def _read(self, most: int, deadline: float | None) -> None:
         while True:
