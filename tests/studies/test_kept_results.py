@@ -9,19 +9,30 @@ import sys
 import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import pytest
 from typing_extensions import override
 
+from fmus.driving.network.checkpoint import shipped
 from orchestrator.experiment.load import load_experiment
 from orchestrator.experiment.plan import Experiment
 from orchestrator.run import run_scenario
 from orchestrator.scenario.build import load_scenario
+from orchestrator.scenario.extension import read
 
 ROOT = Path(__file__).parents[2]
 RELAY = "studies/relay/experiments/paper_relay.yaml", "relay_runs.csv"
 DRIVING = "studies/collision/experiments/collision_policies.yaml", "collision_policies_runs.csv"
+GENERALISATION = {
+    encounter: (
+        f"studies/generalisation/experiments/generalisation_{encounter}.yaml",
+        f"generalisation_{encounter}_runs.csv",
+    )
+    for encounter in ("red_light", "left_turn", "pedestrian", "platoon")
+}
+"""By encounter, of those in which networks drive."""
 _NOT_RESULTS = {"seed", "wall_s", "error"}
 
 
@@ -100,6 +111,41 @@ def differences(kept: Kept, experiment: Experiment) -> Iterator[str]:
 )
 def test_a_run_is_what_it_was(kept: Kept) -> None:
     assert list(differences(kept, load_experiment(ROOT / kept.study[0]))) == []
+
+
+@cache
+def loaded(study: str) -> Experiment:
+    """The experiment in this file, which takes seconds to check."""
+    return load_experiment(ROOT / study)
+
+
+def network_runs() -> list[Kept]:
+    """Of every network that comes with the package, in every encounter, where it is committed."""
+    found: list[Kept] = []
+    for study in GENERALISATION.values():
+        path = ROOT / "docs" / "results" / study[1]
+        text = path.read_text(encoding="utf-8") if path.is_file() else ""
+        rows = csv.DictReader(text.splitlines())
+        firsts: dict[str, Kept] = {}
+        for row in rows:
+            if row["policy"] in shipped() and not row["error"]:
+                levels = {factor: row[factor] for factor in ("policy", "variation")}
+                firsts.setdefault(row["policy"], Kept(study, levels, int(row["seed"])))
+        found += firsts.values()
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kept", network_runs(), ids=lambda k: f"{k.study[1].split('.')[0]} {k}")
+def test_a_network_drives_as_it_did(kept: Kept) -> None:
+    """Collision, with whom, success, time and gap of one run each."""
+    assert list(differences(kept, loaded(kept.study[0]))) == []
+
+
+def test_every_network_that_ships_is_in_the_table() -> None:
+    """Whoever ships one says how it drives in every encounter."""
+    for study in GENERALISATION.values():
+        assert {*shipped()} <= read(ROOT / study[0]).data["factors"]["policy"].keys()
 
 
 def compare(first: int, last: int) -> int:
