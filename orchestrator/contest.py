@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import Final, TypeAlias
 
 FIRST_CUT: Final = 4
-"""Of so many alternatives one is left after the first draw."""
+"""One of so many alternatives is left after the first draw."""
 FINALISTS: Final = 2
-"""So many are tried with all draws at least."""
+"""How many are tried with all draws at least."""
 
 
 @dataclass(frozen=True, slots=True)

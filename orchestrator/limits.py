@@ -1,5 +1,6 @@
-"""What a component in another process may take: time and memory."""
+"""What a component in another process may take, and what is done when its process is lost."""
 
+import enum
 import sys
 from dataclasses import dataclass
 from typing import Final
@@ -22,6 +23,13 @@ class Deadlines:
     interrupted: float = 0.1
 
 
+class OnFailure(enum.Enum):
+    """What is done when the process of a component is lost: it died, or does not answer."""
+
+    ABORT = "abort"
+    RESTART = "restart"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limits:
     """What the host of one component may take.
@@ -29,10 +37,12 @@ class Limits:
     Attributes:
         deadlines: of its replies.
         memory: that its process may have for itself [byte]; `None`: any amount.
+        on_failure: what is done when its process is lost.
     """
 
     deadlines: Deadlines = Deadlines()
     memory: int | None = None
+    on_failure: OnFailure = OnFailure.ABORT
 
 
 USUAL: Final = Limits()

@@ -101,6 +101,8 @@ def simulate(
             run.time = t
             is_last = t == stop or run.ends_early(early)
             branching.arrive(t, is_last=is_last)
+            if not is_last:
+                stepping.look_ahead(t, schedule.at(t))
             if branching.is_trunk:
                 audience.observe(t, due.names, exchange.values)
             while plan and not is_last and (end := plan.horizon(t, stop)) is not None:
@@ -116,12 +118,7 @@ def simulate(
         exchange.settle(t)
     if plan:
         plan.release()
-    for name, participant in exchange.participants.items():
-        with run.guarded(f"closing `{name}`"):
-            participant.close()
-    for observer in audience.begun:
-        with run.guarded(f"ending {type(observer).__name__}"), audience.timed():
-            observer.end(run.result(audience.wall_time_ns))
+    run.close(audience)
     if run.error is not None:
         raise run.error
     return run.result(audience.wall_time_ns)
@@ -194,6 +191,15 @@ class _Run:
             else:
                 kind = type(error).__name__
                 self.error.add_note(f"then, while {doing}, {kind}: {error}")
+
+    def close(self, audience: _Audience) -> None:
+        """Close all participants, then end all observers."""
+        for name, participant in self._exchange.participants.items():
+            with self.guarded(f"closing `{name}`"):
+                participant.close()
+        for observer in audience.begun:
+            with self.guarded(f"ending {type(observer).__name__}"), audience.timed():
+                observer.end(self.result(audience.wall_time_ns))
 
     def completes(self, steps: Callable[[*Values], None], *of: *Values) -> bool:
         """Complete `steps`; `False` if a component ends the run within one of them."""

@@ -13,7 +13,7 @@ from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.capabilities import Redrawing
 
 _LARGEST: Final = int(np.iinfo(np.int32).max)
-"""Of a seed whose variable says no maximum."""
+"""The largest seed that is drawn where the variable says no maximum."""
 
 
 def seed_of(description: FmuDescription) -> FmuVariable | None:

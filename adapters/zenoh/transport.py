@@ -14,6 +14,7 @@ from typing_extensions import override
 
 from adapters.zenoh.link import ZenohLink
 from adapters.zenoh.session import LEASE, Keys, close_session, open_session
+from orchestrator.errors import ComponentError
 from orchestrator.remote.transport import Link, Transport, dismiss
 
 _USER: Final = "host"
@@ -37,29 +38,28 @@ class ZenohTransport(Transport):
     def __init__(self, *, lease: float = LEASE) -> None:
         self.endpoint = ""
         self._lease = lease
+        self._password = secrets.token_hex(16)
         self._links: dict[str, ZenohLink] = {}
         self._session: zenoh.Session | None = None
 
     @override
     def open(self, names: Sequence[str], timeout: float) -> Mapping[str, Link]:
         deadline = monotonic() + timeout
-        run = secrets.token_hex(8)
-        password = secrets.token_hex(16)
-        session = self._listen(password)
-        self._session = session
+        self._session = self._listen(self._password)
         for name in names:
-            options = {
-                "endpoint": self.endpoint,
-                "run": run,
-                "component": name,
-                "user": _USER,
-                "password": password,
-                "lease": self._lease,
-            }
-            self._links[name] = ZenohLink(session, Keys(run, name), name, options)
+            self._links[name] = self._start(self._session, name)
         for link in self._links.values():
             link.await_connection(deadline)
         return MappingProxyType(self._links)
+
+    @override
+    def renew(self, name: str, timeout: float) -> Link:
+        if self._session is None:
+            raise ComponentError(name, None, "the session is closed")
+        link = self._start(self._session, name)
+        self._links[name] = link
+        link.await_connection(monotonic() + timeout)
+        return link
 
     @override
     def close(self) -> None:
@@ -70,6 +70,18 @@ class ZenohTransport(Transport):
             if self._session is not None:
                 close_session(self._session)
                 self._session = None
+
+    def _start(self, session: zenoh.Session, name: str) -> ZenohLink:
+        run = secrets.token_hex(8)  # of its own: whoever had the name before is not heard
+        options = {
+            "endpoint": self.endpoint,
+            "run": run,
+            "component": name,
+            "user": _USER,
+            "password": self._password,
+            "lease": self._lease,
+        }
+        return ZenohLink(session, Keys(run, name), name, options)
 
     def _listen(self, password: str) -> zenoh.Session:
         """A session that listens on a free port of the loopback interface."""

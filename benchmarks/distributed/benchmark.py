@@ -25,9 +25,9 @@ PARTICIPANTS: Final[Mapping[str, Participant]] = {
     "zenoh": Ours("nlosim, zenoh", ZenohTransport),
     "helics": Helics(),
     "mosaik": Mosaik(),
-    "zeromq": HubParticipant("ZeroMQ", open_router, missing("zmq", "pyzmq")),
-    "bare-zenoh": HubParticipant("Zenoh", open_session_hub),
-    "pipe": HubParticipant("Pipe", open_pipes),
+    "zeromq": HubParticipant("ZeroMQ", open_router, why_not=missing("zmq", "pyzmq")),
+    "bare-zenoh": HubParticipant("Zenoh", open_session_hub, most=5),
+    "pipe": HubParticipant("Pipe", open_pipes, most=5),
 }
 
 RINGS: Final = (
@@ -42,7 +42,7 @@ OURS: Final = {
     "local": ("helics", "mosaik", "zeromq", "pipe"),
     "zenoh": ("zeromq", "bare-zenoh", "helics"),
 }
-"""With whom each of our transports is compared."""
+"""The peers with which each of our transports is compared."""
 
 TARGET_MS: Final = 0.4
 """What is aimed at for a step of five over `local`, in parallel, up to 100 KB [ms]."""

@@ -21,7 +21,7 @@ from benchmarks.distributed.participant import Participant, missing
 from benchmarks.distributed.ring import PARALLEL, Ring
 
 _OFFSET: Final = 1 / 128
-"""Between the turns of two members, when they take turns; of a step."""
+"""The part of a step between the turns of two members, when they take turns."""
 
 
 class Helics(Participant):

@@ -34,11 +34,19 @@ class HubParticipant(Participant):
     Args:
         label: what it is called.
         open_hub: starts so many workers; their end is that of the context.
+        why_not: why it cannot be measured here; empty if it can.
+        most: members that it is asked for at most.
     """
 
     def __init__(
-        self, label: str, open_hub: Callable[[int], AbstractContextManager[Hub]], why_not: str = ""
+        self,
+        label: str,
+        open_hub: Callable[[int], AbstractContextManager[Hub]],
+        *,
+        why_not: str = "",
+        most: int = 50,
     ) -> None:
+        self.most = most
         self.label = label
         self._open_hub = open_hub
         self._why_not = why_not

@@ -1,4 +1,4 @@
-"""mosaik: a simulator in each process, JSON over TCP between them and mosaik.
+"""The peer mosaik: a simulator in each process, JSON over TCP between them and mosaik.
 
 `python -m benchmarks.distributed.mosaik world RING STEPS` runs the simulation and says what came
 of it; `... simulator ADDRESS` is a member, which mosaik starts.

@@ -47,7 +47,7 @@ class Ring:
         return self.size // 8
 
     def to_text(self) -> str:
-        """For the command line of a process."""
+        """The ring as an argument of a process."""
         return json.dumps(asdict(self))
 
     @classmethod

@@ -29,6 +29,13 @@ class Pattern(enum.Enum):
 class Stepping(abc.ABC):
     """Lets the participants of one run step."""
 
+    def look_ahead(self, t: Time, due: Due) -> None:
+        """Start steps elsewhere that start at `t`, so that they go on while `t` is observed.
+
+        Nobody fails here: what goes wrong is raised where the step is waited for. By default
+        nothing is started.
+        """
+
     def depart(self, t: Time, due: Due) -> None:
         """Start the steps that start at `t`, unless `arrive` makes whole steps."""
 
@@ -47,9 +54,10 @@ class CosimulationAlgorithm(Parametrised, Stepping):
     An algorithm is a frozen dataclass; its fields, each made with `parameter`, are what a scenario
     may say beside `algorithm` under `coupling`. It is immutable and keeps no state of a run; one
     that needs some returns another object in `of_run`. At every communication point `t` the
-    simulation calls `arrive` with those whose steps end at `t` (not at the first point), shows the
-    published outputs to the observers, and calls `depart` with those whose steps start at `t` (not
-    at the last point; they are the same, as every step starts where the last ended).
+    simulation calls `arrive` with those whose steps end at `t` (not at the first point), calls
+    `look_ahead` with those whose steps start at `t` (not at the last point; they are the same, as
+    every step starts where the last ended), shows the published outputs to the observers, and
+    calls `depart` with those whose steps start at `t`.
 
     A participant's step takes three calls: `begin` reads its inputs as published now and starts,
     `finish` waits for the end and checks the outputs, `publish` shows them to others. Every

@@ -80,7 +80,7 @@ class GaussSeidel(ExtrapolatingAlgorithm):
         return self
 
     @override
-    def depart(self, t: Time, due: Due) -> None:
+    def look_ahead(self, t: Time, due: Due) -> None:
         for participant in due.participants:
             participant.begin_ahead(t)
 

@@ -216,7 +216,7 @@ class Participant(abc.ABC):
         """Start the step from `t` before its turn comes, if it works elsewhere and sees all.
 
         What it sees does not depend on when it steps. If the run ends before its step does, what
-        comes of the step is ignored, an error too.
+        comes of the step is ignored, an error too, also one of beginning it, which `finish` raises.
         """
 
     @abc.abstractmethod

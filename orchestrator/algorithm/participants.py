@@ -58,7 +58,8 @@ class ConcurrentParticipant(Participant):
     """A component that steps elsewhere between `begin` and `finish`."""
 
     __slots__ = (
-        "_begun_at", "_concurrent", "_followers", "_is_ahead", "_is_stepping", "_leaders",
+        "_begun_at", "_concurrent", "_failed", "_followers", "_is_ahead", "_is_stepping",
+        "_leaders",
     )  # fmt: skip
 
     is_concurrent = True
@@ -72,6 +73,7 @@ class ConcurrentParticipant(Participant):
     ) -> None:
         super().__init__(name, component, connectors, step_size)
         self._concurrent = component
+        self._failed: ComponentError | None = None
         self._leaders: Participants | None = None
         self._followers: Participants = ()
         self._begun_at: Time = 0
@@ -109,6 +111,9 @@ class ConcurrentParticipant(Participant):
 
     def _complete(self) -> None:
         self.is_begun = False
+        if self._failed is not None:
+            failed, self._failed = self._failed, None
+            raise failed
         if not self._is_stepping:
             return
         self._is_stepping = False
@@ -127,7 +132,10 @@ class ConcurrentParticipant(Participant):
     @override
     def begin_ahead(self, t: Time) -> None:
         if self._sees_all(t):
-            self.begin(t)
+            try:
+                self.begin(t)
+            except ComponentError as error:
+                self._failed, self.is_begun = error, True
             self._is_ahead = True
 
     def _sees_all(self, t: Time) -> bool:

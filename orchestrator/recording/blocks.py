@@ -146,7 +146,11 @@ class BlockFile:
                 file.truncate(self.size)
             self._is_torn = True
             file.seek(self.size)
-            write_all(file, data)
+            try:
+                write_all(file, data)
+            except OSError:
+                file.truncate(self.size)  # what is there of it is no block
+                raise
         self._is_torn = False
         self.size += len(data)
 

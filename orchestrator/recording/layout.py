@@ -179,8 +179,11 @@ def tails_of(part: Path) -> dict[int, Path]:
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
     """Write `content` so that a reader finds the old file or the new one, never a part."""
+    _put(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
+
+
+def _put(path: Path, text: str) -> None:
     draft = path.with_name(f"{path.name}.draft")
-    text = json.dumps(content, indent=2, allow_nan=False) + "\n"
     try:
         with naming(path):
             draft.write_text(text, encoding="utf-8")
@@ -215,8 +218,13 @@ def write_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
 def write_first_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
     """Write the manifest of a run that begins, with blank room for how it ends."""
     path = directory / MANIFEST
-    with naming(path):
-        path.write_text(json.dumps(manifest, indent=2) + "\n" + " " * _ROOM + "\n", "utf-8")
+    text = json.dumps(manifest, indent=2) + "\n" + " " * _ROOM + "\n"
+    try:
+        _put(path, text)
+    except OSError:
+        with suppress(OSError):  # what there is room for will say that the run has failed
+            path.write_text(text, encoding="utf-8")
+        raise
 
 
 def rewrite_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:

@@ -202,10 +202,8 @@ class Recorder(Observer):
         """Store everything; what hinders that."""
         problem = None
         for component in self._components.values():
-            try:
-                component.close()
-            except OSError as error:
-                problem = problem or error
+            hindrance = component.close()
+            problem = problem or hindrance
         return problem
 
     def _flush_if_due(self) -> None:
@@ -267,10 +265,15 @@ class _ComponentWriter:
         for part in (*self._parts, self._times):
             part.flush()
 
-    def close(self) -> None:
-        """Store everything."""
+    def close(self) -> OSError | None:
+        """Store everything; what hinders that, once all is stored that can be."""
+        problem = None
         for part in (*self._parts, self._times):
-            part.close()
+            try:
+                part.close()
+            except OSError as error:
+                problem = problem or error
+        return problem
 
     def sizes(self) -> Mapping[str, int]:
         """What each signal takes on disk [byte]; their times are nobody's."""

@@ -8,10 +8,13 @@
 Nothing started by `launch` outlives its `with` block.
 """
 
+import logging
 import weakref
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from types import MappingProxyType
+from typing import Any, TypeVar
 
 import numpy as np
 from typing_extensions import override
@@ -28,9 +31,10 @@ from orchestrator.capabilities import (
 from orchestrator.component import Capability, ConcurrentComponent, WrappedRestorableComponent
 from orchestrator.course import Course
 from orchestrator.errors import ComponentError, ComponentTypeError
-from orchestrator.limits import USUAL, Deadlines, Limits
+from orchestrator.limits import USUAL, Deadlines, Limits, OnFailure
 from orchestrator.remote.courses import courses_to_document, slopes_from_document
-from orchestrator.remote.dialogue import Company, Dialogue, Reply
+from orchestrator.remote.dialogue import Company, Dialogue, HostLostError, Reply
+from orchestrator.remote.journal import Journal, Step
 from orchestrator.remote.protocol import (
     CAPABILITIES,
     ComponentSpec,
@@ -44,6 +48,10 @@ from orchestrator.remote.transport import Transport
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.timebase import CommunicationGrid, Duration, Time
+
+_log = logging.getLogger(__name__)
+
+_Answer = TypeVar("_Answer")
 
 
 class RemoteState:
@@ -72,9 +80,17 @@ class RemoteComponent(
 ):
     """A component hosted at the other end of a link; `launch` creates it."""
 
-    def __init__(self, dialogue: Dialogue, created: Reply, deadlines: Deadlines) -> None:
+    def __init__(
+        self,
+        dialogue: Dialogue,
+        created: Reply,
+        deadlines: Deadlines,
+        renew: Callable[[], None] | None = None,
+    ) -> None:
         self._dialogue = dialogue
         self._deadlines = deadlines
+        self._renew = renew
+        self._journal = Journal()
         found = connectors_from_message(created.message.document, created.raw, created.offset)
         self._connectors = MappingProxyType(found)
         self._inputs = SignalEncoder({})
@@ -100,14 +116,18 @@ class RemoteComponent(
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._dialogue.epoch += 1
-        memory = self._dialogue.memory
-        self._inputs = SignalEncoder(self._only(Causality.INPUT), memory)
-        self._outputs = SignalDecoder(self._only(Causality.OUTPUT), memory)
         self._values = {}
         self._forgotten = []
         self._is_set_up = True
         document = {"rng": generator_to_document(rng), "grid": grid_to_document(self._grid)}
+        self._journal = Journal(start=start, document=document)
+        self._set_up(start, document)
+
+    def _set_up(self, start: Time, document: Mapping[str, Any]) -> None:
+        self._dialogue.epoch += 1
+        memory = self._dialogue.memory
+        self._inputs = SignalEncoder(self._only(Causality.INPUT), memory)
+        self._outputs = SignalDecoder(self._only(Causality.OUTPUT), memory)
         self._dialogue.ask(Kind.SETUP, self._deadlines.create, t=start, document=document)
         self._dialogue.answer()
 
@@ -117,6 +137,9 @@ class RemoteComponent(
 
     @override
     def evaluate(self, inputs: Signals) -> Signals:
+        return self._surviving(lambda: self._evaluate(inputs))
+
+    def _evaluate(self, inputs: Signals) -> Signals:
         within = self._deadlines.create
         self._dialogue.ask(Kind.EVALUATE, within, block=self._inputs.parts(inputs))
         reply = self._dialogue.answer()
@@ -133,36 +156,98 @@ class RemoteComponent(
 
     @override
     def slopes(self) -> Signals:
+        return self._surviving(self._slopes)
+
+    def _slopes(self) -> Signals:
         self._dialogue.ask(Kind.SLOPES, self._deadlines.step)
         return slopes_from_document(self._dialogue.answer().message.document)
 
     @override
     def initialise(self, inputs: Signals) -> None:
+        self._initialise(inputs)
+        if self._renew is not None:
+            self._journal.initial = inputs
+
+    def _initialise(self, inputs: Signals) -> None:
         within = self._deadlines.create
         self._dialogue.ask(Kind.INITIALISE, within, block=self._inputs.parts(inputs))
         self._accept(self._dialogue.answer())
 
     @override
     def dump(self) -> bytes:
+        return self._surviving(self._dump)
+
+    def _dump(self) -> bytes:
         self._dialogue.ask(Kind.DUMP, self._deadlines.step)
         reply = self._dialogue.answer()
         return reply.raw[reply.offset :]
 
     @override
     def load(self, content: bytes) -> None:
+        self._load(content)
+        if self._renew is not None:
+            self._journal.keep(content)
+
+    def _load(self, content: bytes) -> None:
         self._dialogue.ask(Kind.LOAD, self._deadlines.step, block=[content])
         self._accept(self._dialogue.answer())
 
     @override
     def begin_step(self, inputs: Signals, t: Time, h: Duration) -> None:
         courses, self._courses = self._courses, {}
-        said = {"courses": courses_to_document(courses)} if courses else {}
-        block = self._inputs.parts(inputs)
-        self._dialogue.ask(Kind.STEP, self._deadlines.step, t=t, h=h, document=said, block=block)
+        step = Step(inputs=inputs, t=t, h=h, courses=courses)
+        if self._renew is None:
+            self._begin(step)
+            return
+        if self._journal.is_due:
+            self._journal.keep(self.dump())
+        self._journal.current = step
+        try:
+            self._begin(step)
+        except HostLostError as error:
+            self._return(error)
+
+    def _begin(self, step: Step) -> None:
+        said = {"courses": courses_to_document(step.courses)} if step.courses else {}
+        within, block = self._deadlines.step, self._inputs.parts(step.inputs)
+        self._dialogue.ask(Kind.STEP, within, t=step.t, h=step.h, document=said, block=block)
 
     @override
     def finish_step(self) -> None:
-        self._accept(self._dialogue.answer())
+        self._accept(self._surviving(self._dialogue.answer))
+        self._journal.finish()
+
+    def _surviving(self, asked: Callable[[], _Answer]) -> _Answer:
+        """What is asked of the host; if it is lost, of the one that takes its place."""
+        try:
+            return asked()
+        except HostLostError as error:
+            self._return(error)
+            return asked()
+
+    def _return(self, error: HostLostError) -> None:
+        """Bring another host to where the lost one was, in the middle of its step if it had one.
+
+        Raises:
+            HostLostError: that is not wanted, or was tried for this step before.
+        """
+        journal = self._journal
+        current = journal.current
+        if self._renew is None or (current is not None and current is journal.again):
+            raise error
+        journal.again = current
+        _log.warning("%s; it is started again, to make %d steps anew", error, len(journal.steps))
+        self._renew()
+        self._set_up(journal.start, journal.document)
+        if journal.initial is not None:
+            self._initialise(journal.initial)
+        if journal.state is not None:
+            self._load(journal.state)
+        for step in journal.steps:
+            self._begin(step)
+            self._accept(self._dialogue.answer())
+        if current is not None:
+            self._begin(current)
 
     @override
     def outputs(self) -> Signals:
@@ -260,19 +345,36 @@ def launch(
             links[name].limit_memory(limited[name].memory)
             create = limited[name].deadlines.create
             dialogue.ask(Kind.CREATE, create, document=documents[name])
-        yield _created(dialogues, {name: each.deadlines for name, each in limited.items()})
+
+        def renew(name: str) -> None:
+            """Start another host for the component, and have it created there."""
+            limits_of, dialogue = limited[name], dialogues[name]
+            create = limits_of.deadlines.create
+            link = transport.renew(name, create)
+            link.limit_memory(limits_of.memory)
+            dialogue.renew(link)
+            dialogue.ask(Kind.CREATE, create, document=documents[name])
+            dialogue.answer()
+
+        yield _created(dialogues, limited, renew)
 
 
 def _created(
-    dialogues: Mapping[str, Dialogue], deadlines: Mapping[str, Deadlines]
+    dialogues: Mapping[str, Dialogue],
+    limits: Mapping[str, Limits],
+    renew: Callable[[str], None],
 ) -> Mapping[str, ConcurrentComponent]:
     components: dict[str, ConcurrentComponent] = {}
     errors: list[str] = []
     for name, dialogue in dialogues.items():
         try:
             created = dialogue.answer()
-            remote = RemoteComponent(dialogue, created, deadlines[name])
-            is_restorable = created.message.document.get("restorable", False)
+            own = limits[name]
+            again = partial(renew, name) if own.on_failure is OnFailure.RESTART else None
+            dialogue.is_renewable = again is not None
+            remote = RemoteComponent(dialogue, created, own.deadlines, again)
+            # states that a host keeps go with it
+            is_restorable = again is None and created.message.document.get("restorable", False)
             components[name] = RestorableRemoteComponent(remote) if is_restorable else remote
         except ComponentTypeError as error:
             errors.append(f"component `{name}`: {error}")

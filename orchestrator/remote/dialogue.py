@@ -8,7 +8,6 @@ towards deadlines, because the hosts had no more than that, for all we know.
 
 import logging
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from time import monotonic
 from types import MappingProxyType
@@ -28,8 +27,9 @@ _log = logging.getLogger(__name__)
 SLICE: Final = 0.05
 """How long to wait for one host before the others are looked at [s]."""
 
-_LONGEST_SLICE: Final = 0.5
-"""What of a slice counts at most; a process that could not go on for longer was stopped [s]."""
+_LONGEST_SLICE: Final = 0.1
+"""What of a slice counts at most [s]; whoever could not go on for longer was stopped, or had no
+processor, and so had the hosts."""
 
 _LIMITED: Final = {Kind.CREATE, Kind.SETUP, Kind.EVALUATE, Kind.INITIALISE, Kind.STEP}
 """Commands that users can give more time."""
@@ -93,6 +93,7 @@ class Dialogue:
         epoch: of the run; replies of an earlier one do not count.
         awaiting: the command that was not answered yet.
         waited: how long it was waited for [s].
+        is_renewable: whether a loss of the host is told in its turn only, not to others.
     """
 
     def __init__(self, name: str, link: Link, company: Company) -> None:
@@ -105,6 +106,8 @@ class Dialogue:
         self._sequence = 0
         self._is_over = False
         self._came: Reply | None = None
+        self._loss: HostLostError | None = None
+        self.is_renewable = False
         self._company = company
         company.join(self)
 
@@ -129,6 +132,8 @@ class Dialogue:
         block: Sequence[Buffer] = (),
     ) -> int:
         """Send a command that is to be answered `within` some time [s]; its sequence number."""
+        if self._loss is not None:
+            self._tell_loss()
         if self._is_over:
             raise ComponentError(self.name, None, "its process has ended")
         self._sequence += 1
@@ -150,6 +155,8 @@ class Dialogue:
             timeout: how long to wait from now on, whatever becomes of others [s]; without, as
                 long as `ask` allowed, and no longer than all others are well.
         """
+        if self._loss is not None:
+            self._tell_loss()
         command = self.awaiting
         if command is None:
             raise RuntimeError("`answer` without `ask`")
@@ -175,6 +182,24 @@ class Dialogue:
         """
         if self._is_over:
             return
+        try:
+            self._overhear(other)
+        except HostLostError as error:
+            if not self.is_renewable:
+                raise
+            self._loss = error
+
+    def renew(self, link: Link) -> None:
+        """Go on with another host, which knows nothing yet."""
+        self._link, self._is_over = link, False
+        self.awaiting, self._came, self._loss = None, None, None
+
+    def _tell_loss(self) -> None:
+        if self._loss is not None:
+            loss, self._loss = self._loss, None
+            raise loss
+
+    def _overhear(self, other: Message) -> None:
         command = self.awaiting
         if self._came is None:
             self._listen(other if command is None else command, 0.0)
@@ -197,18 +222,19 @@ class Dialogue:
     def _listen(self, command: Message, timeout: float) -> None:
         """Wait up to `timeout` [s] for the reply to `command`; others are dropped."""
         try:
-            with suppress(TimeoutError):
-                raw = self._link.receive(timeout)
-                message, offset = Message.decode(raw)
-                sent = (command.epoch, command.sequence)
-                if command is self.awaiting and (message.epoch, message.sequence) == sent:
-                    self._came = Reply(message, raw, offset)
-                else:
-                    _log.debug("`%s`: dropped an earlier reply: %s", self.name, message)
+            raw = self._link.receive(timeout)
+            message, offset = Message.decode(raw)
+        except TimeoutError:
+            return
         except LinkLostError as error:
             self._fail(command, str(error))
         except WireError as error:
             self._fail(command, f"its process sent something unreadable: {error}")
+        sent = (command.epoch, command.sequence)
+        if command is self.awaiting and (message.epoch, message.sequence) == sent:
+            self._came = Reply(message, raw, offset)
+        else:
+            _log.debug("`%s`: dropped an earlier reply: %s", self.name, message)
 
     def _take(self, command: Message) -> Reply:
         reply, self._came, self.awaiting = self._came, None, None

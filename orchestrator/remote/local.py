@@ -122,7 +122,12 @@ class _Messages:
             if self._got < self._wanted:
                 self._read(_SMALL, deadline)
             else:
-                self._begin(b"".join(self._pieces))
+                start = self._pieces[0] if len(self._pieces) == 1 else b"".join(self._pieces)
+                (head,) = _HEAD.unpack_from(start)
+                if len(start) == _HEAD.size + head:  # most are alone, and came at once
+                    self._keep(b"")
+                    return start[_HEAD.size :]
+                self._begin(start)
         length = self._length
         while self._got < length:
             self._read(min(_PIECE, length - self._got), deadline)
@@ -175,7 +180,7 @@ class _Messages:
         self._socket.sendall(head)
 
     def _keep(self, rest: bytes) -> None:
-        self._pieces, self._got = [rest], len(rest)
+        self._pieces, self._got = ([rest] if rest else []), len(rest)
 
     def _read(self, most: int, deadline: float | None) -> None:
         while True:
@@ -223,7 +228,10 @@ class LocalChannel(HostChannel):
 
     @override
     def send(self, reply: bytes) -> None:
-        self._messages.send(reply)
+        try:
+            self._messages.send(reply)
+        except OSError as error:
+            sys.exit(f"the connection to the orchestrator is closed: {error.strerror}")
 
     @override
     def close(self) -> None:
@@ -325,6 +333,7 @@ class LocalTransport(Transport):
     def __init__(self, *, shares: bool = True) -> None:
         self._shares = shares and can_share()
         self._exchange = Exchange()
+        self._count = 0
         self._links: dict[str, LocalLink] = {}
 
     @override
@@ -333,11 +342,18 @@ class LocalTransport(Transport):
             raise ComponentTypeError(
                 "the transport `local` is not available on Windows; `zenoh` is"
             )
-        for number, name in enumerate(names, 1):
-            self._links[name] = LocalLink(name, number if self._shares else 0, self._exchange)
+        for name in names:
+            self.renew(name, timeout)
         # A host that does not start is found out by the reply to its first command, which waits
         # in the socket until the host reads it.
         return MappingProxyType(self._links)
+
+    @override
+    def renew(self, name: str, timeout: float) -> Link:
+        self._count += 1
+        number = self._count if self._shares else 0
+        self._links[name] = LocalLink(name, number, self._exchange)
+        return self._links[name]
 
     @override
     def close(self) -> None:

@@ -31,6 +31,9 @@ _LONGEST_LINE: Final = 500
 _LONGEST_ENTRY: Final = 10_000
 """A longer line is several entries of the log [byte]; also what is kept of the end."""
 
+_ENTRY: Final = 100
+"""What a line takes in the log beside itself [byte]; there are as many as fit once more."""
+
 _PIECE: Final = 1 << 20
 """What is read at once, at most [byte]."""
 
@@ -51,7 +54,7 @@ class Output:
     def __init__(self, component: str, stream: IO[bytes], kept: int = KEPT) -> None:
         self._component = component
         self._stream = stream
-        self._left = kept
+        self._left, self._entries = kept, kept // _ENTRY
         self._line = b""
         self._end = b""
         self._dropped = 0
@@ -88,7 +91,10 @@ class Output:
         self._dropped += len(piece) - len(kept)
         *lines, self._line = (self._line + kept).split(b"\n")
         for line in lines:
-            self._log(line)
+            if self._entries:
+                self._log(line)
+            else:
+                self._left, self._dropped = 0, self._dropped + len(line) + 1
         if len(self._line) > _LONGEST_ENTRY or not self._left:
             self._log(self._line)
             self._line = b""
@@ -97,5 +103,6 @@ class Output:
 
     def _log(self, line: bytes) -> None:
         for start in range(0, len(line), _LONGEST_ENTRY):
+            self._entries = max(0, self._entries - 1)
             text = line[start : start + _LONGEST_ENTRY].decode(errors="replace").rstrip()
             _log.info("`%s`: %s", self._component, text)

@@ -126,6 +126,18 @@ class Transport(abc.ABC):
         """
 
     @abc.abstractmethod
+    def renew(self, name: str, timeout: float) -> Link:
+        """Start another host in place of one that was abandoned, as `open` does.
+
+        Args:
+            name: of the component.
+            timeout: how long this may take [s].
+
+        Raises:
+            ComponentError: it did not start.
+        """
+
+    @abc.abstractmethod
     def close(self) -> None:
         """End all hosts: those that listen in their own way, the others by force. Idempotent."""
 
@@ -156,6 +168,11 @@ class LoopbackTransport(Transport):
     def open(self, names: Sequence[str], timeout: float) -> Mapping[str, Link]:
         self._links = {name: _LoopbackLink() for name in names}
         return MappingProxyType(self._links)
+
+    @override
+    def renew(self, name: str, timeout: float) -> Link:
+        self._links[name] = _LoopbackLink()
+        return self._links[name]
 
     @override
     def close(self) -> None:

@@ -185,13 +185,13 @@ class _Build:
 
     def _limits(self, address: Address, entry: schema.ComponentEntry) -> Limits:
         """What its process may take; a component without one has no limits."""
-        said = entry.model_fields_set & {"deadline", "memory"}
+        said = entry.model_fields_set & {"deadline", "memory", "on_failure"}
         for key in sorted(said) if entry.process is Isolation.NEVER else ():
             self._add((*address, key), APART_ONLY, at_key=True)
         if entry.memory is not None and not can_limit_memory():
             self._add((*address, "memory"), "can be limited on Linux only", at_key=True)
         times = Deadlines(create=seconds(entry.deadline.setup), step=seconds(entry.deadline.step))
-        return Limits(deadlines=times, memory=entry.memory)
+        return Limits(deadlines=times, memory=entry.memory, on_failure=entry.on_failure)
 
     def _coupling(
         self, entry: schema.Coupling, components: Sequence[str]

@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.byte_size import written_size
 from orchestrator.errors import Problem
-from orchestrator.limits import USUAL, Limits
+from orchestrator.limits import USUAL, Limits, OnFailure
 from orchestrator.measure import Measure, defaults
 from orchestrator.parameters import DRAWN, REQUIRED, ComponentType, declared
 from orchestrator.questions import Questions
@@ -263,6 +263,7 @@ def _limits(limits: Limits) -> dict[str, Any]:
     changed = {key: f"{value:g} s" for key, (value, default) in times.items() if value != default}
     return {
         **({"deadline": changed} if changed else {}),
+        **({} if limits.on_failure is OnFailure.ABORT else {"on_failure": limits.on_failure.value}),
         **({} if limits.memory is None else {"memory": written_size(limits.memory)}),
     }
 

@@ -13,6 +13,7 @@ from pydantic import (
 )
 
 from orchestrator.byte_size import PATTERN, parse_size
+from orchestrator.limits import OnFailure
 from orchestrator.scenario.isolation import ISOLATIONS, Isolation
 from orchestrator.scenario.time_schema import duration, time_schema
 from orchestrator.timebase import Duration, format_duration
@@ -77,6 +78,23 @@ Deadline = Annotated[
     DeadlineEntry,
     BeforeValidator(_deadline, json_schema_input_type=_WallTime | DeadlineEntry),
     _shown({"setup": "60 s", "step": "30 s"}),
+]
+
+
+def _on_failure(value: object) -> OnFailure:
+    if isinstance(value, OnFailure):
+        return value
+    try:
+        return OnFailure(value)
+    except ValueError:
+        raise ValueError(f"expected `abort` or `restart`, got {value!r}") from None
+
+
+Failure = Annotated[
+    OnFailure,
+    PlainValidator(_on_failure),
+    WithJsonSchema({"enum": [each.value for each in OnFailure]}),
+    _shown(OnFailure.ABORT.value),
 ]
 
 Memory = Annotated[

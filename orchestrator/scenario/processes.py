@@ -73,7 +73,7 @@ def unlimited(document: Document, uses: Mapping[str, ComponentUse]) -> Iterator[
         uses: the components in this process, by name.
     """
     for name, use in uses.items():
-        for key in ("deadline", "memory"):
+        for key in ("deadline", "memory", "on_failure"):
             address = ("components", name, key)
             if use.limits != USUAL and address in document.places:
                 what = "nothing is limited: it runs in the orchestrator's process"

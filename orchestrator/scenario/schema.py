@@ -15,8 +15,9 @@ from pydantic import (
     WithJsonSchema,
 )
 
+from orchestrator.limits import OnFailure
 from orchestrator.scenario.isolation import Isolation
-from orchestrator.scenario.process_schema import Deadline, DeadlineEntry, Memory, Process
+from orchestrator.scenario.process_schema import Deadline, DeadlineEntry, Failure, Memory, Process
 from orchestrator.scenario.time_schema import (
     Moment,
     StepSize,
@@ -142,6 +143,11 @@ class ComponentEntry(_Mapping):
     memory: Memory = None
     """How much memory a component in a process of its own may have for itself. What has more is
     ended, and so is the run, with a message (Linux)."""
+
+    on_failure: Failure = OnFailure.ABORT
+    """What is done when the process of a component is lost. `restart` starts another one, which
+    goes on from the last checkpoint to the same results; the component must be able to hand its
+    state over. An error that the component reports ends the run all the same."""
 
     parameters: dict[str, Any] = {}
     """Parameters by name; `nlosim components TYPE` lists them. A number is in the unit of the

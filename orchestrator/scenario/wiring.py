@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.branching import branching_problems
+from orchestrator.capabilities import PortableState
 from orchestrator.component import Component
 from orchestrator.ending import ending_problem
 from orchestrator.errors import (
@@ -21,6 +22,7 @@ from orchestrator.errors import (
 )
 from orchestrator.feedthrough import describe_outcome, is_within, loops
 from orchestrator.input_files import Finding
+from orchestrator.limits import OnFailure
 from orchestrator.measure import Planned
 from orchestrator.recording.recorder import select
 from orchestrator.scenario.diagnosis import once, spell
@@ -117,6 +119,7 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
             *sharing(scenario.document, scenario.components),
             *belonging_here(scenario.document, always),
             *_unanswered(scenario, system, recorded),
+            *_not_restartable(scenario, components),
         ]
         if problems:
             raise _error(scenario, problems)
@@ -136,6 +139,16 @@ def _unsolved(
         if not is_within(loop, solved):
             what = describe_outcome(loop, is_solved=False)
             yield Problem(document.key(("coupling",)), f"coupling: {what}")
+
+
+def _not_restartable(scenario: Scenario, components: Mapping[str, Component]) -> Iterator[Problem]:
+    """Components that are to be started again and cannot hand their state over."""
+    for name, use in scenario.components.items():
+        wanted = use.limits.on_failure is OnFailure.RESTART
+        if wanted and components[name].capability(PortableState) is None:  # type: ignore[type-abstract]
+            address = ("components", name, "on_failure")
+            what = f"the state of `{name}` cannot leave its process, so it cannot be started again"
+            yield Problem(scenario.document.key(address), f"{spell(address)}: {what}")
 
 
 def _unanswered(

@@ -57,7 +57,7 @@ COOPERNAUT: Final = {
     ("red light", "voxel GNN"): _row(64.2, 25.3, 62.0, 24.8, 35.0, 25.9),
     ("red light", "COOPERNAUT"): _row(80.7, 7.6, 77.8, 7.1, 17.7, 7.8),
 }
-"""By scene and model."""
+"""The published rows, by scene and model."""
 
 MODELS: Final = {
     "blind": "no V2V",

@@ -22,7 +22,7 @@ from studies.method.estimates import percent
 from studies.method.style import method_name
 
 _SPEED: Final = 30.0
-"""Of the ego in all experiments [km/h]."""
+"""The speed of the ego in all experiments [km/h]."""
 
 _MOST: Final = Range(low=50.0, is_open=True)
 """More than half [%]."""

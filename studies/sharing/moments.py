@@ -52,13 +52,13 @@ HORIZON: Final = 50.0
 DEMAND: Final = 25.0
 """Where nobody reveals so much there is nothing to choose [m^2]."""
 SHARES: Final = (0.1, 0.2, 0.3)
-"""Of the vehicles, those with lidars."""
+"""The share of vehicles that have lidars."""
 LOOKS: Final = {"red_light": (1, 2, 3, 4, 5, 6, 7, 8), "city": (2, 4, 6, 8, 10, 12, 14, 16)}
 """Moments of each scene [s]."""
 
 _BASE: Final = 0.2
 APMM: Final = RECOMMENDED.but("apmm", window_largest=16, horizon=HORIZON)
-"""As in red_light_sharers.yaml."""
+"""The match of red_light_sharers.yaml."""
 PLAIN: Final = PAPER.but("apmm-paper", horizon=HORIZON, benefit_threshold=100.0)
 """The paper's: an index of points, cells of 5 m, no map."""
 

@@ -57,7 +57,7 @@ class Encounter:
         return tuple(text for each in (self.settings, *chosen) for text in setting_texts(each))
 
     def variant(self, name: str, settings: Settings) -> Self:
-        """The same encounter in a variant that is held out.
+        """Make the variant of this encounter that is held out.
 
         Args:
             name: of the variant.

@@ -69,7 +69,7 @@ class EncounterLoad:
     source: SettingsFile
     section: Section
     _users: tuple[str, ...] = ()
-    """As the first scene has them; others are read once if they have the same."""
+    """Read those of the first scene; others are read once if they have the same."""
 
     def encounter(self) -> Checked:
         """Load the scenario with every level once; problems are noted."""

@@ -105,7 +105,7 @@ class HeldOut(_Mapping):
     """A variant of an encounter that is never learned from, nor validated with."""
 
     encounter: str = ""
-    """Of which encounter it is a variant; without `encounters`, of the scenario."""
+    """The encounter that it is a variant of; without `encounters`, the scenario."""
 
     set: Annotated[Settings, Field(min_length=1)]
     """What makes it one. Factors that set one of these values do not vary in it."""

@@ -1,4 +1,4 @@
-"""The same training with several seeds: what the recipe makes, and what is luck.
+"""One training with several seeds: what the recipe makes, and what is luck.
 
 Everything random but the expert's runs depends on the seed, if `expert.seed` is written: initial
 weights, order of the samples, losses of messages, and what the network gets into when it drives.

@@ -151,7 +151,7 @@ def _failures(outcome: TrainingOutcome) -> list[str]:
 
 
 def _all_done(training: Training, arguments: Namespace, trained: Sequence[Trained]) -> Outcome:
-    """Of each training what it says alone, the tables over all seeds, and the worst exit code."""
+    """Join what each training says alone, the tables over all seeds, and the worst exit code."""
     single = [
         _done(each, arguments, done.outcome)
         for each, done in zip(

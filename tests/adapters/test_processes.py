@@ -227,7 +227,7 @@ def test_what_a_component_prints_and_logs_goes_to_the_log(
         runs.run_reckless(connect(), deed="print")
         runs.run_reckless(connect(), deed="log")
     records = [(r.name, r.levelno, r.getMessage()) for r in caplog.records]
-    assert ("orchestrator.remote.process", logging.INFO, "`b`: hello from the unit") in records
+    assert ("orchestrator.remote.output", logging.INFO, "`b`: hello from the unit") in records
     assert ("reckless", logging.WARNING, "fuel is low") in records
     assert capfd.readouterr() == ("", "")
 

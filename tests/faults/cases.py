@@ -10,7 +10,7 @@ import yaml
 DEADLINE: Final = 4.0
 """Of a step of a component that hangs [s]."""
 
-DISK: Final = 30_000
+DISK: Final = 12_000
 """The largest file, where the disk is full [byte]."""
 
 

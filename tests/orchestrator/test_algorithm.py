@@ -13,7 +13,8 @@ from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.component import Component, ConcurrentComponent, WrappedComponent
-from orchestrator.errors import SystemStructureError
+from orchestrator.errors import ComponentError, SystemStructureError
+from orchestrator.observer import NoProgress
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
@@ -268,6 +269,45 @@ def test_gauss_seidel_begins_at_once_what_sees_all_that_it_will_see() -> None:
         "begin c at 0",
         "finish c",
     ]
+
+
+class Noting(NoProgress):
+    """Logs what it observes."""
+
+    sees_stretches = False
+
+    def __init__(self, log: list[str]) -> None:
+        self._log = log
+
+    @override
+    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
+        self._log.append(f"observe {t}")
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_step_that_begins_early_goes_on_while_values_are_observed(*, fails: bool) -> None:
+    """If it cannot begin, what was reached is observed first, and the run fails at its turn."""
+    log: list[str] = []
+    part = Elsewhere(Relaxation(-1.0, 1.0, 1.0), log, "a")
+    begin = part.begin_step
+
+    def begin_step(inputs: Signals, t: Time, h: Duration) -> None:
+        begin(inputs, t, h)
+        if fails and t == 1:
+            raise ComponentError("a", t, "is gone")
+
+    part.begin_step = begin_step  # type: ignore[method-assign]
+    parts: dict[str, Component] = {"a": part, "b": Relaxation(-1.0, 1.0, 1.0)}
+    system = System(parts, {"a": 1, "b": 1}, [link("b.x", "a.u"), link("a.x", "b.u")])
+    expected = ["begin a at 0", "observe 0", "finish a", "begin a at 1", "observe 1"]
+    algorithm = GaussSeidel(("a", "b"))
+    if fails:
+        with pytest.raises(ComponentError, match=r"^component `a` at t = 1e-09 s: is gone$"):
+            simulate(system, algorithm, start=0, stop=2, seed=0, observers=[Noting(log)])
+        assert log == expected
+    else:
+        simulate(system, algorithm, start=0, stop=2, seed=0, observers=[Noting(log)])
+        assert log == [*expected, "finish a", "observe 2"]
 
 
 def test_gauss_seidel_does_not_begin_early_what_sees_a_late_value() -> None:

@@ -67,7 +67,18 @@ def test_everybody_meets_the_same_draws_in_their_order() -> None:
 
 def test_of_equals_the_first_wins() -> None:
     for draws in (0, 1, 2, 7, 8):
-        assert held(lambda a, d: 1.0, 9, draws)[0].winner == 0
+        for prunes in (True, False):
+            assert held(lambda a, d: 1.0, 9, draws, prunes=prunes)[0].winner == 0
+
+
+def test_what_is_to_beat_is_the_worst_that_would_go_on() -> None:
+    """Of twelve three go on, so the third best counts; then the best, less what one has."""
+    scores = [5.0, 2.0, 4.0, 3.0, 6.0, *[1.0] * 7]
+    _, trials = held(lambda a, d: scores[a], 12, 2)
+    assert [trial.to_beat for trial in trials[:6]] == [None, None, None, 2.0, 3.0, 4.0]
+    assert [(t.alternative, t.to_beat) for t in trials[12:]] == [(0, None), (2, 6.0), (4, 4.0)]
+    _, once = held(lambda a, d: scores[a], 5, 1)
+    assert [trial.to_beat for trial in once] == [None, 5.0, 5.0, 5.0, 5.0]
 
 
 @pytest.mark.parametrize("draws", [1, 3, 8])

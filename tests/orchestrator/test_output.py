@@ -29,20 +29,28 @@ def printed(program: str, kept: int, caplog: pytest.LogCaptureFixture) -> tuple[
 
 def test_what_fits_is_logged_line_by_line(caplog: pytest.LogCaptureFixture) -> None:
     """Also the last one, which has no end."""
-    said, output = printed("print('one\\n\\nthree', end='')", 100, caplog)
+    said, output = printed("print('one\\n\\nthree', end='')", 1000, caplog)
     assert said == ["`a`: one", "`a`: three"]
     assert output.last_lines == ["one", "three"]
 
 
 def test_of_the_rest_its_size_and_its_end_are_logged(caplog: pytest.LogCaptureFixture) -> None:
-    """Of 1000 lines of 10 bytes the first 50, and the last 20."""
-    program = "for k in range(1000): print(f'line {k:04}')"
-    said, output = printed(program, 500, caplog)
-    assert said[:50] == [f"`a`: line {k:04}" for k in range(50)]
-    last = [f"line {k:04}" for k in range(980, 1000)]
-    left_out = "`a`: 9.5 kB of output are left out here; the last lines were:"
+    """Of 1000 lines of 200 bytes the first 50, and the last 20."""
+    program = "for k in range(1000): print(f'{k:0199}')"
+    said, output = printed(program, 10_000, caplog)
+    assert said[:50] == [f"`a`: {k:0199}" for k in range(50)]
+    last = [f"{k:0199}" for k in range(980, 1000)]
+    left_out = "`a`: 190 kB of output are left out here; the last lines were:"
     assert said[50:] == ["\n    ".join([left_out, *last])]
     assert output.last_lines == last
+
+
+def test_of_short_lines_there_are_fewer(caplog: pytest.LogCaptureFixture) -> None:
+    """What the log adds to each counts: of 5000 lines of 2 bytes 100 are kept in 10 kB."""
+    said, _ = printed("print('x\\n' * 5000, end='')", 10_000, caplog)
+    assert said[:100] == ["`a`: x"] * 100
+    assert said[100].startswith("`a`: 9.8 kB of output are left out here;")
+    assert len(said) == 101
 
 
 def test_a_line_without_end_takes_no_memory(caplog: pytest.LogCaptureFixture) -> None:

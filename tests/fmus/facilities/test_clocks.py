@@ -1,14 +1,20 @@
 """Clocks that are off: what is drawn, and what the ego makes of times in messages."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import scenarios
+from fmus.facilities import AlwaysOnFacilities
 from fmus.facilities.clocks import Clocks
 from fmus.facilities.received import Received
 from fmus.messages.apm import Apm, decode, encode, shifted, split
 from fmus.messages.features import FeaturesMessage, read_features
-from fmus.messages.records import APM_CELL, OBJECT, unframe
+from fmus.messages.records import APM_CELL, OBJECT, SENSOR_DATA, unframe
+from orchestrator.cli import main
 from orchestrator.randomness import stream
+from tests.fmus.facilities.world import EGO, SHARER, Run, delivered, objects_of
 
 MS = 1_000_000
 AGE = 1000 * MS
@@ -118,3 +124,37 @@ def test_what_was_told_is_not_changed_at_its_source() -> None:
 
 def test_a_shifted_apm_differs_in_its_time_only() -> None:
     assert shifted(apm(100), 30) == apm(130)
+
+
+def told(error: float) -> tuple[int, np.ndarray]:
+    """The time of an object that a sharer's scan at 0 s had, as the ego has it, and all packets."""
+    run = Run(AlwaysOnFacilities(AlwaysOnFacilities.Parameters(clock_error=error)))
+    packets = run.step(objects=objects_of(SHARER))
+    data = packets[packets["kind"] == SENSOR_DATA]
+    run.step(receptions=delivered(data[data["source"] == SHARER], EGO))
+    rows = unframe("OBJS", run.output("received.objects"), OBJECT)
+    assert len(rows) == 2
+    return int(rows["time"][0]), packets
+
+
+def test_the_ego_has_times_by_the_difference_of_both_clocks_and_packets_keep_theirs() -> None:
+    clocks = Clocks(np.random.default_rng(3), 0.02)  # the stream that `Run` sets up
+    right, packets = told(0.0)
+    off, same = told(0.02)
+    assert right == 0
+    assert off == clocks.lead(SHARER, EGO) != 0
+    np.testing.assert_array_equal(packets, same)
+
+
+def test_an_error_that_is_no_deviation_is_refused_at_its_place(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scenario = tmp_path / "wrong.yaml"
+    base = Path(scenarios.__file__).with_name("red_light.yaml")
+    scenario.write_text(
+        f"schema: 1\nextends: {base}\ntitle: t\ndescription: d\n"
+        "components:\n  facilities:\n    parameters: {clock_error: -1 ms}\n"
+    )
+    assert main(["check", str(scenario)]) == 2
+    problem = "wrong.yaml:7:31: components.facilities.parameters.clock_error: must be at least 0 s"
+    assert problem in capsys.readouterr().out

@@ -188,7 +188,7 @@ def test_an_oracle_among_several_processes_is_refused(capsys: pytest.CaptureFixt
     assert problem["line"] > 1
 
 
-FAIR = ORACLE.replace("maximum_range: 80 m", "maximum_range: 80 m, draws: 2, alternatives: 3")
+FAIR = ORACLE.replace("maximum_range: 80 m", "maximum_range: 80 m, draws: 2, alternatives: 8")
 
 
 def run(out: Path, relay: str, capsys: pytest.CaptureFixture[str]) -> str:

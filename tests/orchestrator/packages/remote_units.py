@@ -1,6 +1,7 @@
 """Components that other processes import by name, `remote_units:Swarm`."""
 
 import ctypes
+import json
 import logging
 import os
 import signal
@@ -15,7 +16,12 @@ from typing import Any
 import numpy as np
 from typing_extensions import override
 
-from orchestrator.capabilities import InitialEvaluation, PointEvaluation, VariableSteps
+from orchestrator.capabilities import (
+    InitialEvaluation,
+    PointEvaluation,
+    PortableState,
+    VariableSteps,
+)
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
@@ -409,3 +415,48 @@ class Anew(Component, PointEvaluation):
     @override
     def outputs(self) -> Signals:
         return {"x": np.array(self._x), "y": np.array(self._x - self._u / 2)}
+
+
+class Lasting(Component, PortableState):
+    """x' = u + noise; it kills itself in some steps, each time it comes there or once."""
+
+    @dataclass(frozen=True, slots=True, kw_only=True)
+    class Parameters:
+        marks: Path = parameter(Path(), doc="where it notes that it has killed itself")
+        at: tuple[int, ...] = parameter((), doc="numbers of the steps")
+        always: bool = parameter(False, doc="whether it does so again")
+
+    connectors: Mapping[str, Connector] = {
+        "u": Connector(causality=INPUT),
+        "y": Connector(causality=OUTPUT),
+    }
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._p = parameters
+        self._rng = np.random.default_rng(0)
+        self._count, self._y = 0, 0.0
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._rng, self._count, self._y = rng, 0, 0.0
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._count += 1
+        mark = self._p.marks / f"{self._count}"
+        if self._count in self._p.at and (self._p.always or not mark.exists()):
+            mark.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        self._y += float(np.asarray(inputs["u"])) + self._rng.random()
+
+    @override
+    def outputs(self) -> Signals:
+        return {"y": np.array(self._y)}
+
+    @override
+    def dump(self) -> bytes:
+        return json.dumps([self._rng.bit_generator.state, self._count, self._y]).encode()
+
+    @override
+    def load(self, content: bytes) -> None:
+        self._rng.bit_generator.state, self._count, self._y = json.loads(content)

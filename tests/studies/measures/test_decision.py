@@ -120,6 +120,7 @@ def test_what_has_arrived_of_the_scans_before_it(tmp_path: Path) -> None:
     assert numbers["age_s"] == pytest.approx(NO_RETURN - 3.8, abs=1e-6)
     table = found.tables["scans"]
     assert table["is_there"].sum() == 9
+    assert table["before_s"][-1] == pytest.approx(NO_RETURN - 3.95, abs=1e-6)
     assert table["arrived_s"][table["is_there"]][-1] == pytest.approx(3.834)
 
 

@@ -74,6 +74,18 @@ def test_ways_at_half_a_right_angle_are_longer_in_each_other() -> None:
     assert (found.begin, found.end) == pytest.approx(((30 - reach) / 10, (30 + reach) / 10))
 
 
+def test_who_is_there_already_has_no_way_to_it() -> None:
+    """One is 0.5 m beyond the middle of the other's way, which it leaves in half a second."""
+    found = conflict(body(0.0, 0.5, 5.0, 90.0), body(-6.0, 0.0, 8.0, 0.0))
+    assert found == Conflict(distance=0.0, begin=3.0 / 8.0, end=9.0 / 8.0)
+    found = conflict(body(0.0, 0.5, 5.0, 90.0), body(-3.0, 0.0, 8.0, 0.0))
+    assert found is not None
+    assert (found.begin, found.end) == pytest.approx((0.0, 6.0 / 8.0))
+    found = conflict(body(0.0, 0.5, 5.0, 90.0), body(-2.0, 0.0, 8.0, 0.0))
+    assert found is not None
+    assert found.begin == 0.0
+
+
 @pytest.mark.parametrize(
     ("first", "other"),
     [
