@@ -30,8 +30,9 @@ for the number of comparisons. [All numbers]({folder}/{table}).
 """
 
 _RATES: Final = """\
-Runs with a collision, of so many, and their share with its interval [%]. A star: the network was
-trained in such scenes, with other seeds, speeds, queues and places.
+Runs with a collision, of so many, and their share with its interval [%]; and how many got through:
+who stands still does not collide. A star: the network was trained in such scenes, with other seeds,
+speeds, queues and places.
 """
 
 _TARGETS: Final = """\
@@ -100,10 +101,11 @@ def _rates(rows: Sequence[Result]) -> str:
 
 
 def _rate(row: Result | None) -> str:
-    if row is None or row.rate is None:
+    if row is None or row.rate is None or row.success is None:
         return "-"
-    star = "*" if row.trained else ""
-    return f"{row.collisions} of {row.runs}{star}, {percent_shown(row.rate, '.0f')}"
+    star, through = "*" if row.trained else "", round(row.success.value * row.runs)
+    share = percent_shown(row.rate, ".0f")
+    return f"{row.collisions} of {row.runs}{star}, {share}; {through} through"
 
 
 def _beside(table: Sequence[Result]) -> str:
