@@ -27,6 +27,8 @@ LOOKS: Final[Mapping[str, Look]] = {
     "mohed": Look("MoHeD", BLUE, "o"),
     "signal-strength": Look("signal strength, sum", VERMILLION, "s"),
     "signal-strength-min": Look("signal strength, weaker hop", ORANGE, "D"),
+    "signal-strength-own": Look("signal strength, own hop", "#7A4A2B", "p"),
+    "signal-strength-rel18": Look("signal strength, Release 18", "#4D4D4D", "d"),
     "random": Look("random", GREEN, "^"),
     "direct": Look("direct link", PURPLE, "v"),
     "expected-prr": Look("expected PRR", SKY, "P"),

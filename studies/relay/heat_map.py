@@ -66,12 +66,12 @@ def _draw_cell(axes: Axes, cell: Cell, x: int, y: int, scale: float) -> None:
             linewidth=0.8,
         )
     )
-    dark = abs(value) > _STRONG * scale
+    is_dark = cell.is_decided and abs(value) > _STRONG * scale
     text = "no runs" if found is None else f"{value:+.1f}"
     if found is not None and found.low is not None and found.high is not None:
         text += f"\n{found.low:.1f} to {found.high:.1f}"
     box = None if cell.is_decided else {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
     axes.text(
-        x, y, text, ha="center", va="center", fontsize=8, color="white" if dark else "black",
+        x, y, text, ha="center", va="center", fontsize=8, color="white" if is_dark else "black",
         bbox=box,
     )  # fmt: skip

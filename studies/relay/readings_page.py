@@ -56,7 +56,8 @@ comparisons. Rows with few runs have wide ones.
 
 _NUMBERS: Final = """\
 **Bold** reproduces the paper's number: the whole interval lies within {near:g} points of it.
-*Italic* may: the interval lies partly within. The others lie outside.
+*Italic* may: the interval lies partly within. The others lie outside. *Runs* counts the seeds that
+all methods of a row have; a mean takes all runs of its method.
 """
 
 _ORDER: Final = """\
