@@ -1,4 +1,4 @@
-"""By how much one relay method delivers more than another, over two factors."""
+"""The advantage of one relay method over another, cell by cell over two factors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
