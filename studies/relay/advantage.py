@@ -1,4 +1,4 @@
-"""The advantage of one relay method over another, cell by cell over two factors."""
+"""The advantage of one relay method over another, in points of PRR, over two factors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
