@@ -386,6 +386,8 @@ def test_runs_that_come_out_differently_are_not_gone_on_with(laboratory: Laborat
     laboratory.run("out", "--workers", "1")
     journal = laboratory.folder / "out" / JOURNAL
     rows = [json.loads(line) for line in journal.read_text().splitlines()]
+    for row in rows:
+        del row["crc32"]  # as earlier releases wrote them
     last = next(row for row in reversed(rows) if row["combination"] == 1)
     former, last["fingerprint"] = last["fingerprint"], "f" * 64
     journal.write_text("".join(f"{json.dumps(row)}\n" for row in rows))
@@ -407,7 +409,8 @@ def test_a_directory_of_another_version_is_refused(laboratory: Laboratory) -> No
     message = laboratory.report("out", code=2)["error"]["message"]
     assert "is not of this version of nlosim: 'metrics' is missing" in message
     identity.write_text("{")
-    assert "holds no experiment" in laboratory.report("out", code=2)["error"]["message"]
+    message = laboratory.report("out", code=2)["error"]["message"]
+    assert f"`{identity}` is damaged: Expecting property name" in message
 
 
 def test_what_may_change_before_going_on(laboratory: Laboratory) -> None:
