@@ -17,9 +17,11 @@ UNITS = Path(__file__).parent / "fmus" / "units"
 settings.register_profile("ci", deadline=None, derandomize=True, max_examples=50)
 settings.load_profile("ci")
 
-# Shells start jobs in the background with SIGINT ignored, which processes inherit; tests of Ctrl-C
-# need it whoever started them.
+# Shells start jobs in the background with SIGINT ignored, and `nohup` with SIGHUP ignored, which
+# processes inherit; tests of requests to stop need both whoever started them.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP"):
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -1,5 +1,6 @@
 """The files of a recording while they are written."""
 
+import errno
 import io
 from pathlib import Path
 from typing import Any
@@ -12,24 +13,33 @@ from orchestrator.recording.columns import Form
 from orchestrator.recording.growing import GrowingArray
 
 
+@pytest.mark.parametrize(
+    ("error", "is_cut_at_once"),
+    [(OSError(errno.ENOSPC, "the disk is full"), True), (KeyboardInterrupt(), False)],
+)
 def test_a_write_that_failed_halfway_is_cut_off(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    error: BaseException,
+    *,
+    is_cut_at_once: bool,
 ) -> None:
-    """What comes next is shorter than what the full disk took of the block."""
+    """At once if the disk is full, else by what comes next, which is shorter than that block."""
     path = tmp_path / "part"
     file = blocks.BlockFile(path, np.dtype("<f8"), (), Form.of_rows(8, 8))
     rows = np.random.default_rng(0).random(1000)
 
     def fill(disk: io.FileIO, data: bytes) -> None:
         disk.write(data[: len(data) // 2])
-        raise OSError("the disk is full")
+        raise error
 
     file.append(rows.tobytes(), len(rows), [])
     with monkeypatch.context() as patched:
         patched.setattr(blocks, "write_all", fill)
-        with pytest.raises(OSError, match="the disk is full"):
+        with pytest.raises(type(error), match="the disk is full" if is_cut_at_once else None):
             file.append(rows.tobytes(), len(rows), [])
-    assert path.stat().st_size > file.size + 1000
+    left = path.stat().st_size - file.size
+    assert left == 0 if is_cut_at_once else left > 1000
     file.end()
     contents = blocks.scan(path)
     assert path.stat().st_size == file.size
