@@ -63,16 +63,25 @@ bench: .venv-bench/installed  ## measure, and make docs/benchmarks.md; keep the 
 SUFFIX = $(if $(SEEDS),-$(SEEDS))
 RELAY_PAGE = .venv-paper/bin/python -m studies.relay docs/relay-study.md docs/results docs/results/relay-analysis.md
 PAPER = runs/paper_relay$(SUFFIX)
-COLLISION_PAGE = .venv-paper/bin/python -m studies.collision docs/collision-study.md docs/results docs/results/collision-analysis.md
-COLLISION = collision_policies collision_constant_per collision_speed collision_memory collision_relay collision_radio collision_load
-
-LASTING_PAGE = .venv-paper/bin/python -m studies.lasting docs/collision-lasting.md docs/results docs/results/lasting-analysis.md
-LASTING = lasting_turning_relay lasting_turning_policies lasting_turning_constant lasting_turning_memory lasting_beside_relay lasting_beside_policies lasting_opposing_relay lasting_opposing_policies
-READINGS_PAGE = .venv-paper/bin/python -m studies.relay.readings_page docs/relay-readings.md docs/results docs/results/relay-readings-analysis.md
+COLLISION = collision_policies collision_constant_per collision_speed collision_memory collision_memory_direct collision_relay collision_radio collision_load
+LASTING = $(foreach scene,turning beside opposing,lasting_$(scene)_relay lasting_$(scene)_policies) lasting_turning_constant lasting_turning_memory
 READINGS = relay_readings relay_scenes relay_map_budget relay_map_load
+GENERALISATION = $(addprefix generalisation_,red_light left_turn overtaking pedestrian platoon)
+ORACLE = relay_fair_oracle relay_trajectories
 
+# $(call run_study,FOLDER,NAME): one experiment, into runs/NAME
 define run_study
 .venv-paper/bin/nlosim experiment studies/$(1)/experiments/$(2).yaml --out runs/$(2)$(SUFFIX) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard runs/$(2)$(SUFFIX)/experiment.json),--resume)
+
+endef
+
+# $(call study,FOLDER,NAMES,MODULE,DIR,PAGE): experiments, and of their reports the page docs/PAGE.md, or a quick look in runs/DIR
+LOOK = runs/$(4)$(SUFFIX)
+define study
+$(foreach name,$(2),$(call run_study,$(1),$(name)))
+mkdir -p $(if $(SEEDS),$(LOOK),docs/results)
+cp $(foreach name,$(2),runs/$(name)$(SUFFIX)/report/*) $(if $(SEEDS),$(LOOK),docs/results)/
+.venv-paper/bin/python -m $(3) $(if $(SEEDS),$(LOOK)/$(5).md $(LOOK),docs/$(5).md docs/results docs/results/$(4)-analysis.md)
 
 endef
 
@@ -91,59 +100,22 @@ else
 endif
 
 paper-collision: .venv-paper/installed  ## Figures 9 and 10 of the paper, and docs/collision-study.md
-	$(foreach name,$(COLLISION),$(call run_study,collision,$(name)))
-ifdef SEEDS
-	mkdir -p runs/collision$(SUFFIX)
-	cp $(foreach name,$(COLLISION),runs/$(name)$(SUFFIX)/report/*) runs/collision$(SUFFIX)/
-	.venv-paper/bin/python -m studies.collision runs/collision$(SUFFIX)/collision-study.md runs/collision$(SUFFIX)
-else
-	mkdir -p docs/results
-	cp $(foreach name,$(COLLISION),runs/$(name)/report/*) docs/results/
-	$(COLLISION_PAGE)
-endif
+	$(call study,collision,$(COLLISION),studies.collision,collision,collision-study)
 
 paper-lasting: .venv-paper/installed  ## Figures 9 and 10 where the obstruction lasts through the decision, and docs/collision-lasting.md
-	$(foreach name,$(LASTING),$(call run_study,collision,$(name)))
-ifdef SEEDS
-	mkdir -p runs/lasting$(SUFFIX)
-	cp $(foreach name,$(LASTING),runs/$(name)$(SUFFIX)/report/*) runs/lasting$(SUFFIX)/
-	.venv-paper/bin/python -m studies.lasting runs/lasting$(SUFFIX)/collision-lasting.md runs/lasting$(SUFFIX)
-else
-	mkdir -p docs/results
-	cp $(foreach name,$(LASTING),runs/$(name)/report/*) docs/results/
-	$(LASTING_PAGE)
-endif
+	$(call study,collision,$(LASTING),studies.lasting,lasting,collision-lasting)
 
 paper-readings: .venv-paper/installed  ## Table II under other readings, where MoHeD is better, and docs/relay-readings.md
-	$(foreach name,$(READINGS),$(call run_study,relay,$(name)))
-ifdef SEEDS
-	mkdir -p runs/readings$(SUFFIX)
-	cp docs/results/relay_runs.csv $(foreach name,$(READINGS),runs/$(name)$(SUFFIX)/report/*) runs/readings$(SUFFIX)/
-	.venv-paper/bin/python -m studies.relay.readings_page runs/readings$(SUFFIX)/relay-readings.md runs/readings$(SUFFIX)
-else
-	mkdir -p docs/results
-	cp $(foreach name,$(READINGS),runs/$(name)/report/*) docs/results/
-	$(READINGS_PAGE)
-endif
+	$(if $(SEEDS),mkdir -p runs/relay-readings$(SUFFIX) && cp docs/results/relay_runs.csv runs/relay-readings$(SUFFIX)/)
+	$(call study,relay,$(READINGS),studies.relay.readings_page,relay-readings,relay-readings)
 
 paper-sensitivity: .venv-paper/installed  ## what the result of the relay study depends on, for its page
 	.venv-paper/bin/nlosim experiment studies/relay/experiments/relay_sensitivity.yaml --out runs/relay_sensitivity $(if $(wildcard runs/relay_sensitivity/experiment.json),--resume)
 	cp runs/relay_sensitivity/report/* docs/results/
 	$(RELAY_PAGE)
 
-GENERALISATION = $(addprefix generalisation_,red_light left_turn overtaking pedestrian platoon)
-
 paper-generalisation: .venv-paper/installed  ## policies in every encounter and variation, and docs/generalisation-study.md
-	$(foreach name,$(GENERALISATION),$(subst studies/collision,studies/generalisation,$(call run_collision,$(name))))
-ifdef SEEDS
-	mkdir -p runs/generalisation$(SUFFIX)
-	cp $(foreach name,$(GENERALISATION),runs/$(name)$(SUFFIX)/report/*) runs/generalisation$(SUFFIX)/
-	.venv-paper/bin/python -m studies.generalisation runs/generalisation$(SUFFIX)/generalisation-study.md runs/generalisation$(SUFFIX)
-else
-	mkdir -p docs/results
-	cp $(foreach name,$(GENERALISATION),runs/$(name)/report/*) docs/results/
-	.venv-paper/bin/python -m studies.generalisation docs/generalisation-study.md docs/results docs/results/generalisation-analysis.md
-endif
+	$(call study,generalisation,$(GENERALISATION),studies.generalisation,generalisation,generalisation-study)
 
 SHARING = sharing_methods sharing_load sharing_errors sharing_egos
 
@@ -159,17 +131,11 @@ apmm: .venv-apmm/installed  ## whom to ask: how good the match is in traffic, an
 	$(foreach name,$(SHARING),$(call run_sharing,$(name)))
 	.venv-apmm/bin/python -m studies.sharing docs/apmm-study.md docs/results docs/results/apmm-analysis.md
 
-ORACLE = relay_fair_oracle relay_trajectories
-
-define run_oracle
-.venv-paper/bin/nlosim experiment studies/relay/experiments/$(1).yaml --out runs/$(1) $(if $(wildcard runs/$(1)/experiment.json),--resume)
-
-endef
-
 paper-oracle: .venv-paper/installed  ## how much of the oracle's lead is luck, for the page of the relay study
-	$(foreach name,$(ORACLE),$(call run_oracle,$(name)))
-	.venv-paper/bin/python -m studies.relay.foresight docs/results $(addprefix runs/,$(ORACLE))
-	$(RELAY_PAGE)
+	$(foreach name,$(ORACLE),$(call run_study,relay,$(name)))
+	$(if $(SEEDS),mkdir -p runs/oracle$(SUFFIX) && cp docs/results/relay_runs.csv runs/oracle$(SUFFIX)/)
+	.venv-paper/bin/python -m studies.relay.foresight $(if $(SEEDS),runs/oracle$(SUFFIX),docs/results) $(foreach name,$(ORACLE),runs/$(name)$(SUFFIX))
+	$(if $(SEEDS),,$(RELAY_PAGE))
 
 # All networks that come with the package, or some: make train NETWORKS='bev_32 blind'. It goes on where it was
 # interrupted; remove runs/train-* to begin anew.

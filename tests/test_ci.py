@@ -1,5 +1,6 @@
 """What describes the project to its makers agrees with the project: CI, make, hooks, the manual."""
 
+import json
 import re
 import subprocess
 import tomllib
@@ -57,6 +58,42 @@ def test_every_phony_target_has_a_rule_and_says_what_it_does() -> None:
     assert sorted(phony[1].split()) == sorted(explained)
     listed = subprocess.run(["make", "help"], cwd=ROOT, capture_output=True, text=True, check=True)
     assert re.findall(r"^  ([a-z-]+) ", listed.stdout, re.MULTILINE) == explained
+
+
+def test_every_result_is_made_again_by_a_target() -> None:
+    """The commands of the targets name each experiment whose results are committed.
+
+    With other seeds they write nothing to docs/.
+    """
+    targets = [
+        name for name in re.findall(r"^([a-z-]+):", MAKEFILE, re.MULTILINE) if "paper" in name
+    ]
+    targets += ["apmm"]
+
+    def commands_of(*options: str) -> str:
+        command = ["make", "--dry-run", *targets, *options]
+        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+
+    results = sorted((ROOT / "docs" / "results").glob("*_provenance.json"))
+    contents = [json.loads(path.read_text()) for path in results]
+    named = {
+        Path(origin["experiment"]).name
+        for each in contents
+        for origin in each.get("experiments", [each])
+    }
+    experiments = {name for name in named if name.endswith(".yaml")}
+    assert len(experiments) >= 20
+    whole = commands_of()
+    run = set(re.findall(r"nlosim experiment studies/\w+/experiments/(\w+\.yaml)", whole))
+    assert experiments <= run
+    assert all(next(ROOT.glob(f"studies/*/experiments/{name}")).is_file() for name in run)
+    assert "docs/results" in whole
+    targets.remove("paper-sensitivity")  # one that has no quick look
+    targets.remove("apmm")
+    for line in commands_of("SEEDS=1..2").splitlines():
+        assert not re.search(
+            r" docs/(?!results/relay_runs\.csv)", line.partition("python")[2] or line
+        )
 
 
 def test_every_environment_is_made_by_the_one_rule_from_known_extras() -> None:
