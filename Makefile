@@ -12,13 +12,16 @@ EXTRAS_docs = docs
 EXTRAS_net = net
 EXTRAS_paper = experiment,cpm
 EXTRAS_apmm = experiment,verify
+EXTRAS_costs = experiment,cpm,verify
 EXTRAS_release = release
+EXTRAS_audit = audit
 EXTRAS_train = train
+EXTRAS_mutation = mutation
 
 # what a new installation is needed for: dependencies, entry points, and what the FMUs are made of
-INSTALLED_FROM := pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py' -o -path 'fmus/messages/bodies.py') orchestrator/plan/engine.c
+INSTALLED_FROM := pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -name 'undriven.py' -o -name 'caution.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py' -o -path 'fmus/messages/bodies.py') orchestrator/plan/engine.c
 
-.PHONY: help demo test docs bench paper paper-relay paper-collision paper-generalisation paper-lasting paper-readings paper-sensitivity train general verify verify-perception net release clean apmm verify-faults paper-oracle
+.PHONY: help demo test test-slow docs bench paper paper-relay paper-collision paper-generalisation paper-lasting paper-readings paper-sensitivity train general verify verify-perception net release clean apmm verify-faults verify-reliability verify-mutation paper-oracle costs figures release-again audit dependencies
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -26,19 +29,26 @@ help:  ## list the targets
 .venv-%/installed: $(INSTALLED_FROM)
 	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; set PYTHON=python3.x") if sys.version_info < (3, 11) else None'
 	$(PYTHON) -m venv .venv-$*
-	.venv-$*/bin/python -m pip install --quiet --disable-pip-version-check --editable '.$(if $(EXTRAS_$*),[$(EXTRAS_$*)])'
+	.venv-$*/bin/python -m pip install --quiet --disable-pip-version-check --no-compile --editable '.$(if $(EXTRAS_$*),[$(EXTRAS_$*)])'
 	touch $@
 
 demo: .venv-demo/installed  ## run the red-light scenario, closed loop, from nothing
 	.venv-demo/bin/nlosim run red_light
 
-test: .venv-test/installed  ## everything that CI checks
+PYTEST = .venv-test/bin/python -m pytest -n logical --dist loadfile --no-loadscope-reorder
+
+test: .venv-test/installed  ## what CI checks, except the tests that take long
 	.venv-test/bin/ruff check .
 	.venv-test/bin/ruff format --check .
-	.venv-test/bin/mypy
 	.venv-test/bin/lint-imports
-	NO_MKDOCS_2_WARNING=1 .venv-test/bin/mkdocs --quiet build --strict
-	.venv-test/bin/python -m pytest -n logical --dist loadfile --no-loadscope-reorder
+	@echo 'mypy, beside the rest'; .venv-test/bin/mypy & types=$$!; \
+	NO_MKDOCS_2_WARNING=1 .venv-test/bin/mkdocs --quiet build --strict \
+	  && $(PYTEST) -m 'not slow'; \
+	others=$$?; wait $$types && exit $$others
+	@echo 'the tests that take more than three seconds each: make test-slow'
+
+test-slow: .venv-test/installed  ## the tests that take long, whole runs and sanitizers; CI runs them, too
+	$(PYTEST) -m slow
 
 docs: .venv-docs/installed  ## the manual as a site, in build/site; it can be opened from disk
 	NO_MKDOCS_2_WARNING=1 .venv-docs/bin/mkdocs --quiet build --strict
@@ -46,6 +56,15 @@ docs: .venv-docs/installed  ## the manual as a site, in build/site; it can be op
 
 release: .venv-release/installed  ## make release VERSION=1.2.3: build, try, commit, tag; DRY_RUN=1 only checks, PUBLISH=1 uploads
 	.venv-release/bin/python release.py $(or $(VERSION),$(error which version? make release VERSION=1.2.3)) $(if $(DRY_RUN),--dry-run) $(if $(PUBLISH),--publish)
+
+release-again: .venv-release/installed  ## make release-again VERSION=1.2.3: build its tag once more, and compare the bytes
+	.venv-release/bin/python release.py $(or $(VERSION),$(error which version? make release-again VERSION=1.2.3)) --again
+
+audit: .venv-audit/installed .venv-demo/installed  ## known vulnerabilities of what is installed; it says so if nobody can be asked
+	.venv-audit/bin/python audit.py $$(.venv-demo/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
+
+dependencies: .venv-test/installed  ## docs/dependencies.md: what is installed, with licences and sizes
+	.venv-test/bin/python dependencies.py docs/dependencies.md
 
 bench: .venv-bench/installed  ## measure, and make docs/benchmarks.md; keep the machine quiet
 	mkdir -p docs/results
@@ -55,6 +74,7 @@ bench: .venv-bench/installed  ## measure, and make docs/benchmarks.md; keep the 
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/nlosim bench egos --json > docs/results/bench-egos.json
 	OPENBLAS_NUM_THREADS=1 .venv-bench/bin/nlosim bench importer --json > docs/results/bench-importer.json
 	.venv-bench/bin/nlosim bench scene --json > docs/results/bench-scene.json
+	.venv-bench/bin/nlosim bench page --json > docs/results/bench-page.json
 	.venv-bench/bin/nlosim bench distributed --repeat 3 --json > docs/results/bench-distributed.json
 	.venv-bench/bin/python -m benchmarks.page docs/benchmarks.md docs/results/bench-*.json
 
@@ -65,7 +85,7 @@ RELAY_PAGE = .venv-paper/bin/python -m studies.relay docs/relay-study.md docs/re
 PAPER = runs/paper_relay$(SUFFIX)
 COLLISION = collision_policies collision_constant_per collision_speed collision_memory collision_memory_direct collision_relay collision_radio collision_load
 LASTING = $(foreach scene,turning beside opposing,lasting_$(scene)_relay lasting_$(scene)_policies) lasting_turning_constant lasting_turning_memory
-READINGS = relay_readings relay_scenes relay_map_budget relay_map_load
+READINGS = relay_readings relay_scenes relay_ahead relay_map_budget relay_map_load
 GENERALISATION = $(addprefix generalisation_,red_light left_turn overtaking pedestrian platoon)
 ORACLE = relay_fair_oracle relay_trajectories
 
@@ -82,12 +102,14 @@ $(foreach name,$(2),$(call run_study,$(1),$(name)))
 mkdir -p $(if $(SEEDS),$(LOOK),docs/results)
 cp $(foreach name,$(2),runs/$(name)$(SUFFIX)/report/*) $(if $(SEEDS),$(LOOK),docs/results)/
 .venv-paper/bin/python -m $(3) $(if $(SEEDS),$(LOOK)/$(5).md $(LOOK),docs/$(5).md docs/results docs/results/$(4)-analysis.md)
+.venv-paper/bin/nlosim report $(foreach name,$(2),runs/$(name)$(SUFFIX)) --page runs/$(5)$(SUFFIX).html
 
 endef
 
-paper:  ## the paper's Table II and Figures 7 to 10, docs/relay-study.md and docs/collision-study.md
+paper:  ## the paper's Table II and Figures 7 to 10, docs/relay-study.md and docs/collision-study.md, and the README's tables
 	$(MAKE) paper-relay
 	$(MAKE) paper-collision
+	$(if $(SEEDS),,.venv-paper/bin/python -m studies.readme README.md docs/results)
 
 paper-relay: .venv-paper/installed  ## Table II, Figures 7 and 8 of the paper, and docs/relay-study.md
 	.venv-paper/bin/nlosim experiment studies/relay/experiments/paper_relay.yaml --out $(PAPER) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard $(PAPER)/experiment.json),--resume)
@@ -130,6 +152,9 @@ apmm: .venv-apmm/installed  ## whom to ask: how good the match is in traffic, an
 	.venv-apmm/bin/python -m studies.sharing.moments docs/results --seeds 20
 	$(foreach name,$(SHARING),$(call run_sharing,$(name)))
 	.venv-apmm/bin/python -m studies.sharing docs/apmm-study.md docs/results docs/results/apmm-analysis.md
+
+costs: .venv-costs/installed  ## what the experiments of the studies cost, and docs/study-costs.md
+	.venv-costs/bin/python -m studies.costs docs/study-costs.md docs/results
 
 paper-oracle: .venv-paper/installed  ## how much of the oracle's lead is luck, for the page of the relay study
 	$(foreach name,$(ORACLE),$(call run_study,relay,$(name)))
@@ -174,9 +199,25 @@ verify: .venv-demo/installed  ## compare the channel with golden data; GOLDEN=DI
 
 # CASES=small is one fault of each kind. All of them also make docs/reliability.md, and go on where they were
 # interrupted; remove runs/faults to begin anew.
-verify-faults: .venv-test/installed  ## 200 random faults in random runs, for docs/reliability.md; CASES=small is quick
-	$(if $(filter small,$(CASES)),rm -rf runs/faults-small)
+verify-faults: .venv-test/installed  ## 260 random faults in random runs, for docs/reliability.md; CASES=small is quick
+	$(if $(filter small,$(CASES)),rm -rf runs/faults-small runs/faults-hosts-small)
 	.venv-test/bin/python -m tests.faults $(if $(filter small,$(CASES)),--small --out runs/faults-small,--docs)
+	.venv-test/bin/python -m tests.faults --hosts $(if $(filter small,$(CASES)),--small --out runs/faults-hosts-small,--docs)
+
+# N breaks (300), drawn with SEED (1), of one AREA only, in MINUTES: see docs/mutation.md. It goes on where it was
+# interrupted, in build/mutation, or from docs/results/mutation.csv. Without N and AREA it makes docs/mutation.md; AGAIN=1
+# also tries what survived once more; NEAR=1 measures nothing: the tests near each break alone are run
+verify-mutation: .venv-mutation/installed  ## break the code in N places (SEED, AREA) and see if tests notice; makes docs/mutation.md
+	.venv-mutation/bin/python -m tests.mutation $(if $(N),-n $(N)) $(if $(SEED),--seed $(SEED)) $(if $(AREA),--area $(AREA)) $(if $(AGAIN),--again) $(if $(NEAR),--near) $(if $(MINUTES),--minutes $(MINUTES)) $(if $(N)$(AREA),,--docs)
+
+# It goes on where it was interrupted, or where docs/results/reliability.csv says; ANEW=1 begins anew. AREA=NAME is one
+# part of it, CASES=N so many cases of each. `make verify-faults` is its part about runs that go on for a while, and has a target of its own.
+CASES_OF_RELIABILITY = $(or $(CASES),full)
+RELIABILITY_OUT = $(if $(filter small,$(CASES)),runs/reliability-small.csv,docs/results/reliability.csv)
+
+verify-reliability: .venv-test/installed  ## attack everything, for docs/reliability.md; CASES=small takes minutes, AREA=NAME a part
+	.venv-test/bin/python -m tests.reliability $(AREA) --cases $(CASES_OF_RELIABILITY) $(if $(SEED),--seed $(SEED)) $(if $(ANEW),--anew) --out $(RELIABILITY_OUT)
+	$(if $(filter small,$(CASES)),,.venv-test/bin/python -m tests.reliability.page)
 
 verify-perception: .venv-test/installed  ## compare blind zones and sharers with geometry; makes docs/validation-perception.md
 	.venv-test/bin/nlosim verify perception --figures docs/validation-perception
@@ -189,6 +230,9 @@ net: .venv-net/installed  ## make the nets of the scenes and of the cities again
 	  cd ../../..; \
 	done
 	.venv-net/bin/python -m scenarios.assets.city.make
+
+figures: .venv-apmm/installed  ## draw the figures of the manual again, from the tables beside them
+	.venv-apmm/bin/python -m studies.figures docs
 
 clean:  ## remove environments, caches and built FMUs
 	rm -rf .venv-* build dist runs .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -2,17 +2,25 @@
 
 Checks that nothing is uncommitted and that the changelog says what is new; sets the version, dates
 the changelog's section, builds the source distribution and the wheel with the FMUs of all
-platforms, runs the wheel in an empty environment, commits and tags. A version that is set and dated
-already is only built, tried and tagged. Nothing leaves this machine without `--publish`.
+platforms, runs the wheel in an empty environment, writes what is in that environment (a CycloneDX
+SBOM) and SHA256SUMS, commits and tags. A version that is set and dated already is only built, tried
+and tagged. Nothing leaves this machine without `--publish`.
+
+`--again` builds a release from its tag once more, anywhere, and compares the bytes.
 """
 
 import argparse
+import hashlib
+import json
+import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from pathlib import Path
@@ -59,6 +67,9 @@ class Place:
 PROJECT: Final = Place(file="pyproject.toml", line=r'^version = "(.+)"$')
 CITATION: Final = Place(file="CITATION.cff", line=r"^version: (.+)$")
 CHANGELOG: Final = "CHANGELOG.md"
+CONSTRAINTS: Final = "release-constraints.txt"
+"""Versions of what builds a release; others may write other bytes."""
+SUMS: Final = "SHA256SUMS"
 
 
 def entries(changelog: str, title: str) -> list[str]:
@@ -89,13 +100,16 @@ def dated(changelog: str, version: str, day: date) -> str:
     return changelog.replace(_UNRELEASED, f"{_UNRELEASED}\n\n## [{version}] - {day}", 1)
 
 
-def _run(*command: str | Path, cwd: Path) -> str:
-    """The standard output of a command.
+def _run(*command: str | Path, cwd: Path, more: Mapping[str, str] | None = None) -> str:
+    """The standard output of a command, with `more` in its environment.
 
     Raises:
         ReleaseError: it fails.
     """
-    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
+    environment = {**os.environ, **(more or {})}
+    done = subprocess.run(
+        command, cwd=cwd, env=environment, capture_output=True, text=True, check=False
+    )
     if done.returncode != 0:
         words = " ".join(map(str, command))
         raise ReleaseError(f"`{words}` fails:\n{done.stdout}{done.stderr}".rstrip())
@@ -103,17 +117,55 @@ def _run(*command: str | Path, cwd: Path) -> str:
 
 
 def build(root: Path, version: str) -> list[Path]:
-    """The source distribution, and the wheel made from it, in `dist/`."""
-    _run(sys.executable, "-m", "build", "--outdir", "dist", cwd=root)
+    """The source distribution, and the wheel made from it, in `dist/`.
+
+    The same sources give the same bytes: what builds them is of one version, and the only time in
+    them is the day of the changelog's section.
+    """
+    more = {
+        "SOURCE_DATE_EPOCH": str(epoch(root, version)),
+        "PIP_CONSTRAINT": str(root.absolute() / CONSTRAINTS),
+        "NLOSIM_FMU_TARGETS": "all",
+    }
+    _run(sys.executable, "-m", "build", "--outdir", "dist", cwd=root, more=more)
     made = [root / "dist" / f"nlosim-{version}{end}" for end in (".tar.gz", "-py3-none-any.whl")]
     if missing := [path.name for path in made if not path.is_file()]:
         raise ReleaseError(f"the build made no {missing[0]}")
     return made
 
 
-def try_out(made: Sequence[Path]) -> None:
-    """See that the wheel has every FMU for every platform, and runs in an empty environment."""
+def epoch(root: Path, version: str) -> int:
+    """The day of the section of `version`, in seconds since 1970.
+
+    Raises:
+        ReleaseError: there is none.
+    """
+    text = (root / CHANGELOG).read_text(encoding="utf-8")
+    found = re.search(rf"^## \[{re.escape(version)}\] - (\d{{4}}-\d\d-\d\d)$", text, re.MULTILINE)
+    if found is None:
+        raise ReleaseError(f"{CHANGELOG} has no dated section of {version}")
+    return int(datetime.fromisoformat(f"{found[1]}T00:00:00+00:00").timestamp())
+
+
+def sums(made: Sequence[Path]) -> str:
+    """The SHA-256 of files, as `sha256sum --check` reads them."""
+    digests = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in made}
+    return "".join(f"{digests[name]}  {name}\n" for name in sorted(digests))
+
+
+def _listed(text: str) -> dict[str, str]:
+    """What `sums` wrote: digests by name."""
+    return {name: digest for digest, name in (line.split() for line in text.splitlines())}
+
+
+def try_out(made: Sequence[Path]) -> list[Path]:
+    """See that the wheel has every FMU for every platform, and runs in an empty environment.
+
+    Returns:
+        What it is made of, as `nlosim-VERSION.cdx.json`: an SBOM of that environment (CycloneDX).
+    """
     wheel = made[-1]
+    bill = wheel.with_name(f"{'-'.join(wheel.name.split('-')[:2])}.cdx.json")
     check_platforms(wheel)
     with tempfile.TemporaryDirectory(prefix="nlosim-release-") as name:
         folder = Path(name)
@@ -122,6 +174,22 @@ def try_out(made: Sequence[Path]) -> None:
         _run(scripts / "python", "-m", "pip", "install", "--quiet", wheel, cwd=folder)
         _run(scripts / "nlosim", "scenarios", cwd=folder)
         _run(scripts / "nlosim", "run", "red_light", "--set", "time.stop=1 s", cwd=folder)
+        _run(scripts / "python", "-m", "pip", "uninstall", "--yes", "--quiet", "pip", cwd=folder)
+        lister = (sys.executable, "-m", "cyclonedx_py", "environment", "--output-reproducible")
+        _run(*lister, "--output-file", bill, scripts / "python", cwd=folder)
+    bill.write_text(without_places(bill.read_text(encoding="utf-8")), encoding="utf-8")
+    return [bill]
+
+
+def without_places(bill: str) -> str:
+    """An SBOM that does not say where on this machine the wheel was."""
+    content = json.loads(bill)
+    for component in content.get("components", []):
+        places = component.pop("externalReferences", [])
+        kept = [each for each in places if not each["url"].startswith("file:")]
+        if kept:
+            component["externalReferences"] = kept
+    return json.dumps(content, indent=2) + "\n"
 
 
 def check_platforms(wheel: Path) -> None:
@@ -154,7 +222,7 @@ class Steps:
     """What a release does outside the repository."""
 
     build: Callable[[Path, str], list[Path]]
-    try_out: Callable[[Sequence[Path]], None]
+    try_out: Callable[[Sequence[Path]], list[Path]]
     publish: Callable[[Path, str, Sequence[Path]], None]
 
 
@@ -245,7 +313,10 @@ def carry_out(release: Release, steps: Steps, *, is_published: bool) -> str:
         release.prepare(datetime.now(tz=UTC).date())
     try:
         made = steps.build(release.root, release.version)
-        steps.try_out(made)
+        bills = steps.try_out(made)
+        listed = made[0].with_name(SUMS)
+        listed.parent.mkdir(exist_ok=True)
+        listed.write_text(sums([path for path in (*made, *bills) if path.is_file()]))
         release.commit()
     except BaseException:
         if not release.is_prepared:
@@ -262,6 +333,40 @@ def carry_out(release: Release, steps: Steps, *, is_published: bool) -> str:
     )
 
 
+def again(root: Path, version: str, steps: Steps) -> str:
+    """Build the release of a tag in a folder of its own; what to say if its bytes are the same.
+
+    Args:
+        root: of the repository.
+        version: that was released.
+        steps: of a release.
+
+    Raises:
+        ReleaseError: there is no such tag, or a file in `dist/` is not what it builds.
+    """
+    tag, dist = f"v{version}", root / "dist"
+    if not _run("git", "tag", "--list", tag, cwd=root):
+        raise ReleaseError(f"there is no tag {tag}; `git fetch --tags` brings those of others")
+    if not (dist / SUMS).is_file():
+        raise ReleaseError(f"dist/{SUMS} is not there, with which to compare; it is of the release")
+    said = _listed((dist / SUMS).read_text())
+    with tempfile.TemporaryDirectory(prefix="nlosim-again-") as name:
+        folder = Path(name) / "sources"
+        folder.mkdir()
+        archive = Path(name) / "sources.tar"
+        _run("git", "archive", "--output", archive, tag, cwd=root)
+        shutil.unpack_archive(archive, folder, filter="data")
+        begin = time.monotonic()
+        found = _listed(sums(steps.build(folder, version)))
+    if other := [name for name in found if said.get(name) != found[name]]:
+        raise ReleaseError(
+            f"{other[0]} of {tag} comes out differently: {found[other[0]]}, and dist/{SUMS} says "
+            f"{said.get(other[0], 'nothing')}"
+        )
+    took = time.monotonic() - begin
+    return f"{tag} is built again in {took:.0f} s, with the same bytes: {', '.join(found)}"
+
+
 def main(
     arguments: Sequence[str] | None = None, root: Path = ROOT, steps: Steps = OUR_STEPS
 ) -> int:
@@ -270,8 +375,14 @@ def main(
     parser.add_argument("version", metavar="VERSION", help="three numbers, such as 0.3.0")
     parser.add_argument("--dry-run", action="store_true", help="only check, and say what would be")
     parser.add_argument("--publish", action="store_true", help="push the tag and upload, too")
+    parser.add_argument(
+        "--again", action="store_true", help="only build the tag once more, and compare"
+    )
     given = parser.parse_args(arguments)
     try:
+        if given.again:
+            sys.stdout.write(f"{again(root, given.version, steps)}\n")
+            return 0
         release = plan(root, given.version)
         if given.dry_run:
             done = "is set already" if release.is_prepared else f"would replace {release.before}"

@@ -4,12 +4,12 @@ What the actions do is loaded when they are called. Packages add further ones by
 """
 
 import argparse
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.cli.command import add_installed, command
 from orchestrator.cli.outcome import Outcome
+from orchestrator.installed import entry_points
 
 ACTIONS: Final = "orchestrator.fmu_actions"
 """Entry points by name: a callable that adds parsers to the subparsers of `fmu`, each with the
@@ -122,6 +122,9 @@ def _add_run_arguments(runner: argparse.ArgumentParser) -> None:
     runner.add_argument("--output", type=Path, metavar="FILE", help="CSV or Parquet")
     runner.add_argument(
         "--plot", metavar="FILE|-", help="an SVG or PNG file, or lines of text in the terminal"
+    )
+    runner.add_argument(
+        "--logging", action="store_true", help="ask the FMU to log all it can, and show it"
     )
     runner.add_argument("--quiet", action="store_true", help="no progress bar")
 

@@ -7,7 +7,7 @@ import argparse
 from pathlib import Path
 from typing import Any, Final
 
-from orchestrator.cli.command import command
+from orchestrator.cli.command import command, seed
 from orchestrator.cli.outcome import Outcome
 
 _NEW: Final = """\
@@ -44,7 +44,7 @@ def add_command(commands: Any) -> None:
     viewer.add_argument(
         "--set", action="append", default=[], dest="overrides", metavar="PATH=VALUE"
     )
-    viewer.add_argument("--seed", type=int, help="instead of the scenario's")
+    viewer.add_argument("--seed", type=seed, help="instead of the scenario's")
     viewer.add_argument("--at", metavar="TIME", help="after the start, for example 30s")
     viewer.add_argument("--around", metavar="NAME", help="this entity in the middle")
     viewer.add_argument(

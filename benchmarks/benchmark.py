@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Self, TypeAlias
 
 from benchmarks.spread import Spread
+from orchestrator.errors import CosimError
 
 Measurement: TypeAlias = Mapping[str, float]
 """What one run of a case gave, by name; what the names mean is the benchmark's own business."""
@@ -88,6 +89,10 @@ class Row:
         return cls(**{name: value for name, value in data.items() if name != "ratio"})
 
 
+class PeerFailedError(CosimError):
+    """A program of others could not do its part; the text says how, with its name."""
+
+
 class Case(abc.ABC):
     """One thing to be measured, again and again."""
 
@@ -96,6 +101,9 @@ class Case(abc.ABC):
         """Do the work once; every call does the same work.
 
         What can be prepared beforehand is no part of what is timed. The numbers are finite.
+
+        Raises:
+            PeerFailedError: the case is that of a peer, which failed: it is left out.
         """
 
 

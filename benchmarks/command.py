@@ -19,9 +19,10 @@ REPEAT: Final = 5
 """Repetitions unless the user says otherwise; odd, so that the median is one of them."""
 
 _DETAILS: Final = """\
-Times are CPU times of this process, user and system. Repetitions of the cases take turns; shown
-are the median and, in brackets, the smallest and the largest. A ratio above 1 means that ours is
-better than the peer. Ctrl-C prints what was measured until then.
+Times are CPU times of this process, user and system, unless a benchmark says wall time.
+Repetitions of the cases take turns; shown are the median and, in brackets, the smallest and the
+largest. A ratio above 1 means that ours is better than the peer. Ctrl-C prints what was measured
+until then.
 
 examples:
   nlosim bench --list
@@ -90,7 +91,7 @@ def execute(arguments: argparse.Namespace) -> Outcome:
     with stopping():  # SIGTERM, too, is Ctrl-C
         for name, benchmark in benchmarks.items():
             result = measure(benchmark, repeat=arguments.repeat, pattern=arguments.case, label=name)
-            description, peer = benchmark.description, benchmark.peer
+            description, peer = benchmark.description, _peer(benchmark, result)
             found.append({**_data(name, description, peer, result), "settings": settings})
             texts += [f"{name}: {description}", *table(result.rows), *([peer] if peer else []), ""]
             is_complete = result.is_complete
@@ -126,6 +127,12 @@ def _settings(
         found[key] = value
     benchmarks[name].configure(found)
     return found
+
+
+def _peer(benchmark: Benchmark, result: Result) -> str:
+    """The peers with which ours is compared, and the cases that failed to be measured."""
+    failed = [f"`{name}`: {how}" for name, how in result.left_out.items()]
+    return "; ".join(filter(None, [benchmark.peer, *(f"left out: {each}" for each in failed)]))
 
 
 def _data(name: str, description: str, peer: str, result: Result) -> dict[str, Any]:

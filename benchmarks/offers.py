@@ -1,11 +1,12 @@
 """Benchmarks by name, found through the entry points of installed packages."""
 
 from collections.abc import Mapping
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from typing import Final
 
 from benchmarks.benchmark import Benchmark
 from orchestrator.errors import CosimError
+from orchestrator.installed import entry_points
 from orchestrator.suggestion import suggestion
 
 BENCHMARKS: Final = "orchestrator.benchmarks"

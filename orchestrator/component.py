@@ -142,6 +142,13 @@ class ConcurrentComponent(Component):
     def finish_step(self) -> None:
         """Wait until the step that was begun is done; raise what it raised."""
 
+    def has_finished(self) -> bool:
+        """Whether the step that was begun is done without an error; `False` also if unknown.
+
+        Then `finish_step` does not wait. What goes wrong is no matter of this call.
+        """
+        return False
+
 
 class OncePerProcessComponent(Component):
     """A component that holds what a process can have only one of, e.g. a library's global state."""
@@ -154,6 +161,15 @@ class OncePerProcessComponent(Component):
         Args:
             parameters: an instance of the class's `Parameters`.
         """
+
+
+class ForeseenComponent(Component):
+    """A component whose connectors are known, but for names, before its parameters are."""
+
+    @classmethod
+    @abc.abstractmethod
+    def foreseen_connectors(cls) -> Mapping[str, Connector]:
+        """The connectors of an instance, with `<word>` where its parameters give a name."""
 
 
 class WrappedComponent(Component):

@@ -2,8 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from typing_extensions import override
+
+DEFECTS: Final = (Exception, SystemExit)
+"""What code of a component may raise and is its own fault. `exit()` in it is no end of the run."""
 
 
 class CosimError(Exception):
@@ -94,11 +98,16 @@ class ComponentError(CosimError):
 
     Components raise it (or anything else) without knowing their own name or the time; the
     simulation loop adds both.
+
+    Attributes:
+        where: the line of the component's code that raised something else, `FILE:LINE, in
+            FUNCTION`; empty if there is none.
     """
 
-    def __init__(self, component: str, time: int | None, message: str) -> None:
+    def __init__(self, component: str, time: int | None, message: str, where: str = "") -> None:
         when = "" if time is None else f" at t = {time / 1e9:.9g} s"
         super().__init__(f"component `{component}`{when}: {message}")
         self.component = component
         self.time = time
         self.message = message
+        self.where = where

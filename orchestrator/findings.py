@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
+
 from orchestrator.measure import Answer, Measure, Panel
 from orchestrator.questions import Questions
 from orchestrator.recording.layout import RecordingError, write_json
@@ -80,7 +82,7 @@ def make_report(
     if left_out:
         found[LEFT_OUT] = left_out
     # through JSON and back, so that everybody sees what a reader of the file will see
-    metrics = json.loads(json.dumps(found, allow_nan=False))
+    metrics = json.loads(json.dumps(found, allow_nan=False, default=_plain))
     write_json(directory / METRICS, metrics)
     tables: dict[str, Table | Blocks] = {}
     for label, answer in answers.items():
@@ -156,12 +158,30 @@ def _asked(label: str, measure: Measure, recording: Recording) -> Answer:
         raise
 
 
-def _finite(found: Mapping[str, Any]) -> Mapping[str, Any]:
-    """`found`, unless there is no number where one is said to be."""
+def _plain(value: object) -> object:
+    """What is no number of Python as one, for `metrics.json`."""
+    if isinstance(value, np.generic):
+        return value.item()
+    what = f"`{type(value).__name__}` cannot stand in {METRICS}; numbers, texts, lists of them can"
+    raise TypeError(what)
+
+
+def _finite(found: Any) -> dict[str, Any]:
+    """`found` with numbers of Python, unless it has something else than numbers and texts."""
+    if not isinstance(found, Mapping):
+        kind = type(found).__name__
+        raise TypeError(f"it gave `{kind}`, not an `Answer` or a mapping from names to numbers")
+    plain = {}
     for key, value in found.items():
-        if isinstance(value, float) and not math.isfinite(value):
-            raise ArithmeticError(f"`{key}` is {value}; `None` is for what cannot be said")
-    return dict(found)
+        known = value.item() if isinstance(value, np.generic) else value
+        if not isinstance(known, bool | int | float | str | None):
+            kind = type(known).__name__
+            what = f"`{key}` is `{kind}`; numbers, texts, true, false and `None` can be told"
+            raise TypeError(f"{what}, and arrays are for tables")
+        if isinstance(known, float) and not math.isfinite(known):
+            raise ArithmeticError(f"`{key}` is {known}; `None` is for what cannot be said")
+        plain[key] = known
+    return plain
 
 
 def _lines(metrics: Mapping[str, Any], brief: Collection[str], *, is_topic: bool) -> Iterator[str]:
@@ -169,14 +189,21 @@ def _lines(metrics: Mapping[str, Any], brief: Collection[str], *, is_topic: bool
 
     Args:
         metrics: of the run.
-        brief: measures that nobody has named; of these the first few numbers.
+        brief: measures that nobody has named; of these the first few numbers that there are.
         is_topic: whether the run is about what they ask; if not, no reasons are told.
     """
+    silent = []
     for label, found in metrics.get("measures", {}).items():
-        told = [f"{key} {_spell(value)}" for key, value in found.items()]
+        said = _numbers(found) if label in brief else found
+        told = [f"{key} {_spell(value)}" for key, value in said.items()]
         if label in brief and len(told) > _BRIEF:
             told = [*told[:_BRIEF], "..."]
-        yield f"{label}: {', '.join(told)}"
+        if told:
+            yield f"{label}: {', '.join(told)}"
+        else:
+            silent.append(label)
+    if silent:
+        yield f"nothing to measure: {', '.join(silent)}"
     left_out: Mapping[str, str] = metrics.get(LEFT_OUT, {})
     if left_out and not is_topic:
         yield f"left out: {', '.join(left_out)} (`{METRICS}` says which signals they need)"
@@ -186,6 +213,15 @@ def _lines(metrics: Mapping[str, Any], brief: Collection[str], *, is_topic: bool
         reasons.setdefault(reason, []).append(label)
     for reason, labels in reasons.items():
         yield f"left out: {', '.join(labels)} ({reason})"
+
+
+def _numbers(found: Mapping[str, Any]) -> dict[str, Any]:
+    """What is known, apart from how it was measured."""
+    return {
+        key: value
+        for key, value in found.items()
+        if value is not None and not isinstance(value, bool)
+    }
 
 
 def _spell(value: object) -> str:

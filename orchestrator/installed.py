@@ -13,7 +13,7 @@ from importlib.metadata import EntryPoint, EntryPoints
 from types import ModuleType
 from typing import Any, TypeVar
 
-from orchestrator.errors import ComponentTypeError
+from orchestrator.errors import DEFECTS, ComponentTypeError
 from orchestrator.suggestion import suggestion
 
 _Base = TypeVar("_Base")
@@ -21,7 +21,7 @@ _Base = TypeVar("_Base")
 
 def entry_points(group: str) -> EntryPoints:
     """The entry points of all installed packages in `group`."""
-    return _found(group, tuple(sys.path))
+    return _of(group, tuple(sys.path))
 
 
 def offers(group: str) -> Mapping[str, str]:
@@ -30,10 +30,17 @@ def offers(group: str) -> Mapping[str, str]:
 
 
 @lru_cache
-def _found(group: str, path: tuple[str, ...]) -> EntryPoints:
-    """The entry points in `group` of the packages on `path`, which is `sys.path`."""
+def _of(group: str, path: tuple[str, ...]) -> EntryPoints:
+    """The entry points in `group` of the packages on `path`."""
+    return _found(path).select(group=group)
+
+
+@lru_cache
+def _found(path: tuple[str, ...]) -> EntryPoints:
+    """The entry points of the packages on `path`, which is `sys.path`, read once for all groups."""
     del path
-    return importlib.metadata.entry_points(group=group)
+    everything = importlib.metadata.entry_points()  # before Python 3.12 a mapping of groups
+    return EntryPoints(each for name in everything.groups for each in everything.select(group=name))
 
 
 def loaded(entry: EntryPoint, what: str) -> Any:
@@ -48,7 +55,7 @@ def loaded(entry: EntryPoint, what: str) -> Any:
     """
     try:
         return entry.load()
-    except Exception as error:  # whatever a plug-in does when it is imported
+    except DEFECTS as error:  # whatever a plug-in does when it is imported
         raise ComponentTypeError(f"{what}: {type(error).__name__}: {error}") from error
 
 

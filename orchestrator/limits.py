@@ -11,13 +11,15 @@ class Deadlines:
     """How long a host may take before it counts as hung, in seconds of wall-clock time.
 
     Attributes:
-        create: to start, and to create, set up or initialise its component [s].
+        create: to start, and to create its component [s].
+        setup: to set it up, or to initialise it [s].
         step: for one communication step [s].
         close: to close its component [s].
         interrupted: to finish a step that nobody waits for any more [s].
     """
 
     create: float = 60.0
+    setup: float = 60.0
     step: float = 30.0
     close: float = 5.0
     interrupted: float = 0.1

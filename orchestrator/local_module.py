@@ -4,16 +4,21 @@ import hashlib
 import importlib.util
 import inspect
 import sys
+import threading
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
+from typing import Final
 
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import ComponentType, PythonComponentType
 from orchestrator.suggestion import suggestion
+
+_LOADING: Final = threading.RLock()
+"""Held while a module is loaded: whoever serves components loads them in several threads."""
 
 
 def is_reference(name: str) -> bool:
@@ -49,7 +54,8 @@ def local_type(reference: str, folder: Path) -> ComponentType:
     path = file_of(reference, folder)
     if not path.is_file():
         raise ComponentTypeError(f"there is no file `{path}` for `{reference}`")
-    module, files = _loaded(path, reference)
+    with _LOADING:
+        module, files = _loaded(path, reference)
     own = {
         key: each
         for key, each in vars(module).items()

@@ -113,6 +113,12 @@ class Observer(abc.ABC):
         del system
         return ()
 
+    def look_up(self) -> None:
+        """Nothing is observed for a while, as a run steps again to where it was cut off.
+
+        Whoever may want to end it does so here; others do nothing.
+        """
+
     def observe_stretch(self, stretch: Stretch) -> None:
         """The simulation went on to `stretch.time` by way of other communication points."""
         self.observe(stretch.time, tuple(stretch.samples), stretch.values)

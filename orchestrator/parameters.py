@@ -26,20 +26,29 @@ Such a class is offered to scenarios by an entry point in the group
 import abc
 import dataclasses
 import enum
+import sys
 import typing
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Any, Final, cast
 
 from typing_extensions import override
 
-from orchestrator.component import Component, DecidingComponent, OncePerProcessComponent
+from orchestrator.caution import Caution
+from orchestrator.component import (
+    Component,
+    DecidingComponent,
+    ForeseenComponent,
+    OncePerProcessComponent,
+)
 from orchestrator.errors import ParameterProblem
 from orchestrator.input_files import FileCheck, FileReadingComponent, named_files
 from orchestrator.kinds import FrozenMapping
 from orchestrator.output_files import FileWritingComponent
+from orchestrator.signal import Connector
 from orchestrator.timebase import StepSize
 
 REQUIRED: Final = dataclasses.MISSING
@@ -70,6 +79,7 @@ class Parameter:
         doc: one sentence.
         is_optional: whether the component behaves as usual without it, so that resolved scenarios
             do not write its default out.
+        caution: a value that biases results, of which the summary of a run warns.
     """
 
     type: Any
@@ -79,6 +89,7 @@ class Parameter:
     maximum: float | None = None
     doc: str = ""
     is_optional: bool = False
+    caution: Caution | None = None
 
 
 class Parametrised:
@@ -110,6 +121,13 @@ class ComponentType(abc.ABC):
     def decides(self) -> bool:
         """Whether instances are `DecidingComponent`s."""
         return False
+
+    def foreseen_connectors(self) -> Mapping[str, Connector] | None:
+        """The connectors of any instance, `<word>` for names that parameters give.
+
+        `None`, the default: they are known once the parameters are.
+        """
+        return None
 
     def once_per_process(self, values: Mapping[str, Any]) -> str | None:
         """What an instance holds of which a process can have only one, such as `SUMO`.
@@ -170,6 +188,11 @@ class ComponentType(abc.ABC):
         del values
         return ()
 
+    @property
+    def sources(self) -> Mapping[str, Path]:
+        """Files with its code that are no input files, by the name of their module."""
+        return MappingProxyType({})
+
     @abc.abstractmethod
     def create(self, name: str, values: Mapping[str, Any]) -> Component:
         """Create an instance called `name`.
@@ -191,11 +214,13 @@ def parameter(
     minimum: float | None = None,
     maximum: float | None = None,
     doc: str,
+    caution: Caution | None = None,
 ) -> Any:
     """A dataclass field that declares a parameter; see the module docstring."""
     if isinstance(default, Mapping):
         default = FrozenMapping(default)
-    metadata = {"unit": unit, "minimum": minimum, "maximum": maximum, "doc": doc}
+    bounds = {"minimum": minimum, "maximum": maximum}
+    metadata = {"unit": unit, **bounds, "doc": doc, "caution": caution}
     return dataclasses.field(default=default, metadata=metadata)
 
 
@@ -204,6 +229,11 @@ def declared(record: type) -> Mapping[str, Parameter]:
 
     A class that is none, such as a report without parameters, declares nothing.
     """
+    return _declared(cast("Hashable", record))
+
+
+@lru_cache(maxsize=256)
+def _declared(record: Any) -> Mapping[str, Parameter]:
     if not dataclasses.is_dataclass(record):
         return MappingProxyType({})
     hints = typing.get_type_hints(record)
@@ -249,6 +279,22 @@ class PythonComponentType(ComponentType):
     @override
     def decides(self) -> bool:
         return issubclass(self._component, DecidingComponent)
+
+    @property
+    @override
+    def sources(self) -> Mapping[str, Path]:
+        module = sys.modules.get(self._component.__module__)
+        file = getattr(module, "__file__", None)
+        if self._files or file is None:
+            return MappingProxyType({})
+        return MappingProxyType({self._component.__module__: Path(file)})
+
+    @override
+    def foreseen_connectors(self) -> Mapping[str, Connector] | None:
+        if issubclass(self._component, ForeseenComponent):
+            return self._component.foreseen_connectors()
+        found: Any = self._component.connectors
+        return found if isinstance(found, Mapping) else None
 
     @override
     def once_per_process(self, values: Mapping[str, Any]) -> str | None:

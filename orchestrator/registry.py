@@ -20,7 +20,7 @@ from types import MappingProxyType
 from typing import Any, Final, cast
 
 from orchestrator.component import Component
-from orchestrator.errors import ComponentTypeError
+from orchestrator.errors import DEFECTS, ComponentTypeError
 from orchestrator.installed import entry_points, loaded
 from orchestrator.parameters import ComponentType, PythonComponentType
 from orchestrator.suggestion import suggestion
@@ -87,6 +87,8 @@ def component_type(name: str) -> ComponentType:
     if name not in offers:
         nothing = f"no installed package offers any in the entry points `{COMPONENTS}`"
         hint = suggestion(name, offers) if offers else nothing
+        if not hint.startswith("did"):
+            hint += "; for an FMU write its file, `model.fmu`, for a class of yours `module:Class`"
         raise ComponentTypeError(f"no component type `{name}` is installed; {hint}")
     return offers[name].load()
 
@@ -110,7 +112,7 @@ def fmu_type(path: Path) -> ComponentType:
         return open_fmu(path)
     except ComponentTypeError:
         raise
-    except Exception as error:
+    except DEFECTS as error:
         raise ComponentTypeError(f"cannot open `{path}`: {_sentence(error)}") from error
 
 
@@ -131,7 +133,7 @@ def _python(entry: EntryPoint) -> ComponentType:
 def _fmu(entry: EntryPoint) -> ComponentType:
     try:
         path = Path(str(importlib.resources.files(entry.value) / f"{entry.name}.fmu"))
-    except Exception as error:
+    except DEFECTS as error:
         raise ComponentTypeError(f"{_cannot_load(entry)}: {_sentence(error)}") from error
     if not path.is_file():
         raise ComponentTypeError(
@@ -149,5 +151,5 @@ def _cannot_load(entry: EntryPoint) -> str:
     return f"cannot load `{entry.name}` from `{entry.value}`"
 
 
-def _sentence(error: Exception) -> str:
+def _sentence(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}"

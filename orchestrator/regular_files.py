@@ -1,5 +1,6 @@
 """Files that users name, read with a bound: devices and pipes never end."""
 
+import os
 import stat
 from pathlib import Path
 from typing import Final
@@ -37,6 +38,21 @@ def read_file(path: Path, maximum: int) -> bytes:
     if len(content) > maximum:
         raise NoFileError(f"it has {path.stat().st_size} bytes; {maximum} are the most")
     return content
+
+
+def why_no_file(path: Path) -> str:
+    """Why a path that stands in a file names no file; empty if it names one."""
+    kind = ""
+    try:
+        if path.is_file():
+            return ""
+        kind = endless(path)
+    except (OSError, ValueError):  # nothing is there; it is too long, or has a null byte
+        pass
+    absolute = os.path.normpath(path.absolute())
+    if kind:
+        return f"{absolute} is {kind}, not a file"
+    return f"there is no file {absolute} (the path is relative to this file)"
 
 
 def endless(path: Path) -> str:

@@ -7,126 +7,61 @@ metrics.json    what the scenario's report and measures found in it
 measures/       tables of measures
 measures.svg    their page of panels
 figure.png      the report's figure
+index.html      all of it to look at, in a browser
 log.txt         what components and the orchestrator logged
+checkpoints/    from where it can be gone on with, until it is done
 """
 
-import itertools
 import logging
 import os
+import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from orchestrator.early_end import EarlyEnd
-from orchestrator.errors import CosimError
+from orchestrator.checkpoints import NO_CHECKPOINTS, Checkpoints
 from orchestrator.findings import make_report
+from orchestrator.hosts_file import Hosts
+from orchestrator.known_numbers import checks
 from orchestrator.last_call import LastCall, noting
 from orchestrator.log import run_log
-from orchestrator.observer import Observer, WallTime
+from orchestrator.manifest import manifest_of, private_wording
+from orchestrator.observer import Observer
 from orchestrator.output_files import FileWritingComponent
-from orchestrator.placement import placement, placing
-from orchestrator.provenance import provenance
+from orchestrator.page.page import make_page
+from orchestrator.placement import on_hosts, placement, placing
 from orchestrator.questions import Questions
-from orchestrator.recording.layout import RecordingError
+from orchestrator.raised_at import raised_at
+from orchestrator.recording.reader import Recording
 from orchestrator.recording.recorder import Recorder
-from orchestrator.scenario.inputs import check_inputs, digests
+from orchestrator.resuming.changes import check_hosts
+from orchestrator.resuming.continuation import Continuation, Settings, told
+from orchestrator.resuming.files import FOLDER
+from orchestrator.resuming.keeper import Keeper
+from orchestrator.run_directory import claim_directory, new_directory
+from orchestrator.run_outcome import ReportFailedError, RunFailedError, RunInterrupted, RunOutcome
+from orchestrator.scenario.cautions import cautions
+from orchestrator.scenario.inputs import check_inputs
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.wiring import Assembly, assemble
+from orchestrator.scratch import sweep
 from orchestrator.simulation import simulate
-from orchestrator.timebase import seconds
+from orchestrator.timebase import Duration, seconds
+from orchestrator.wording import Openly, Wording
 
 logger = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RunOutcome:
-    """A run that came to its end.
-
-    Attributes:
-        directory: of the run.
-        fingerprint: of everything that was recorded.
-        simulated: simulated time [s].
-        wall_time: where the time of the simulation went.
-        speed: simulated seconds per second of wall time.
-        metrics: of the scenario's report; empty without one.
-        summary: the report's lines for the terminal; empty without one.
-        recorded: what each recorded signal takes on disk [byte], largest first.
-        early_end: why it ended before its stop time; `None` if it did not.
-        coupling: what the coupling algorithm counted; empty if it counts nothing.
-    """
-
-    directory: Path
-    fingerprint: str
-    simulated: float
-    wall_time: WallTime
-    speed: float
-    metrics: Mapping[str, Any]
-    summary: str
-    recorded: Mapping[str, int]
-    early_end: EarlyEnd | None = None
-    coupling: Mapping[str, int] = field(default_factory=dict)
-
-
-class RunFailedError(CosimError):
-    """A run ended early; the cause is chained.
-
-    Attributes:
-        directory: what was recorded until then can be read there.
-    """
-
-    def __init__(self, message: str, directory: Path) -> None:
-        super().__init__(message)
-        self.directory = directory
-
-
-class ReportFailedError(RunFailedError):
-    """The run is complete; its report is at fault."""
-
-
-class RunInterrupted(KeyboardInterrupt):
-    """A run was interrupted from outside.
-
-    Attributes:
-        directory: what was recorded until then can be read there.
-    """
-
-    def __init__(self, directory: Path) -> None:
-        super().__init__("interrupted")
-        self.directory = directory
-
-
-def new_directory(parent: Path, name: str) -> Path:
-    """Create a directory called `name`, or `name-2`, `name-3`, ... if that exists."""
-    for number in itertools.count(1):
-        directory = parent / (name if number == 1 else f"{name}-{number}")
-        try:
-            directory.mkdir(parents=True)
-        except FileExistsError:
-            continue
-        return directory
-    raise AssertionError  # count() does not end
-
-
-def claim_directory(directory: Path) -> Path:
-    """Create `directory`, or take it if it is empty.
-
-    Raises:
-        RecordingError: there is something in it, or it cannot be created.
-    """
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        is_empty = not any(directory.iterdir())
-    except OSError as error:
-        raise RecordingError(f"`{directory}` cannot be created: {error.strerror}") from error
-    if not is_empty:
-        raise RecordingError(f"`{directory}` is not empty; choose another directory")
-    return directory
-
-
-def _to_nobody(directory: Path) -> None:
+def to_nobody(directory: Path) -> None:
+    """Nobody wants to know the directory of a run."""
     del directory
+
+
+def no_line(line: str) -> None:
+    """Nobody wants to read that."""
+    del line
 
 
 def run_scenario(
@@ -134,25 +69,41 @@ def run_scenario(
     directory: Path | None = None,
     *,
     transport: str | None = None,
+    hosts: Hosts | None = None,
+    tell: Callable[[str], None] = no_line,
     observers: Sequence[Observer] = (),
     echo_warnings: bool = False,
     figure: bool = True,
+    page: bool = False,
     default_measures: bool = False,
-    announce: Callable[[Path], None] = _to_nobody,
+    announce: Callable[[Path], None] = to_nobody,
+    checkpoint: Duration | None = None,
+    continuation: Continuation | None = None,
+    private: bool = False,
+    more: Mapping[str, Any] | None = None,
 ) -> RunOutcome:
     """Run `scenario` and write everything about it to a directory.
+
+    Temporary folders of processes that were killed are removed first.
 
     Args:
         scenario: as `load_scenario` returns it.
         directory: empty or to be created; by default `runs/<scenario>-<seed>`, numbered.
         transport: how components marked `process` are reached, see `orchestrator.placement`;
             `None`: those that are marked so always are in processes of their own.
+        hosts: where the hosts are that the scenario names; `None`: their components run here.
+        tell: is called with a line whenever hosts are waited for.
         observers: watch the run, after the recorder.
         echo_warnings: whether what is logged as a warning appears on standard error, too.
         figure: whether report and measures draw.
+        page: whether `index.html` is written, to look at the run in a browser.
         default_measures: whether a scenario that does not speak of measures asks all whose signals
             are recorded, as `nlosim run` does.
         announce: called with the directory once it is there, before anything is simulated.
+        checkpoint: simulated time between two checkpoints, at least [ns]; `None`: there are none.
+        continuation: a run of `scenario` that is gone on with, in its directory.
+        private: whether the files of the run say nothing of this host and its folders.
+        more: what its manifest says beside what it always does.
 
     Raises:
         ScenarioError: the components do not fit together, or files that they read are wrong. No
@@ -162,14 +113,20 @@ def run_scenario(
         ReportFailedError: the run is complete, but its report failed.
         RunInterrupted: something raised `KeyboardInterrupt`; the run was ended in good order.
     """
-    remarks = check_inputs(scenario, thorough=False)
-    placed = placement(transport, scenario)
+    sweep()
+    remarks = check_inputs(scenario, thorough=False, without=on_hosts(scenario, hosts))
+    placed = placement(transport, scenario, hosts)
     scenario = replace(scenario, remarks=(*scenario.remarks, *remarks, *placed.remarks))
-    with placing(placed) as place:
-        assembly = assemble(scenario, place)
+    with placing(placed, tell) as places:
+        if continuation is not None:
+            check_hosts(continuation.hosts, places.found)
+        assembly = assemble(scenario, places.create)
         scenario = replace(scenario, remarks=(*scenario.remarks, *assembly.remarks))
         try:
-            if directory is None:
+            if continuation is not None:
+                directory = continuation.directory
+                continuation.clear()
+            elif directory is None:
                 directory = new_directory(Path("runs"), f"{scenario.name}-{scenario.seed}")
             else:
                 directory = claim_directory(directory)
@@ -181,26 +138,48 @@ def run_scenario(
         for component in assembly.system.components.values():
             if isinstance(component, FileWritingComponent):
                 component.write_into(whole)
+        asking = Settings(
+            every=checkpoint,
+            transport=transport,
+            figure=figure,
+            page=page,
+            hosts=None if hosts is None else hosts.path.absolute(),
+            default_measures=default_measures,
+        )
+        wording = private_wording(scenario, whole) if private else Openly()
+        manifest = manifest_of(
+            scenario,
+            assembly.turns,
+            placed,
+            found=places.found,
+            asked=asking,
+            wording=wording,
+        )
+        manifest |= more or {}
+        if continuation is not None:
+            manifest["created"] = continuation.created
         try:
             with (
                 _staying(),
-                run_log(whole, echo=echo_warnings),
+                run_log(whole, echo=echo_warnings, wording=wording),
                 noting(whole, tuple(assembly.system.components)) as last_call,
             ):
                 outcome = _run(
                     scenario,
                     assembly,
                     whole,
-                    placed.transport,
                     observers,
-                    asked=scenario.asked(every_run=default_measures),
-                    figure=figure,
+                    manifest=manifest,
+                    wording=wording,
+                    asking=asking,
+                    continuation=continuation,
                     last_call=last_call,
                 )
         except (RunFailedError, RunInterrupted) as error:
             error.directory = directory
             raise
-        return replace(outcome, directory=directory)
+        shown = None if outcome.page is None else directory / outcome.page.name
+        return replace(outcome, directory=directory, page=shown)
 
 
 @contextmanager
@@ -217,23 +196,32 @@ def _run(
     scenario: Scenario,
     assembly: Assembly,
     directory: Path,
-    transport: str,
     observers: Sequence[Observer],
     *,
-    asked: Questions,
-    figure: bool,
+    manifest: Mapping[str, Any],
+    wording: Wording,
+    asking: Settings,
+    continuation: Continuation | None,
     last_call: LastCall,
 ) -> RunOutcome:
     """Simulate, record and report; the log is open."""
+    asked = scenario.asked(every_run=asking.default_measures)
     recorder = Recorder(
         directory,
         include=scenario.include,
         exclude=scenario.exclude,
-        manifest=_manifest(scenario, assembly.turns, transport),
+        manifest=manifest,
+        wording=wording,
+        again=None if continuation is None else continuation.again,
     )
+    checkpoints = _checkpoints(directory, asking, recorder, continuation)
+    is_begun = continuation is not None and continuation.found is not None
+    before = Recording(directory) if is_begun else None
     logger.info("running %s with seed %d", scenario.path, scenario.seed)
     for remark in scenario.remarks:
         logger.warning("%s", remark)
+    for caution in cautions(scenario):
+        logger.info("biased: %s", caution)
     try:
         result = simulate(
             assembly.system,
@@ -241,9 +229,11 @@ def _run(
             start=scenario.start,
             stop=scenario.stop,
             seed=scenario.seed,
-            observers=(recorder, *observers),
+            observers=(recorder, *checks(assembly.system, before), *observers),
             until=scenario.until,
+            compiled=continuation is None or continuation.compiled,
             last_call=last_call,
+            checkpoints=checkpoints,
         )
     except BaseException as error:
         logger.info("the run ended early: %r", error, exc_info=error)
@@ -255,14 +245,17 @@ def _run(
     if result.early_end is not None:
         logger.info("%s", result.early_end.text)
     logger.info("done; fingerprint %s", recorder.fingerprint)
+    shutil.rmtree(directory / FOLDER, ignore_errors=True)
     try:
-        findings = make_report(asked, directory, figure=figure)
+        findings = make_report(asked, directory, figure=asking.figure)
     except Exception as error:  # a report is a plug-in and may raise anything
         logger.info("the report failed: %r", error, exc_info=error)
         reason = f"{type(error).__name__}: {error}"
         what = (getattr(error, "__notes__", None) or [f"report `{_name(scenario)}`"])[0]
+        where = raised_at(error)
         message = f"the run is complete; its {what} failed: {reason}"
-        raise ReportFailedError(message, directory) from error
+        raise ReportFailedError(message, directory, where) from error
+    shown = _page(directory) if asking.page else None
     return RunOutcome(
         directory=directory,
         fingerprint=recorder.fingerprint,
@@ -274,20 +267,32 @@ def _run(
         recorded=recorder.sizes,
         early_end=result.early_end,
         coupling=result.coupling,
+        page=shown,
+        cautions=cautions(scenario),
     )
 
 
-def _manifest(scenario: Scenario, turns: Sequence[str], transport: str) -> Mapping[str, Any]:
-    return {
-        **provenance(),
-        "scenario_file": str(scenario.path.absolute()),
-        "overrides": list(scenario.overrides),
-        "seed": scenario.seed,
-        "transport": transport,
-        "turns": list(turns),
-        "files": digests(scenario),
-        "scenario": scenario.resolved(),
-    }
+def _checkpoints(
+    directory: Path, asking: Settings, recorder: Recorder, continuation: Continuation | None
+) -> Checkpoints:
+    """Where the run begins, and what it writes to be gone on with."""
+    for line in [] if continuation is None else told(continuation):
+        logger.info("%s", line)
+    if asking.every is None:
+        return NO_CHECKPOINTS
+    asking.write(directory)
+    found = None if continuation is None else continuation.found
+    return Keeper(directory, asking.every, recorder, found)
+
+
+def _page(directory: Path) -> Path:
+    """Write the page; the run is complete without it."""
+    try:
+        return make_page(directory)
+    except Exception as error:  # what is recorded may be of plug-ins
+        logger.info("the page failed: %r", error, exc_info=error)
+        message = f"the run is complete; its page failed: {type(error).__name__}: {error}"
+        raise ReportFailedError(message, directory) from error
 
 
 def _name(scenario: Scenario) -> str | None:

@@ -13,6 +13,8 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from orchestrator.absence import Undriven
+from orchestrator.meaning import Meaning
 from orchestrator.units import Unit
 
 Array: TypeAlias = npt.NDArray[Any]
@@ -70,10 +72,13 @@ class Connector:
         feedthrough: for an output, the inputs that affect its value at the same
             communication point (FMI: its dependencies in ModelStructure).
         description: one sentence for `nlosim components`.
-        needed: for an input, what comes of it when nothing drives it: a sentence that is said as a
-            remark then. Empty where the start value is as good as any other.
+        undriven: for an input, what it means that nothing drives it, and whether that is an error;
+            `None` where the start value is as good as any other.
         parameter: address, within the component's parameters, of what brought the connector
-            about; that is where the remark is. Empty for all of them.
+            about. There the error is told; where nothing drives it and that is none, a remark.
+            Empty: the component as a whole.
+        meaning: what every value is to be, beyond type and shape; `None`: nothing more. Values of
+            outputs are checked; what an input says of it is asked of the output that drives it.
     """
 
     causality: Causality
@@ -87,8 +92,9 @@ class Connector:
     mime_type: str = "application/octet-stream"
     feedthrough: frozenset[str] = frozenset()
     description: str = ""
-    needed: str = ""
+    undriven: Undriven | None = None
     parameter: tuple[str | int, ...] = ()
+    meaning: Meaning | None = None
 
     @property
     def is_binary(self) -> bool:
@@ -131,7 +137,7 @@ class Connector:
         if value.dtype.kind == "f" and not np.isfinite(value).all():
             index = tuple(map(int, np.argwhere(~np.isfinite(value))[0]))
             return [f"is {value[index]} at index {list(index)}"]
-        return []
+        return [] if self.meaning is None else self.meaning.violations(value)
 
     def differences(self, target: "Connector") -> list[str]:
         """Why this output may not drive the input `target`; empty if it may."""

@@ -6,12 +6,18 @@ from time import perf_counter_ns
 
 from typing_extensions import TypeVarTuple
 
-from orchestrator.algorithm.base import CosimulationAlgorithm, Stepping
-from orchestrator.algorithm.exchange import Exchange, Schedule
+from orchestrator.algorithm.base import (
+    CosimulationAlgorithm,
+    Stepping,
+    check_published,
+    turns_of,
+)
+from orchestrator.algorithm.exchange import Due, Exchange, Schedule
 from orchestrator.algorithm.looked_at import looked_at
 from orchestrator.algorithm.requests import EndedWithinStep
 from orchestrator.algorithm.start import initialise
 from orchestrator.branching import Branching
+from orchestrator.checkpoints import NO_CHECKPOINTS, Checkpoints, Spent, Standing
 from orchestrator.early_end import EarlyEnd
 from orchestrator.ending import Ending, ending
 from orchestrator.last_call import NOWHERE, LastCall
@@ -36,6 +42,7 @@ def simulate(
     until: Endpoint | None = None,
     compiled: bool = True,
     last_call: LastCall = NOWHERE,
+    checkpoints: Checkpoints = NO_CHECKPOINTS,
 ) -> SimulationResult:
     """Simulate `system` from `start` to `stop`, or until an output is true or a component asks.
 
@@ -58,6 +65,8 @@ def simulate(
         compiled: let compiled code step FMUs where nothing else is due, see `orchestrator.plan`;
             the result is the same.
         last_call: where calls of components are noted.
+        checkpoints: from which the run goes on, and which it writes. Observers that did not see
+            what was before do not see it now.
 
     Raises:
         SystemStructureError: step sizes do not fit the interval, or the algorithm the system, or
@@ -67,11 +76,10 @@ def simulate(
     early = ending(system.components, until)
     branching = Branching(system, stop, seed)
     exchange = Exchange(system, branching, last_call)
-    turns, solved = algorithm.turns(system), algorithm.solved(system)
+    turns, solved = turns_of(algorithm, system), algorithm.solved(system)
     schedule = Schedule(exchange, turns, start, stop, solved)
     stepping = algorithm.of_run(system, exchange)
-    run = _Run(exchange, start, stepping)
-    audience = _Audience(observers, last_call)
+    run, audience = _Run(exchange, start, stepping), _Audience(observers, last_call)
     plan: RunPlan | None = None
     with run.guarded("simulating"), branching.confined():
         audience.begin(system, start, stop)
@@ -91,34 +99,51 @@ def simulate(
                 until=until,
                 last_call=last_call,
             )
-        t, is_last = start, False
+        standing = Standing(
+            system=system,
+            exchange=exchange,
+            stepping=stepping,
+            compiled=plan.names if plan else frozenset(),
+            start=start,
+            stop=stop,
+            look_up=audience.look_up,
+        )
+        t, is_last = checkpoints.begin(standing), False
+        begun = run.go_on(t, checkpoints.spent, audience)
         while True:
             due = schedule.at(t)
             exchange.sources.now = t
-            if t != start and not run.completes(stepping.arrive, t, due):
+            reach = stepping.arrive if t == stop or checkpoints.is_due(t) else stepping.pass_by
+            if t != begun and not run.arrives(reach, t, due):
                 branching.arrive(run.time, is_last=True)
                 break
             run.time = t
             is_last = t == stop or run.ends_early(early)
             branching.arrive(t, is_last=is_last)
-            if not is_last:
+            is_kept = not is_last and t != begun and checkpoints.is_due(t)
+            if not (is_last or is_kept):
                 stepping.look_ahead(t, schedule.at(t))
-            if branching.is_trunk:
+            if branching.is_trunk and (t != begun or t == start):
                 audience.observe(t, due.names, exchange.values)
-            while plan and not is_last and (end := plan.horizon(t, stop)) is not None:
-                stepping.depart(t, schedule.at(t, but=plan.names))
-                stretch = plan.run(t, end)
-                run.time = t = stretch.time
-                audience.observe_stretch(stretch)
-                is_last = not run.completes(plan.check) or t == stop or run.ends_early(early)
+            if is_kept:
+                checkpoints.keep(t, run.spent(audience))
+                stepping.look_ahead(t, schedule.at(t))
+            if plan and not is_last:
+                t, is_last = run.stretches(
+                    plan,
+                    t,
+                    stop,
+                    early=early,
+                    schedule=schedule,
+                    audience=audience,
+                    checkpoints=checkpoints,
+                )
             if is_last:
                 break
             stepping.depart(t, schedule.at(t))
             t = schedule.after(t)
         exchange.settle(t)
-    if plan:
-        plan.release()
-    run.close(audience)
+    run.close(audience, plan)
     if run.error is not None:
         raise run.error
     return run.result(audience.wall_time_ns)
@@ -151,6 +176,11 @@ class _Audience:
         if not all(observer.sees_stretches for observer in self._observers):
             return None
         return frozenset(end for observer in self._observers for end in observer.wants(system))
+
+    def look_up(self) -> None:
+        """Let them end the run while they observe nothing."""
+        for observer in self._observers:
+            observer.look_up()
 
     def observe_stretch(self, stretch: Stretch) -> None:
         """Show them what was published over a stretch, if there was anything."""
@@ -192,8 +222,23 @@ class _Run:
                 kind = type(error).__name__
                 self.error.add_note(f"then, while {doing}, {kind}: {error}")
 
-    def close(self, audience: _Audience) -> None:
+    def spent(self, audience: _Audience) -> Spent:
+        """The wall time until now."""
+        return Spent(
+            run_ns=perf_counter_ns() - self._began_at_ns, observers_ns=audience.wall_time_ns
+        )
+
+    def go_on(self, t: Time, spent: Spent, audience: _Audience) -> Time:
+        """Begin at `t` [ns], and count the wall time of the run that this one goes on with."""
+        self.time = t
+        self._began_at_ns -= spent.run_ns
+        audience.wall_time_ns += spent.observers_ns
+        return t
+
+    def close(self, audience: _Audience, plan: RunPlan | None) -> None:
         """Close all participants, then end all observers."""
+        if plan:
+            plan.release()
         for name, participant in self._exchange.participants.items():
             with self.guarded(f"closing `{name}`"):
                 participant.close()
@@ -209,6 +254,39 @@ class _Run:
             self._early_end = EarlyEnd.within_step(end.component, end.request, self.time)
             return False
         return True
+
+    def arrives(self, steps: Callable[[Time, Due], None], t: Time, due: Due) -> bool:
+        """Complete the steps that end at `t`, of all who are due there; `False` as `completes`."""
+        if not self.completes(steps, t, due):
+            return False
+        check_published(self._stepping, t, due)
+        return True
+
+    def stretches(
+        self,
+        plan: RunPlan,
+        t: Time,
+        stop: Time,
+        *,
+        early: Ending,
+        schedule: Schedule,
+        audience: _Audience,
+        checkpoints: Checkpoints,
+    ) -> tuple[Time, bool]:
+        """Let the engine work from `t` on, while it can; where it came, and whether that is all."""
+        is_last = False
+        while not is_last:
+            end = plan.horizon(t, checkpoints.limit(t, stop))
+            if end is None:
+                break
+            self._stepping.depart(t, schedule.at(t, but=plan.names))
+            stretch = plan.run(t, end)
+            self.time = t = stretch.time
+            audience.observe_stretch(stretch)
+            is_last = not self.completes(plan.check) or t == stop or self.ends_early(early)
+            if not is_last and checkpoints.is_due(t):
+                checkpoints.keep(t, self.spent(audience))
+        return t, is_last
 
     def ends_early(self, early: Ending) -> bool:
         """Whether the run ends at the point that it has reached, whatever its stop time."""

@@ -23,6 +23,7 @@ from orchestrator.connection import (
     routed,
 )
 from orchestrator.constant import Constant, with_constant
+from orchestrator.declared import declared
 from orchestrator.elements import WHOLE, Elements
 from orchestrator.errors import SystemStructureError
 from orchestrator.signal import Causality, Connector
@@ -51,6 +52,7 @@ class System:
 
     Raises:
         SystemStructureError: one sentence per problem, all of them.
+        ComponentError: what a component declares are no connectors.
     """
 
     components: Mapping[str, Component]
@@ -62,7 +64,7 @@ class System:
     mixes: Mapping[str, tuple[Mix, ...]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        own = {name: dict(component.connectors) for name, component in self.components.items()}
+        own = {name: declared(name, component) for name, component in self.components.items()}
         claims: dict[Endpoint, list[Claim]] = defaultdict(list)
         wrong = list(_set_constants(own, self.constants, claims))
         connectors = {name: MappingProxyType(each) for name, each in own.items()}
@@ -245,8 +247,8 @@ def _connection_problems(
         if not differences:
             output = connectors[link.source.component][link.source.connector]
             input_ = connectors[link.target.component][link.target.connector]
-            a, b = (step_sizes.get(e.component, 0) for e in (link.source, link.target))
-            differences = problems_between(output, input_, link.way, (max(a, 1), max(b, 1)))
+            step = max(step_sizes.get(link.target.component, 0), 1)  # others are problems, too
+            differences = problems_between(output, input_, link.way, step)
             if not link.way.adds:
                 differences += overlap(input_, earlier, link.way.placed)
             elif not earlier or earlier[-1].placed != link.way.placed:

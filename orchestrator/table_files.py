@@ -86,15 +86,21 @@ def write_tables(
             yield path
 
 
-def write_table(table: Table | Blocks, path: Path) -> None:
+def write_table(table: Table | Blocks, path: Path, units: Mapping[str, str] | None = None) -> None:
     """Write a table, or its parts, to a file, as Parquet if its suffix says so, else as CSV.
+
+    Args:
+        table: to be written.
+        path: of the file.
+        units: of the columns, by name: they are in the metadata of Parquet, and in the heading of
+            CSV, `v [m/s]`; `None`: what the names of the columns say.
 
     Raises:
         MissingParquetError: it is to be Parquet, and pyarrow is not installed.
         OSError: it cannot be written.
     """
     parts = table() if callable(table) else iter([table])
-    (_write_parquet if path.suffix == ".parquet" else _write_csv)(parts, path)
+    (_write_parquet if path.suffix == ".parquet" else _write_csv)(parts, path, units)
 
 
 def read_table(path: Path) -> dict[str, Array]:
@@ -119,13 +125,18 @@ def read_table(path: Path) -> dict[str, Array]:
     return {name: _column(list(fields)) for name, fields in zip(header, columns, strict=True)}
 
 
-def _write_csv(parts: Iterator[Table], path: Path) -> None:
+def _write_csv(parts: Iterator[Table], path: Path, units: Mapping[str, str] | None) -> None:
     first = next(parts)
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(first)
+        writer.writerow(_heading(name, units) for name in first)
         for part in chain([first], parts):
             writer.writerows(zip(*map(_fields, part.values()), strict=True))
+
+
+def _heading(name: str, units: Mapping[str, str] | None) -> str:
+    unit = (units or {}).get(name, "1")
+    return name if unit == "1" else f"{name} [{unit}]"
 
 
 def _fields(column: Array) -> list[Any]:
@@ -147,12 +158,12 @@ def _column(fields: list[str]) -> Array:
     return np.array(fields, dtype=np.str_)
 
 
-def _write_parquet(parts: Iterator[Table], path: Path) -> None:
+def _write_parquet(parts: Iterator[Table], path: Path, units: Mapping[str, str] | None) -> None:
     """NaN becomes null; every column has its unit in its metadata, under `unit`."""
     arrow, parquet = _pyarrow()
     first = next(parts)
     fields = [
-        arrow.field(name, _arrow(arrow, column).type, metadata={"unit": unit_of(name)})
+        arrow.field(name, _arrow(arrow, column).type, metadata={"unit": _unit(name, units)})
         for name, column in first.items()
     ]
     schema = arrow.schema(fields)
@@ -162,13 +173,19 @@ def _write_parquet(parts: Iterator[Table], path: Path) -> None:
             writer.write_table(arrow.Table.from_arrays(arrays, schema=schema))
 
 
+def _unit(name: str, units: Mapping[str, str] | None) -> str:
+    return unit_of(name) if units is None else units[name]
+
+
 def _arrow(arrow: Any, column: Array) -> Any:
     """A column in the form of Arrow, NaN as null.
 
-    Numbers are handed over as they lie: what converts them would load pandas where it is installed.
+    It is handed over as it lies: what converts it would load pandas where it is installed.
     """
     values = np.ascontiguousarray(column)
     kind, count = values.dtype.kind, len(values)
+    if kind == "U":
+        return _arrow_text(arrow, values.tolist())
     if kind not in "biuf" or not values.dtype.isnative:
         return arrow.array(values, from_pandas=True)
     known = ~np.isnan(values) if kind == "f" else np.ones(count, np.bool_)
@@ -176,6 +193,14 @@ def _arrow(arrow: Any, column: Array) -> Any:
     data = np.packbits(values, bitorder="little") if kind == "b" else values
     type_ = arrow.from_numpy_dtype(values.dtype)
     return arrow.Array.from_buffers(type_, count, [mask, arrow.py_buffer(data)])
+
+
+def _arrow_text(arrow: Any, texts: Sequence[str]) -> Any:
+    """The texts one after the other, and where each ends."""
+    encoded = [text.encode() for text in texts]
+    ends = np.cumsum([0, *map(len, encoded)], dtype=np.int32)
+    buffers = [None, arrow.py_buffer(ends), arrow.py_buffer(b"".join(encoded))]
+    return arrow.Array.from_buffers(arrow.string(), len(encoded), buffers)
 
 
 def _read_parquet(path: Path) -> dict[str, Array]:

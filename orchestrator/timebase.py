@@ -114,8 +114,8 @@ class CommunicationGrid:
         count, rest = divmod(stop - start, step_size)
         if rest:
             raise ValueError(
-                f"the interval of {stop - start} ns is not a whole number of steps of "
-                f"{step_size} ns: {rest} ns are left over"
+                f"the interval of {format_duration(stop - start)} is not a whole number of steps "
+                f"of {format_duration(step_size)}: {format_duration(rest)} are left over"
             )
         return cls(start, step_size, int(count))
 
@@ -154,6 +154,8 @@ class CommunicationGrid:
 
     def after(self, t: Time) -> Time:
         """The first point behind `t`."""
+        if isinstance(self.step_size, int):
+            return t + self.step_size - (t - self.start) % self.step_size
         return self.at(self.last(t) + 1)
 
     def seconds(self, t: Time) -> float:
@@ -208,4 +210,6 @@ class MultiRateGrid:
 
     def after(self, t: Time) -> Time:
         """The communication point after `t`, which is not the last one."""
+        if len(self._grids) == 1:
+            return self._grids[0].after(t)
         return min(grid.after(t) for grid in self._grids)

@@ -139,7 +139,7 @@ def is_plain(output: Connector, input_: Connector, way: Transformation) -> bool:
 
 
 def problems(
-    output: Connector, input_: Connector, way: Transformation, sizes: tuple[StepSize, StepSize]
+    output: Connector, input_: Connector, way: Transformation, step: StepSize
 ) -> list[str]:
     """Why the output may not drive the input in this way; empty if it may.
 
@@ -147,7 +147,7 @@ def problems(
         output: at one end.
         input_: at the other end.
         way: from one to the other.
-        sizes: communication step sizes of the components at both ends [ns].
+        step: the communication step size of the component that reads [ns].
     """
     if output.causality is not Causality.OUTPUT or input_.causality is not Causality.INPUT:
         return output.differences(input_)
@@ -155,11 +155,11 @@ def problems(
         is_changed = replace(way, delay=0, sample=0) != PLAIN
         binary = "a Binary has no elements and no gain, offset or sum"
         found = output.differences(input_) + ([binary] if is_changed else [])
-        return [*found, *_timing_problems(output, way, sizes)]
+        return [*found, *_timing_problems(output, way, step)]
     return [
         *_shape_problems(output, input_, way),
         *_type_problems(output, input_, way),
-        *_timing_problems(output, way, sizes),
+        *_timing_problems(output, way, step),
     ]
 
 
@@ -218,7 +218,7 @@ def _type_problems(output: Connector, input_: Connector, way: Transformation) ->
     try:
         units = conversion(output, input_) if way.converts else ()
     except UnitsDifferError as error:
-        yield str(error)
+        yield f"{error}; `convert: false` would take the number as it is"
         return
     if target.kind == "f":
         return
@@ -229,15 +229,13 @@ def _type_problems(output: Connector, input_: Connector, way: Transformation) ->
         yield f"a gain, offset or sum takes a floating-point input, not {target}"
 
 
-def _timing_problems(
-    output: Connector, way: Transformation, sizes: tuple[StepSize, StepSize]
-) -> Iterator[str]:
+def _timing_problems(output: Connector, way: Transformation, step: StepSize) -> Iterator[str]:
     if not all(map(math.isfinite, (way.gain, way.offset))):
         yield "gain and offset must be finite"
-    if way.sample and way.sample % sizes[1]:
+    if way.sample and way.sample % step:
         yield (
             f"`sample` must be a multiple of the step size of the target, "
-            f"{format_duration(sizes[1])}, got {format_duration(way.sample)}"
+            f"{format_duration(step)}, got {format_duration(way.sample)}"
         )
     if output.carries_events and (way.delay or way.sample):
         yield "it carries events, which can be neither delayed nor sampled"

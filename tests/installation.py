@@ -1,30 +1,44 @@
 """Packages that tests have installed: in this process, or in a folder for another one."""
 
-from collections.abc import Iterable, Mapping
-from importlib.metadata import EntryPoint
+from collections.abc import Mapping
+from importlib.metadata import EntryPoint, EntryPoints
 from pathlib import Path
+from typing import Final
 
 import pytest
 
-import orchestrator.scenario.installed  # noqa: F401 - has the function before it is replaced
-from orchestrator import installed, registry
+from adapters.fmu_command import ACTIONS
+from orchestrator import installed
 from orchestrator.algorithm import base
+from orchestrator.cli.parser import COMMANDS
+from orchestrator.recording.tidy import GROUP as TIDIERS
+from orchestrator.scenario.installed import SCENARIOS
+from studies.verification.command import VERIFICATIONS
+
+STAYING: Final = (base.GROUP, COMMANDS, ACTIONS, SCENARIOS, VERIFICATIONS, TIDIERS)
+"""What the program itself is made of: algorithms, commands and their parts, scenarios, tables."""
 
 Groups = Mapping[str, Mapping[str, str]]
 """Entry points: by group and name what they stand for, `module:Class`."""
 
 
 def install(monkeypatch: pytest.MonkeyPatch, groups: Groups) -> None:
-    """Install these, and no others but the coupling algorithms."""
-    offered = installed.entry_points
-
-    def entry_points(group: str) -> Iterable[EntryPoint]:
-        if group == base.GROUP:
-            return offered(group)
-        return [EntryPoint(name, value, group) for name, value in groups.get(group, {}).items()]
-
-    monkeypatch.setattr(registry, "entry_points", entry_points)
-    monkeypatch.setattr(installed, "entry_points", entry_points)
+    """Install these, alone in their groups; what `STAYING` names is there unless given."""
+    entries = [
+        *(
+            entry
+            for group in STAYING
+            if group not in groups
+            for entry in installed.entry_points(group)
+        ),
+        *(
+            EntryPoint(name, value, group)
+            for group, offered in groups.items()
+            for name, value in offered.items()
+        ),
+    ]
+    found = EntryPoints(entries)
+    monkeypatch.setattr(installed, "_of", lambda group, path: found.select(group=group))
 
 
 def site(folder: Path, package: str, groups: Groups) -> Path:

@@ -36,17 +36,26 @@ def test_ci_runs_on_every_python_and_platform_that_we_name(job: str) -> None:
 
 def test_ci_tests_builds_and_documents() -> None:
     jobs = WORKFLOW["jobs"]
-    assert "make test" in commands(jobs["test"])
+    assert "make test test-slow" in commands(jobs["test"])
     assert "python -m build" in commands(jobs["build"])
     assert "nlosim run red_light" in commands(jobs["wheel"])
     assert "make docs" in commands(jobs["docs"])
+
+
+def test_ci_leaves_no_test_out() -> None:
+    """What `make test` leaves out is what `make test-slow` runs, and CI runs both."""
+    assert re.findall(r"\$\(PYTEST\) -m ('not slow'|slow)", MAKEFILE) == ["'not slow'", "slow"]
+    script = (ROOT / ".ci" / "run").read_text()
+    assert re.findall(r"^make (\S+)", script, re.MULTILINE) == ["test", "test-slow"]
 
 
 def test_without_make_ci_checks_the_same() -> None:
     """Each tool of `make test` is named in the steps for Windows."""
     recipe = re.search(r"^test:.*\n((?:\t.*\n)+)", MAKEFILE, re.MULTILINE)
     assert recipe
-    tools = re.findall(r"\.venv-test/bin/(\S+)", recipe[1])
+    running = re.search(r"^PYTEST = (.*)$", MAKEFILE, re.MULTILINE)
+    assert running
+    tools = re.findall(r"\.venv-test/bin/(\S+)", recipe[1].replace("$(PYTEST)", running[1]))
     assert {"ruff", "mypy", "lint-imports", "mkdocs", "python"} == set(tools)
     assert all(tool in commands(WORKFLOW["jobs"]["test"]) for tool in tools)
 

@@ -113,6 +113,7 @@ def fragments(path: str, module: ast.Module) -> list[str]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("package", PACKAGES)
 def test_functions_of_arrays_say_of_which_shape(package: str) -> None:
     found = [

@@ -68,12 +68,14 @@ def commands() -> list[tuple[str, ...]]:
     """Every `nlosim` command on every page, without its comment; each once.
 
     Those of the tutorial that need its own files run in `test_tutorial.py`; those that go on with
-    a scenario that they made before run in their order, see `scene_blocks`.
+    a scenario that they made before run in their order, see `scene_blocks`; likewise those of
+    resuming.md, see `test_resuming_page.py`, of distribution.md, see `test_hosts_page.py`, and of
+    experiment-page.md, see `orchestrator/page/test_experiment_page.py`.
     """
     found = {}
     for page in PAGES:
         for block in console_blocks(page):
-            if MAKES_A_SCENARIO in block:
+            if MAKES_A_SCENARIO in block or page.name in OF_THEIR_OWN:
                 continue
             for line in lines(block):
                 if page.name == "tutorial.md" and "scenarios/" not in line:
@@ -83,6 +85,8 @@ def commands() -> list[tuple[str, ...]]:
 
 
 MAKES_A_SCENARIO = "$ nlosim scene new "
+OF_THEIR_OWN = ("resuming.md", "distribution.md", "rerun.md", "experiment-page.md")
+"""Pages whose commands run in tests of their own."""
 
 
 def console_blocks(page: Path) -> list[str]:
@@ -105,17 +109,20 @@ def scene_blocks() -> list[tuple[str, str]]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", commands(), ids=" ".join)
 def test_commands_of_the_manual_work(
     command: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """From the repository's root, as written; runs are shortened."""
+    """From the repository's root, as written; runs are shortened, and drawn once per scenario."""
     monkeypatch.chdir(ROOT)
     if command[0] == "run":
-        command = (*command, "--set", "time.stop=200 ms", "--out", str(tmp_path / "run"))
+        quick = ["--no-figure"] if len(command) > len(("run", "SCENARIO")) else []
+        command = (*command, *quick, "--set", "time.stop=200 ms", "--out", str(tmp_path / "run"))
     assert main(list(command)) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("page", "block"), scene_blocks(), ids=[p for p, _ in scene_blocks()])
 def test_a_scene_becomes_a_scenario_a_picture_and_a_run(
     page: str, block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

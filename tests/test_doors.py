@@ -9,6 +9,7 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -57,8 +58,10 @@ class Package:
     source: Path
     site: Path
 
-    def nlosim(self, *arguments: str | Path, cwd: Path = ROOT) -> Any:
-        """What a command says as JSON, in a process in which the package is installed."""
+    def executed(
+        self, *arguments: str | Path, cwd: Path = ROOT, fails_with: int = 0
+    ) -> subprocess.CompletedProcess[str]:
+        """A command with `--json`, in a process in which the package is installed."""
         command = [sys.executable, "-m", "orchestrator", *map(str, arguments), "--json"]
         done = subprocess.run(
             command,
@@ -68,15 +71,20 @@ class Package:
             text=True,
             check=False,
         )
-        assert done.returncode == 0, done.stdout + done.stderr
-        return json.loads(done.stdout)
+        assert done.returncode == fails_with, done.stdout + done.stderr
+        return done
+
+    def nlosim(self, *arguments: str | Path, fails_with: int = 0) -> Any:
+        """What a command says as JSON."""
+        return json.loads(self.executed(*arguments, fails_with=fails_with).stdout)
 
     def run(self, command: str, out: Path, *changes: str) -> tuple[dict[str, Any], Recording]:
         """The metrics and the recording of the run that the page shows with `command` in it."""
         (shown,) = (each for each in commands() if command in each)
         arguments = [word.strip('"') for word in shown]
-        sets = [word for change in changes for word in ("--set", change)]
-        answer = self.nlosim(*arguments, *sets, "--out", out)
+        unasked = () if "measures" in command else ("measures={}",)
+        sets = [word for change in (*unasked, *changes) for word in ("--set", change)]
+        answer = self.nlosim(*arguments, *sets, "--no-figure", "--out", out)
         return answer["metrics"], Recording(out)
 
 
@@ -122,11 +130,29 @@ def test_what_the_package_offers_is_found(package: Package) -> None:
     offered = package.nlosim("components")
     rows = [row for kind in ("components", "algorithms", "measures") for row in offered[kind]]
     ours = {row["name"]: row for row in rows if row["origin"].startswith("my_package")}
-    text = files()["pyproject.toml"]
-    assert set(ours) == set(re.findall(r'^([\w-]+) = "my_package', text, re.MULTILINE))
+    listed = ("components", "algorithms", "fmus", "measures")
+    assert set(ours) == set().union(*(offered_in(group) for group in listed))
     assert [row["error"] for row in ours.values()] == [None] * len(ours)
 
 
+def offered_in(group: str) -> set[str]:
+    """The names that the package offers in a group of entry points."""
+    _, _, rest = files()["pyproject.toml"].partition(f'entry-points."orchestrator.{group}"]')
+    return set(re.findall(r'^([\w-]+) = "my_package', rest.partition("\n[")[0], re.MULTILINE))
+
+
+def test_the_table_of_doors_has_all_groups_and_the_package_one_of_each_that_the_page_shows() -> (
+    None
+):
+    own = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]
+    table = PAGE.partition("## All doors")[2]
+    assert set(re.findall(r"`(orchestrator\.[a-z_]+)`[,| ]", table)) == set(own)
+    for row in table.splitlines():
+        if "[above](#" in row:
+            assert offered_in(row.split("`")[1].partition(".")[2]), row
+
+
+@pytest.mark.slow
 def test_a_relay_policy_chooses_in_the_red_light(package: Package, tmp_path: Path) -> None:
     chosen = "components.relay.type=relay-nearest"
     metrics, recording = package.run(chosen, tmp_path / "run", "time.stop=10 s")
@@ -134,6 +160,7 @@ def test_a_relay_policy_chooses_in_the_red_light(package: Package, tmp_path: Pat
     assert set(metrics["relays"]) <= set(recording["relay.relay"].values.tolist())
 
 
+@pytest.mark.slow
 def test_a_channel_model_loses_frames_by_distance(package: Package, tmp_path: Path) -> None:
     chosen = "components.channel.type=channel-soft-disc"
     _, recording = package.run(chosen, tmp_path / "run", "time.stop=2 s")
@@ -165,6 +192,7 @@ def links(recording: Recording) -> Iterator[tuple[int, float]]:
                 yield int(row["outcome"]), float(np.linalg.norm(ends[0] - ends[1]))
 
 
+@pytest.mark.slow
 def test_a_coupling_algorithm_couples_the_red_light_and_is_of_the_order_that_the_page_says(
     package: Package, imported: Callable[[str], Any], tmp_path: Path
 ) -> None:
@@ -178,6 +206,7 @@ def test_a_coupling_algorithm_couples_the_red_light_and_is_of_the_order_that_the
         assert order == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_driving_policy_and_an_encoder_drive(package: Package, tmp_path: Path) -> None:
     chosen = "components.encoder.type=encoder-nearest"
     changes = ("time.stop=9 s", "recording.exclude=[lidar.points]")
@@ -214,6 +243,7 @@ def scan_of_a_wall() -> bytes:
     return frame("LPTS", sensor, points.tobytes())
 
 
+@pytest.mark.slow
 def test_a_native_unit_is_coupled_to_the_traffic(package: Package, tmp_path: Path) -> None:
     scene = ROOT / "scenarios" / "assets" / "red_light" / "red_light.sumocfg"
     scenario = tmp_path / "stopping.yaml"
@@ -226,6 +256,7 @@ def test_a_native_unit_is_coupled_to_the_traffic(package: Package, tmp_path: Pat
     np.testing.assert_allclose(found, 0.5 * speed + speed**2 / 16, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_measure_counts_in_the_red_light(package: Package, tmp_path: Path) -> None:
     measure = '"measures={silence: {receiver: 0}}"'
     metrics, recording = package.run(measure, tmp_path / "run", "time.stop=2 s")
@@ -239,6 +270,68 @@ def test_a_measure_counts_in_the_red_light(package: Package, tmp_path: Path) -> 
     assert found["receptions"] == len(times) > 10
     longest = max(b - a for a, b in pairwise(times))
     assert found["longest_s"] == pytest.approx(longest / 1e9, rel=1e-12)
+
+
+@pytest.mark.slow
+def test_a_report_says_how_long_the_ego_stood(
+    package: Package, imported: Callable[[str], Any], tmp_path: Path
+) -> None:
+    metrics, recording = package.run("report=standing", tmp_path / "run", "time.stop=1 s")
+    assert metrics == {"standing_s": 0.0, "least_m_s": recording["traffic.ego.speed"].values.min()}
+    report = imported("standing").Standing(below=100.0)  # all of it counts
+    metrics = report.metrics(recording)
+    assert metrics["standing_s"] == pytest.approx(1.0)
+    assert report.summary(metrics, recording.manifest) == "stood for 1.00 s"
+    report.figure(recording, metrics, tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+def test_a_report_of_an_experiment_ranks_levels(package: Package, tmp_path: Path) -> None:
+    for name in ("beacons.yaml", "ranking.yaml"):
+        (tmp_path / name).write_text(files()[name])
+    out = tmp_path / "out"
+    answer = package.nlosim("experiment", tmp_path / "ranking.yaml", "--out", out, "--workers", "1")
+    long, short = answer["tables"]["ranking"]
+    assert (long["interval"], short["interval"]) == ("long", "short")
+    assert short["sent"] - long["sent"] == 45  # 50 and 5 of the gate; the others draw the same
+    lines = (f"{each['interval']}: {each['sent']:g} (3 runs)\n" for each in (long, short))
+    assert (out / "report" / "ranking.txt").read_text() == "".join(lines)
+
+
+def test_a_report_of_an_experiment_refuses_what_it_does_not_know(
+    package: Package, tmp_path: Path
+) -> None:
+    (tmp_path / "beacons.yaml").write_text(files()["beacons.yaml"])
+    wrong = files()["ranking.yaml"].replace("metric: sent", "metric: snet")
+    (tmp_path / "ranking.yaml").write_text(wrong)
+    out = tmp_path / "out"
+    answer = package.nlosim("experiment", tmp_path / "ranking.yaml", "--out", out, fails_with=2)
+    (problem,) = answer["error"]["problems"]
+    assert problem["message"].endswith("`metric`: write one of sent")
+    assert (problem["line"], out.exists()) == (13, False)
+
+
+def test_a_benchmark_has_a_row_for_each_case(package: Package) -> None:
+    answer = package.nlosim("bench", "features", "--repeat", "1")
+    assert [row["case"] for row in answer["rows"]] == ["8 keypoints", "32 keypoints"]
+    assert all(row["ours"] > 0 and row["unit"] == "us" for row in answer["rows"])
+
+
+@pytest.mark.slow
+def test_a_transport_counts_and_changes_nothing(package: Package, tmp_path: Path) -> None:
+    assert "nlosim run scenarios/red_light.yaml --transport counting" in PAGE
+    sets = ("--set", "time.stop=300 ms", "--set", "measures={}", "--no-figure")
+    prints, told = [], ""
+    for name in ("in-process", "counting"):
+        words = ("run", "red_light", *sets, "--out", tmp_path / name, "--transport", name)
+        done = package.executed(*words)
+        prints.append(json.loads(done.stdout)["fingerprint"])
+        told = done.stderr
+    assert prints[0] == prints[1]
+    counted = dict(re.findall(r"^(\w+) was sent (\d+) bytes in \d+ commands$", told, re.MULTILINE))
+    assert set(counted) == {"lidar", "perception", "relay", "traffic"}
+    assert min(map(int, counted.values())) > 1000
 
 
 def test_a_component_from_scratch_keeps_the_contract_and_relays(
@@ -256,6 +349,7 @@ def test_a_component_from_scratch_keeps_the_contract_and_relays(
     assert component.outputs()["relay"] == 5
 
 
+@pytest.mark.slow
 def test_structured_parameters_reach_a_component(package: Package, tmp_path: Path) -> None:
     scenario = tmp_path / "beacons.yaml"
     scenario.write_text(files()["beacons.yaml"])

@@ -1,5 +1,6 @@
 """A release, in a repository made for the test; nothing is built but an empty file."""
 
+import json
 import subprocess
 import zipfile
 from collections.abc import Sequence
@@ -55,17 +56,24 @@ class Recorded:
 
     def __init__(self, *, fails: bool = False) -> None:
         self.fails = fails
+        self.luck = ""
         self.published: list[str] = []
         self.tried: list[str] = []
 
     def build(self, root: Path, version: str) -> list[Path]:
         assert f'version = "{version}"' in (root / "pyproject.toml").read_text()
-        return [root / "dist" / f"nlosim-{version}.tar.gz"]
+        made = root / "dist" / f"nlosim-{version}.tar.gz"
+        made.parent.mkdir(exist_ok=True)
+        made.write_text((root / "CHANGELOG.md").read_text() + self.luck)
+        return [made]
 
-    def try_out(self, made: Sequence[Path]) -> None:
+    def try_out(self, made: Sequence[Path]) -> list[Path]:
         if self.fails:
             raise ReleaseError("the wheel does not run")
         self.tried += [path.name for path in made]
+        bill = made[0].with_name("bill.cdx.json")
+        bill.write_text("{}")
+        return [bill]
 
     def publish(self, root: Path, tag: str, made: Sequence[Path]) -> None:
         self.published.append(tag)
@@ -200,3 +208,63 @@ def test_a_wheel_has_every_fmu_for_every_platform(tmp_path: Path) -> None:
 
 def test_the_version_stands_in_two_files_that_agree() -> None:
     assert release.PROJECT.read(release.ROOT) == release.CITATION.read(release.ROOT)
+
+
+def test_a_release_lists_what_it_made(repository: Path) -> None:
+    assert main(["0.2.0"], repository, Recorded().steps()) == 0
+    dist = repository / "dist"
+    checked = subprocess.run(
+        ["sha256sum", "--check", "--strict", "SHA256SUMS"],
+        cwd=dist,
+        capture_output=True,
+        check=True,
+    )
+    assert checked.stdout == b"bill.cdx.json: OK\nnlosim-0.2.0.tar.gz: OK\n"
+
+
+def test_a_tag_is_built_again_from_its_own_sources(
+    repository: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recorded = Recorded()
+    assert main(["0.2.0"], repository, recorded.steps()) == 0
+    (repository / "CHANGELOG.md").write_text("what came later\n")
+    capsys.readouterr()
+    assert main(["0.2.0", "--again"], repository, recorded.steps()) == 0
+    assert "with the same bytes: nlosim-0.2.0.tar.gz" in capsys.readouterr().out
+    recorded.luck = "a time of day"
+    assert main(["0.2.0", "--again"], repository, recorded.steps()) == 2
+    said = capsys.readouterr().err
+    assert "nlosim-0.2.0.tar.gz of v0.2.0 comes out differently: " in said
+    assert main(["0.3.0", "--again"], repository, recorded.steps()) == 2
+    assert "there is no tag v0.3.0" in capsys.readouterr().err
+    (repository / "dist" / "SHA256SUMS").unlink()
+    assert main(["0.2.0", "--again"], repository, recorded.steps()) == 2
+    assert "SHA256SUMS is not there" in capsys.readouterr().err
+
+
+def test_the_only_time_in_a_release_is_the_day_of_its_section(repository: Path) -> None:
+    release.plan(repository, "0.2.0").prepare(date(2026, 2, 3))
+    assert release.epoch(repository, "0.2.0") == 1770076800  # `date -u -d 2026-02-03 +%s`
+    with pytest.raises(ReleaseError, match=r"no dated section of 0\.3\.0"):
+        release.epoch(repository, "0.3.0")
+
+
+def test_the_bill_of_materials_does_not_say_where_it_was_made() -> None:
+    here = {"type": "distribution", "url": "file:///home/ada/dist/nlosim.whl"}
+    there = {"type": "website", "url": "https://example.org"}
+    bill = {
+        "bomFormat": "CycloneDX",
+        "components": [
+            {"name": "nlosim", "externalReferences": [here]},
+            {"name": "numpy", "externalReferences": [there, here]},
+            {"name": "lxml"},
+        ],
+    }
+    assert json.loads(release.without_places(json.dumps(bill))) == {
+        "bomFormat": "CycloneDX",
+        "components": [
+            {"name": "nlosim"},
+            {"name": "numpy", "externalReferences": [there]},
+            {"name": "lxml"},
+        ],
+    }

@@ -1,9 +1,11 @@
 """The archive of an FMU, or of a package: opened only if it can be unpacked without harm."""
 
 import io
+import lzma
 import stat
+import struct
 import zipfile
-from collections import Counter
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,6 +26,12 @@ ends at 1032; binaries grow to two to five times their size, text and maps to te
 HARMLESS_BYTES: Final = 256 << 20
 """An archive may grow to this size however small it is [byte]."""
 
+UNREADABLE: Final = (
+    zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, EOFError, OSError,
+    NotImplementedError, RuntimeError,
+)  # fmt: skip
+"""What comes of reading an entry that is damaged, depending on its method."""
+
 _METHODS: Final = (
     zipfile.ZIP_STORED,
     zipfile.ZIP_DEFLATED,
@@ -31,6 +39,9 @@ _METHODS: Final = (
     zipfile.ZIP_LZMA,
 )
 _ENCRYPTED: Final = 0x1
+_BLOCK: Final = 1 << 20
+"""What is compared of two files at a time [byte]."""
+
 _QUOTED: Final = 5
 """Names in a message, at most, for each of its problems."""
 
@@ -61,17 +72,22 @@ def opened(path: Path, kind: str = "FMU") -> Iterator[zipfile.ZipFile]:
 
 
 def archive_problems(archive: zipfile.ZipFile) -> list[str]:
-    """Everything that speaks against an archive, as far as its directory tells."""
+    """Everything that speaks against an archive, as far as its directory tells.
+
+    Of its files, only those are read that have the same name and may be equal.
+    """
     entries = archive.infolist()
     assert archive.fp is not None  # noqa: S101 - it is open
-    packed = archive.fp.seek(0, io.SEEK_END)
+    sizes = _size_problems(entries, archive.fp.seek(0, io.SEEK_END))
     found = {
         "leaves the folder it is unpacked to": [e for e in entries if _leaves(e.orig_filename)],
         "is an absolute name": [e for e in entries if _is_absolute(e.orig_filename)],
         "has a character that names in an FMU cannot have": [
             e for e in entries if _is_unprintable(e.orig_filename)
         ],
-        "is in it more than once": _repeated(entries),
+        "is in it more than once, with different contents": [
+            group[0] for group in _repeated(entries) if sizes or not _are_equal(archive, group)
+        ],
         "is a link or a device, no file": [e for e in entries if _is_special(e)],
         "is encrypted": [e for e in entries if e.flag_bits & _ENCRYPTED],
         "is compressed by a method that is not supported": [
@@ -79,7 +95,7 @@ def archive_problems(archive: zipfile.ZipFile) -> list[str]:
         ],
     }
     problems = [f"{_quoted(which)} {what}" for what, which in found.items() if which]
-    return problems + _size_problems(entries, packed)
+    return problems + sizes
 
 
 def _leaves(name: str) -> bool:
@@ -100,12 +116,36 @@ def _is_unprintable(name: str) -> bool:
     )
 
 
-def _repeated(entries: list[zipfile.ZipInfo]) -> list[zipfile.ZipInfo]:
-    """The first of each group of files that would overwrite each other."""
-    places = [(_place(entry), entry) for entry in entries if not entry.is_dir()]
-    times = Counter(place for place, _ in places)
-    first = {place: entry for place, entry in reversed(places) if times[place] > 1}
-    return list(first.values())
+def _repeated(entries: list[zipfile.ZipInfo]) -> list[list[zipfile.ZipInfo]]:
+    """Groups of files that would overwrite each other."""
+    groups: dict[str, list[zipfile.ZipInfo]] = {}
+    for entry in entries:
+        if not _is_folder(entry):
+            groups.setdefault(_place(entry), []).append(entry)
+    return [group for group in groups.values() if len(group) > 1]
+
+
+def _are_equal(archive: zipfile.ZipFile, group: list[zipfile.ZipInfo]) -> bool:
+    """Whether files have the same bytes, so that it does not matter which of them counts."""
+    first, *others = group
+    if any((e.file_size, e.CRC) != (first.file_size, first.CRC) for e in others):
+        return False
+    try:
+        return all(_is_copy(archive, first, other) for other in others)
+    except UNREADABLE:
+        return False
+
+
+def _is_copy(archive: zipfile.ZipFile, first: zipfile.ZipInfo, second: zipfile.ZipInfo) -> bool:
+    with archive.open(first) as one, archive.open(second) as other:
+        while (block := one.read(_BLOCK)) == other.read(_BLOCK):
+            if not block:
+                return True
+    return False
+
+
+def _is_folder(entry: zipfile.ZipInfo) -> bool:
+    return entry.filename.endswith("/")  # `ZipInfo.is_dir` fails where there is no name
 
 
 def _place(entry: zipfile.ZipInfo) -> str:

@@ -135,7 +135,7 @@ class FmuComponentType(ComponentType):
         starts = start_settings(fmu, said.parameters, said.starts)
         fmu = started(fmu, starts)
         native |= {n: v for n, v in starts.items() if fmu.variables[n].causality != "input"}
-        log = MessageLog(name)
+        log = MessageLog(name, is_asked=options.logging)
         for missing in left_out(fmu):
             log.note(f"{missing} of {fmu.path.name} cannot be connected")
         if fmu.kind is Kind.MODEL_EXCHANGE and self._never_returns:

@@ -111,6 +111,7 @@ def _connector(
         mime_type=TEXT if variable.type == "String" else variable.mime_type,
         feedthrough=frozenset() if is_input else feedthrough,
         description=variable.description + _legend(variable),
+        undriven=variable.undriven,
     )
 
 
@@ -175,6 +176,7 @@ def _parameter(variable: FmuVariable) -> Parameter:
         minimum=variable.minimum if is_number else None,
         maximum=variable.maximum if is_number else None,
         doc=variable.description + size_note(variable),
+        caution=variable.caution,
     )
 
 

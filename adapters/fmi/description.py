@@ -2,7 +2,6 @@
 
 import io
 import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -12,7 +11,7 @@ from xml.etree import ElementTree as ET
 
 import fmpy.model_description
 
-from adapters.fmi.archive import opened
+from adapters.fmi.archive import UNREADABLE, opened
 from adapters.fmi.kind import Kind, kinds_of
 from adapters.fmi.reading import variables
 from adapters.fmi.step_size import internal_step
@@ -119,7 +118,9 @@ def read_description(path: Path, kind: Kind | None = None) -> FmuDescription:
     try:
         parsed: Any = fmpy.model_description.read_model_description(_archive_of(xml))
     except Exception as error:
-        raise ComponentTypeError(f"{path}: modelDescription.xml is invalid: {error}") from error
+        what = f"modelDescription.xml is invalid: {error}"
+        hint = "; `nlosim fmu validate` says which rules are broken"
+        raise ComponentTypeError(f"{path}: {what}{hint}") from error
     kinds = kinds_of(root)
     if not kinds or kind not in {None, *kinds}:
         offers = " and ".join(each.words for each in kinds) or "no interface"
@@ -192,14 +193,14 @@ def _read_xml(path: Path) -> bytes:
             return archive.read("modelDescription.xml")
     except KeyError as error:
         raise ComponentTypeError(f"{path}: holds no modelDescription.xml, so is no FMU") from error
-    except (zipfile.BadZipFile, OSError, zlib.error) as error:
+    except UNREADABLE as error:
         raise ComponentTypeError(f"{path}: cannot be read: {error}") from error
 
 
 def _parse(path: Path, xml: bytes) -> ET.Element:
     try:
         return ET.fromstring(xml)  # noqa: S314  (whoever loads an FMU runs its code)
-    except ET.ParseError as error:
+    except (ET.ParseError, LookupError, ValueError) as error:  # two of them: of its encoding
         raise ComponentTypeError(f"{path}: modelDescription.xml is no XML: {error}") from error
 
 

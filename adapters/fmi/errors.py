@@ -1,8 +1,8 @@
 """Failures of an FMU during a run."""
 
-from collections import deque
 from collections.abc import Iterable
 
+from adapters.fmi.messages import MessageLog
 from orchestrator.errors import CosimError
 
 
@@ -10,10 +10,10 @@ class FmuError(CosimError):
     """An FMI function failed; the message names it and carries what the FMU logged."""
 
 
-def failure(function: str, status: str, messages: "deque[str]", hint: str = "") -> FmuError:
+def failure(function: str, status: str, log: MessageLog, hint: str = "") -> FmuError:
     """The error for `function` that returned `status`; takes the messages."""
-    text = "; ".join(messages) or "the FMU logged no reason"
-    messages.clear()
+    text = log.reason
+    log.recent.clear()
     return FmuError(f"{function} returned {status}: {text}{hint}")
 
 

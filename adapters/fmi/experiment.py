@@ -1,11 +1,9 @@
 """The default experiment of an FMU."""
 
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
-from xml.etree import ElementTree as ET
 
-from orchestrator.errors import ComponentTypeError
+from adapters.fmi.description import read_root
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,11 +28,7 @@ def default_experiment(path: Path) -> DefaultExperiment:
     Raises:
         ComponentTypeError: it is no FMU.
     """
-    try:
-        with zipfile.ZipFile(path) as archive:
-            root = ET.fromstring(archive.read("modelDescription.xml"))  # noqa: S314
-    except (OSError, KeyError, zipfile.BadZipFile, ET.ParseError) as error:
-        raise ComponentTypeError(f"{path}: is no FMU: {error}") from error
+    root = read_root(path)
     found = root.find("DefaultExperiment")
     said = {} if found is None else found.attrib
     element = root.find("CoSimulation")

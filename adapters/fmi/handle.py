@@ -76,8 +76,7 @@ class Handle:
 
     def _made(self, address: int | None, log: MessageLog) -> int:
         if not address:
-            text = "; ".join(log.recent) or "the FMU logged no reason"
-            raise FmuError(f"{self._names.instantiate} returned nothing: {text}")
+            raise FmuError(f"{self._names.instantiate} returned nothing: {log.reason}")
         return address
 
     def exit_initialisation(self) -> None:

@@ -42,7 +42,7 @@ class Guard:
         self.is_dead = self.is_dead or status == FATAL
         self.has_failed = self.has_failed or status in {DISCARD, ERROR}
         name = STATUS_NAMES[status] if status < len(STATUS_NAMES) else str(status)
-        raise failure(function, name + remark, self._log.recent, hint)
+        raise failure(function, name + remark, self._log, hint)
 
 
 class FmuInstance(abc.ABC):

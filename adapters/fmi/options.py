@@ -40,6 +40,7 @@ class Options:
         kind: the interface that is used; `None`: what the FMU has.
         solver: with Model Exchange, the name of a solver.
         step: with Model Exchange, the longest step of the solver [s].
+        logging: whether the FMU is asked to log all it can.
     """
 
     tolerance: float | None = None
@@ -52,6 +53,7 @@ class Options:
     kind: str | None = None
     solver: str | None = None
     step: float | None = None
+    logging: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,7 +99,14 @@ def option_parameters(description: FmuDescription) -> dict[str, Parameter]:
             doc="relative tolerance for its solver; its own choice by default"
             + _default(description),
             is_optional=True,
-        )
+        ),
+        "logging": Parameter(
+            type=bool,
+            default=False,
+            doc="whether it is asked to log all it can, into log.txt; some FMUs say nothing of "
+            "their errors otherwise",
+            is_optional=True,
+        ),
     }
     if recordable(description):
         found["locals"] = Parameter(

@@ -13,7 +13,8 @@ from adapters.fmi.errors import FmuError
 from adapters.fmi.instance import FmuInstance
 from adapters.fmi.state import FmuState
 from orchestrator.capabilities import PortableState
-from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
+from orchestrator.remote.block import WireError
+from orchestrator.remote.wire import SignalDecoder, SignalEncoder
 from orchestrator.signal import Causality, Connector, Signals
 
 _MAGIC: Final = b"nlosim FMU state 1\n"

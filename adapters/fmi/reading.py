@@ -6,8 +6,12 @@ from fractions import Fraction
 from typing import Any, Final
 from xml.etree import ElementTree as ET
 
+from adapters.fmi.caution import cautions
+from adapters.fmi.undriven import annotated
 from adapters.fmi.unit_definitions import read_definitions
 from adapters.fmi.variable import Axis, Clock, ClockKind, FmuVariable
+from orchestrator.absence import Undriven
+from orchestrator.caution import Caution
 from orchestrator.exact import exact
 from orchestrator.units import Unit
 
@@ -30,6 +34,7 @@ def variables(parsed: Any, root: ET.Element) -> dict[str, FmuVariable]:
         if unknown.dependencies is not None
     }
     definitions = read_definitions(root)
+    undriven, warned = annotated(root), cautions(root)
     return {
         variable.name: _variable(
             variable,
@@ -38,6 +43,8 @@ def variables(parsed: Any, root: ET.Element) -> dict[str, FmuVariable]:
             listed=listed,
             enumeration=enumeration,
             definitions=definitions,
+            undriven=undriven,
+            warned=warned,
         )
         for variable in parsed.modelVariables
     }
@@ -70,6 +77,8 @@ def _variable(
     listed: Mapping[str, tuple[Any, ...]],
     enumeration: str,
     definitions: Mapping[str, Unit],
+    undriven: Mapping[str, Undriven],
+    warned: Mapping[str, Caution],
 ) -> FmuVariable:
     declared = parsed.declaredType
     unit = parsed.unit or (declared.unit if declared is not None else None) or "1"
@@ -99,6 +108,8 @@ def _variable(
         clocks=tuple(int(each) for each in raw.get("clocks", "").split()),
         derivative_of=None if parsed.derivative is None else parsed.derivative.name,
         description=parsed.description or "",
+        undriven=undriven.get(parsed.name),
+        caution=warned.get(parsed.name),
     )
 
 

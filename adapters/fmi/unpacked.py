@@ -3,7 +3,6 @@
 import ctypes
 import os
 import zipfile
-import zlib
 from pathlib import Path
 from typing import Any, Final
 
@@ -11,7 +10,7 @@ import fmpy
 import fmpy.fmi2
 import fmpy.fmi3
 
-from adapters.fmi.archive import opened
+from adapters.fmi.archive import UNREADABLE, opened
 from adapters.fmi.binary import HEAD, extent, identify, needed
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.kind import Kind
@@ -63,7 +62,7 @@ def _check_platform(archive: zipfile.ZipFile, name: str, what: str) -> None:
     try:
         with archive.open(name) as library:
             head = library.read(HEAD)
-    except (zipfile.BadZipFile, OSError, zlib.error) as error:
+    except UNREADABLE as error:
         raise ComponentTypeError(f"{what} cannot be read: {error}") from error
     found, size = identify(head), archive.getinfo(name).file_size
     if found is not None and found.runs_on(platform):

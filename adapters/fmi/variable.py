@@ -10,6 +10,8 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from orchestrator.absence import Undriven
+from orchestrator.caution import Caution
 from orchestrator.units import Unit
 
 DTYPES: Final[Mapping[str, npt.DTypeLike]] = {
@@ -111,6 +113,8 @@ class FmuVariable:
         clock: what it is besides, if it is a Clock.
         derivative_of: the variable whose derivative it is, or none.
         description: one sentence.
+        undriven: of an input, what it means that nothing drives it, if an annotation says so.
+        caution: of a parameter, a value that biases results, if an annotation says so.
     """
 
     name: str
@@ -133,6 +137,8 @@ class FmuVariable:
     clock: Clock | None
     derivative_of: str | None
     description: str
+    undriven: Undriven | None = None
+    caution: Caution | None = None
 
     @property
     def is_clocked(self) -> bool:

@@ -37,6 +37,8 @@ class FcdReplay(Component):
 
     Parameters: TypeAlias = ReplayParameters
 
+    connectors = _CONNECTORS
+
     def __init__(self, parameters: ReplayParameters) -> None:
         self._parameters = parameters
         problems: list[str] = []
@@ -52,11 +54,6 @@ class FcdReplay(Component):
         self._frames: Generator[Frame, None, None] | None = None
         self._window: Window | None = None
         self._outputs: Signals = {}
-
-    @property
-    @override
-    def connectors(self) -> Mapping[str, Connector]:
-        return _CONNECTORS
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:

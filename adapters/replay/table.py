@@ -62,11 +62,11 @@ def read_parquet(path: Path, findings: Findings) -> Iterator[Snapshot]:
     parquet = _parquet()
     try:
         file = parquet.ParquetFile(path)
-    except (OSError, ValueError) as error:  # pyarrow's own errors are ValueErrors
+        names = file.schema_arrow.names
+    except Exception as error:  # pyarrow raises what it likes, depending on the byte
         findings.note((1, 1), f"cannot be read: {error}")
         return
     with file:
-        names = file.schema_arrow.names
         if _have_columns(names, findings):
             used = [name for name in names if name in _KNOWN]
             yield from _snapshots(used, _parquet_rows(file, used, findings), findings)
@@ -117,7 +117,7 @@ def _parquet_rows(file: Any, names: Sequence[str], findings: Findings) -> Iterat
             for row in zip(*columns, strict=True):
                 number += 1
                 yield (number, 1), row
-    except (OSError, ValueError) as error:
+    except Exception as error:  # as above
         findings.note((number + 1, 1), f"cannot be read: {error}")
 
 

@@ -73,4 +73,7 @@ def read_xml(
                 text = expat.ErrorString(error.code)
                 findings.note((error.lineno, error.offset + 1), f"is not well-formed XML: {text}")
                 return
+            except (LookupError, ValueError) as error:  # an encoding that Python does not know
+                findings.note((1, 1), f"is not well-formed XML: {error}")
+                return
             yield

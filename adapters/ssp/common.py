@@ -1,6 +1,6 @@
 """What the files of SSP have in common: units, types, changes of values, notes of tools."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from typing import Final
 
@@ -15,7 +15,7 @@ TOP: Final = ("seed", "coupling", "recording", "measures", "tables", "report")
 """Keys of a scenario that nlosim notes down in a description, as JSON; `title`, `description` and
 `until` are noted down as text."""
 
-COMPONENT: Final = ("process", "deadline", "memory", "parameters")
+COMPONENT: Final = ("process", "deadline", "memory", "without", "parameters")
 """Likewise, of a component; its `step` is noted down as text."""
 
 TYPES: Final = (*REALS, *WHOLES, "Boolean", "String", "Enumeration", "Binary", "Clock")
@@ -159,20 +159,27 @@ def normal(node: Node, name: str, kind: str, findings: Findings, text: str) -> s
     return text
 
 
-def notes(node: Node, prefix: str) -> dict[str, str]:
-    """What nlosim has noted down in the annotations of an element.
+def notes(node: Node) -> dict[str, str]:
+    """What nlosim has noted down in the annotations of an element."""
+    return {name: text for each in _notes(node) for name, text in each.attributes.items()}
 
-    Args:
-        node: the element.
-        prefix: of its annotations, `ssd`.
-    """
+
+def inner_notes(node: Node, of: str) -> dict[str, str]:
+    """What nlosim has noted down there about an element within it, whose id is `of`."""
     return {
         name: text
-        for annotation in node.all(f"{prefix}:Annotations", "ssc:Annotation")
-        if annotation.get("type") == NOTES
-        for child in annotation.children
-        for name, text in child.attributes.items()
+        for whole in _notes(node)
+        for each in whole.children
+        if each.get("of") == of
+        for name, text in each.attributes.items()
+        if name != "of"
     }
+
+
+def _notes(node: Node) -> Iterator[Node]:
+    for annotation in node.all("ssd:Annotations", "ssc:Annotation"):
+        if annotation.get("type") == NOTES:
+            yield from annotation.children
 
 
 def step_note(node: Node, findings: Findings) -> tuple[Fraction, Location] | None:

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final, TypeAlias
 
-from adapters.ssp.common import change, notes, port, step_note, units
+from adapters.ssp.common import change, inner_notes, notes, port, step_note, units
 from adapters.ssp.model import (
     Binding,
     Component,
@@ -124,7 +124,7 @@ class _Reader:
             start=start,
             stop=stop,
             step=step_note(top, findings),
-            said=notes(root, "ssd"),
+            said=notes(top),
             where=root.where if experiment is None else experiment.where,
         )
 
@@ -198,9 +198,14 @@ class _Reader:
             implementation=node.get("implementation") or "any",
             ports=self._ports(node),
             bindings=self._bindings(node),
-            said=notes(node, "ssd"),
+            said={**notes(node), **self._noted(node.get("id"))},
             where=node.where,
         )
+
+    def _noted(self, id_: str | None) -> dict[str, str]:
+        """What is noted down at the top about the element of this id."""
+        top = self._root.first("ssd:System")
+        return {} if id_ is None or top is None else inner_notes(top, id_)
 
     def _stands_for(self, node: Node, file: str, fragment: str) -> Group | None:
         """The system that a component stands for, with the values of both."""
@@ -266,7 +271,7 @@ class _Reader:
             end=End(node.get("endElement") or None, node.text("endConnector")),
             change=change(node, self._findings),
             converts=not self._findings.is_true(node, "suppressUnitConversion"),
-            said=notes(node, "ssd"),
+            said=notes(node),
             where=node.where,
         )
 

@@ -12,13 +12,14 @@ from adapters.fmi.component_type import FmuComponentType
 from adapters.ssp.common import TOP
 from adapters.ssp.components import Outline, outline
 from adapters.ssp.implementation import used
+from adapters.ssp.naming import identifiers
 from adapters.ssp.node import Findings
 from adapters.ssp.writing import (
     Tag,
     annotations,
     document,
     note,
-    ours,
+    noted,
     some,
     steps_of_omsimulator,
     tag,
@@ -98,6 +99,7 @@ class _Export:
         self._version = version
         self._findings = Findings()
         self._names = _Names()
+        self._called = identifiers(scenario.components)
         self._resolved = scenario.resolved()
 
     def written(self, target: Path) -> Exported:
@@ -147,7 +149,7 @@ class _Export:
         for use in self._scenario.connections:
             where = self._scenario.document.value(use.address)
             for link in expand(self._system.components, use.source, use.target, use.way):
-                yield _link(link, self._notes_of(link.way, where))
+                yield _link(link, self._called, self._notes_of(link.way, where))
 
     def _notes_of(self, way: Transformation, where: Location) -> Tag | None:
         """What only nlosim reads about a connection."""
@@ -163,7 +165,7 @@ class _Export:
         }
         for name in notes:
             self._findings.remark(where, f"`{name}` is written as a note that nlosim reads")
-        return note("ssd", "Connection", notes)
+        return annotations("ssd", [noted(note("Connection", notes))]) if notes else None
 
     def _description(self, outlines: Mapping[str, Outline], links: tuple[Tag, ...]) -> Tag:
         scenario = self._scenario
@@ -172,8 +174,8 @@ class _Export:
                 "ssd:Component",
                 some("ssd:Connectors", outlines[name].connectors),
                 outlines[name].binding(self._version),
-                note("ssd", "Component", outlines[name].notes),
-                name=name,
+                id=self._called[name],
+                name=self._called[name],
                 type="application/x-fmu-sharedlibrary",
                 source=self._names.of(outlines[name].fmu),
                 implementation=used(outlines[name].fmu, scenario.components[name].values),
@@ -181,13 +183,17 @@ class _Export:
             for name in scenario.components
         )
         steps = {use.step for use in scenario.components.values()}
+        (system_name,) = identifiers([scenario.name]).values()
         shared = _step(steps.pop()) if len(steps) == 1 else None
+        notes = [noted(self._notes(outlines))]
+        if shared is not None:
+            notes.insert(0, steps_of_omsimulator(shared))  # which reads the first one only
         system = tag(
             "ssd:System",
             some("ssd:Elements", components),
             some("ssd:Connections", links),
-            None if shared is None else annotations("ssd", [steps_of_omsimulator(shared)]),
-            name=scenario.name,
+            annotations("ssd", notes),  # here: OMSimulator takes none below or above
+            name=system_name,
         )
         units = {u.symbol: u for each in outlines.values() for u in each.units}
         enumerations = [e for each in outlines.values() for e in each.enumerations]
@@ -201,22 +207,27 @@ class _Export:
                 startTime=_seconds(scenario.start),
                 stopTime=_seconds(scenario.stop),
             ),
-            annotations("ssd", [ours("Scenario", self._notes())]),
             version=self._version,
-            name=scenario.title,
+            name=system_name,
             description=scenario.description or None,
             generationTool="nlosim",
         )
 
-    def _notes(self) -> dict[str, str]:
+    def _notes(self, outlines: Mapping[str, Outline]) -> Tag:
         """What SSP has no words for."""
-        resolved = self._resolved
         until = self._scenario.until
-        return {
-            "title": self._scenario.title,
-            **({} if until is None else {"until": str(until)}),
-            **{key: json.dumps(resolved[key]) for key in TOP if key in resolved},
-        }
+        said = {"title": self._scenario.title}
+        if until is not None:
+            said["until"] = str(until)
+        said |= {key: json.dumps(self._resolved[key]) for key in TOP if key in self._resolved}
+        return note("Scenario", said, self._notes_of_components(outlines))
+
+    def _notes_of_components(self, outlines: Mapping[str, Outline]) -> Iterator[Tag]:
+        for name, called in self._called.items():
+            said: dict[str, str] = {"of": called, **outlines[name].notes}
+            if name != called:
+                said["name"] = name
+            yield note("Component", said)
 
     def _mention(self) -> None:
         """Say what of the scenario only nlosim reads."""
@@ -230,8 +241,8 @@ class _Export:
             self._findings.remark(document_.key(("components",)), what)
 
 
-def _link(link: Connection, notes: Tag | None) -> Tag:
-    """A connection of SSP."""
+def _link(link: Connection, called: Mapping[str, str], notes: Tag | None) -> Tag:
+    """A connection of SSP between components that are `called` so."""
     way = link.way
     is_changed = way.gain != 1.0 or way.offset != 0.0
     change = tag(
@@ -241,9 +252,9 @@ def _link(link: Connection, notes: Tag | None) -> Tag:
         "ssd:Connection",
         change if is_changed else None,
         notes,
-        startElement=link.source.component,
+        startElement=called[link.source.component],
         startConnector=link.source.connector,
-        endElement=link.target.component,
+        endElement=called[link.target.component],
         endConnector=link.target.connector,
         suppressUnitConversion=None if way.converts else "true",
     )

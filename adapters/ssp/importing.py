@@ -111,7 +111,7 @@ def _read(
     settings.apply((), system)
     experiments = [default_experiment(staged / source) for source in interfaces]
     when = times(description, experiments, wanted, findings)
-    names = named(net.components)
+    names = named({path: each.said.get("name") for path, each in net.components.items()})
     connections = routed(net, interfaces, names, findings)
     for element, component in net.components.items():
         offered = interfaces[component.source]

@@ -3,7 +3,6 @@
 import io
 import posixpath
 import zipfile
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import unquote, urlsplit
 
-from adapters.fmi.archive import archive_problems, opened
+from adapters.fmi.archive import UNREADABLE, archive_problems, opened
 from orchestrator.errors import ComponentTypeError, Location, Problem, ScenarioError
 
 MAIN: Final = "SystemStructure.ssd"
@@ -78,7 +77,7 @@ class Package:
             raise ScenarioError([Problem(where, what)])
         try:
             return self.archive.read(name)
-        except (zipfile.BadZipFile, OSError, zlib.error, NotImplementedError) as error:
+        except UNREADABLE as error:
             raise ScenarioError([Problem(where, f"cannot be read: {error}")]) from error
 
 

@@ -45,20 +45,20 @@ def some(name: str, children: Iterable[Tag]) -> Tag | None:
     return Tag(name, {}, found) if found else None
 
 
-def note(prefix: str, kind: str, said: Mapping[str, str]) -> Tag | None:
-    """What nlosim notes down about an element; `None` if that is nothing.
+def note(kind: str, said: Mapping[str, str], children: Iterable[Tag] = ()) -> Tag:
+    """What nlosim notes down.
 
     Args:
-        prefix: of the file, `ssd`.
-        kind: of the element, for people.
+        kind: of the element that it is about, for people.
         said: text by name.
+        children: notes about elements within.
     """
-    return annotations(prefix, [ours(kind, said)]) if said else None
+    return Tag(f"nlosim:{kind}", said, tuple(children))
 
 
-def ours(kind: str, said: Mapping[str, str]) -> Tag:
-    """An annotation of nlosim."""
-    return tag("ssc:Annotation", Tag(f"nlosim:{kind}", said), type=NOTES)
+def noted(whole: Tag) -> Tag:
+    """An annotation of nlosim around a note; SSP allows one element in it."""
+    return tag("ssc:Annotation", whole, type=NOTES)
 
 
 def steps_of_omsimulator(step: str) -> Tag:

@@ -20,7 +20,7 @@ from orchestrator.scenario.installed import scenario_path
 from orchestrator.scenario.model import ComponentUse, Scenario
 from orchestrator.scenario.units import duration, format_duration
 from orchestrator.signal import Causality, Connector, Signals
-from orchestrator.timebase import CommunicationGrid
+from orchestrator.timebase import CommunicationGrid, seconds
 from orchestrator.units import UnitError
 
 _DRAWN: Final = ("vehicle.position", "road.vertex", "building.vertex")
@@ -52,7 +52,7 @@ def new(arguments: argparse.Namespace) -> Outcome:
 
 def show(arguments: argparse.Namespace) -> Outcome:
     """Draw a scene."""
-    from adapters.traffic.drawing import View, draw  # noqa: PLC0415 - it takes a second
+    from adapters.traffic.drawing import DPI, View, draw  # noqa: PLC0415 - it takes a second
 
     overrides = list(arguments.overrides)
     if arguments.seed is not None:
@@ -84,8 +84,9 @@ def show(arguments: argparse.Namespace) -> Outcome:
                 what = f"no entity `{arguments.around}` is there at {when}; those that are: {here}"
                 return failure("scene", Exit.WRONG_INPUT, what)
             view = View(center=center, radius=arguments.radius)
-        figure = draw(signals, names, f"{scenario.title}, {when}, seed {seed}", view)
-        figure.savefig(arguments.out, dpi=130)
+        title = f"{scenario.title}, {seconds(scenario.start + elapsed):g} s, seed {seed}"
+        figure = draw(signals, names, title, view)
+        figure.savefig(arguments.out, dpi=DPI)
         count = len(np.asarray(signals["vehicle.id"]))
         return Outcome(
             text=f"{arguments.out}: {count} road users at {when}",

@@ -24,7 +24,7 @@ from adapters.sumo.rehearsal import rehearse
 from adapters.sumo.simulation import Sumo
 from adapters.sumo.traffic import Traffic
 from adapters.sumo.warning_log import WarningLog
-from orchestrator.component import OncePerProcessComponent
+from orchestrator.component import ForeseenComponent, OncePerProcessComponent
 from orchestrator.errors import Location, ParameterError, ParameterProblem, Problem
 from orchestrator.input_files import FileCheck, FileReadingComponent, Finding
 from orchestrator.signal import Connector, Signals
@@ -35,7 +35,7 @@ logger = logging.getLogger(__name__)
 _MILLISECOND: Final = nanoseconds("0.001")
 
 
-class SumoTraffic(FileReadingComponent, OncePerProcessComponent):
+class SumoTraffic(FileReadingComponent, OncePerProcessComponent, ForeseenComponent):
     """Everybody on the roads of a SUMO scene, entities of the scenario, and egos to be driven.
 
     Every vehicle that SUMO has is signalled, and every person on foot. Each entity whose
@@ -60,6 +60,11 @@ class SumoTraffic(FileReadingComponent, OncePerProcessComponent):
     @override
     def connectors(self) -> Mapping[str, Connector]:
         return self._connectors
+
+    @classmethod
+    @override
+    def foreseen_connectors(cls) -> Mapping[str, Connector]:
+        return connectors(("<entity>",))
 
     @classmethod
     @override

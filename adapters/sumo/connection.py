@@ -8,23 +8,21 @@ process, subscriptions over a socket, where every getter would be a round trip.
 import abc
 import contextlib
 import io
-import itertools
+import logging
 import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from importlib.util import find_spec
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, ClassVar, Final, Literal
 
-import numpy as np
 from typing_extensions import override
 
 from adapters.sumo.errors import SumoError
-from adapters.traffic.geometry import Float
+from adapters.sumo.watching import Getters, Subscriptions, Watch
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, seconds
 
 Program = Literal["libsumo", "sumo", "sumo-gui"]
@@ -44,30 +42,7 @@ _ATTEMPTS_TO_JOIN: Final = 20
 _NO_CLIENTS: Final = ("--remote-port", "0")
 """A configuration that names a port would have SUMO wait for a client before its first step."""
 
-_SPEED, _POSITION, _ANGLE = 0x40, 0x42, 0x43
-_POSE: Final = (_POSITION, _ANGLE, _SPEED)
-"""Variables of vehicles and persons that can be subscribed to (SUMO's TraCI constants)."""
-
-_TEXTS: Final[Mapping[str, int]] = MappingProxyType(
-    {"getVehicle": 0xC3, "getRedYellowGreenState": 0x20}
-)
-"""Getters of text, and the variables that they get."""
-
-
-class Watch(abc.ABC):
-    """Reads what changes with every step, of many objects of one module of SUMO."""
-
-    @abc.abstractmethod
-    def poses(self, names: Sequence[str]) -> Float:
-        """Poses of vehicles or persons.
-
-        Returns:
-            Front bumper x, y [m], SUMO's angle [degrees] and speed [m/s], shape (vehicle, 4).
-        """
-
-    @abc.abstractmethod
-    def texts(self, names: Sequence[str]) -> list[str]:
-        """The text of each that is watched."""
+logger = logging.getLogger(__name__)
 
 
 class Connection(abc.ABC):
@@ -96,65 +71,6 @@ class Connection(abc.ABC):
     @abc.abstractmethod
     def close(self) -> None:
         """End it. Calling it twice is harmless."""
-
-
-class _Getters(Watch):
-    """Calls getters, which cost a microsecond in this process."""
-
-    def __init__(self, module: Any, text: str | None) -> None:
-        self._module = module
-        self._text = None if text is None else getattr(module, text)
-
-    @override
-    def poses(self, names: Sequence[str]) -> Float:
-        module, count = self._module, len(names)
-        poses = np.empty((count, 4))
-        places = itertools.chain.from_iterable(map(module.getPosition, names))
-        poses[:, :2] = np.fromiter(places, np.float64, 2 * count).reshape(count, 2)
-        poses[:, 2] = np.fromiter(map(module.getAngle, names), np.float64, count)
-        poses[:, 3] = np.fromiter(map(module.getSpeed, names), np.float64, count)
-        return poses
-
-    @override
-    def texts(self, names: Sequence[str]) -> list[str]:
-        assert self._text is not None  # noqa: S101 - whoever watches says which
-        return list(map(self._text, names))
-
-
-class _Subscriptions(Watch):
-    """Subscribes to each object when it is first read; all values come with the step."""
-
-    def __init__(self, module: Any, *, poses: bool, text: str | None) -> None:
-        self._module = module
-        self._text = None if text is None else _TEXTS[text]
-        texts = () if self._text is None else (self._text,)
-        self._variables = (*(_POSE if poses else ()), *texts)
-        self._subscribed: set[str] = set()
-
-    @override
-    def poses(self, names: Sequence[str]) -> Float:
-        values = self._values(names)
-        poses = np.empty((len(names), 4))
-        for row, name in enumerate(names):
-            of = values[name]
-            poses[row, :2] = of[_POSITION][:2]
-            poses[row, 2:] = of[_ANGLE], of[_SPEED]
-        return poses
-
-    @override
-    def texts(self, names: Sequence[str]) -> list[str]:
-        assert self._text is not None  # noqa: S101 - whoever watches says which
-        values, text = self._values(names), self._text
-        return [values[name][text] for name in names]
-
-    def _values(self, names: Sequence[str]) -> Mapping[str, Mapping[int, Any]]:
-        values: Mapping[str, Mapping[int, Any]] = self._module.getAllSubscriptionResults()
-        self._subscribed.intersection_update(values)  # who left has lost theirs
-        new = [name for name in names if name not in self._subscribed]
-        for name in new:
-            self._module.subscribe(name, self._variables)
-        self._subscribed.update(new)
-        return self._module.getAllSubscriptionResults() if new else values
 
 
 class InProcess(Connection):
@@ -204,7 +120,7 @@ class InProcess(Connection):
 
     @override
     def watch(self, module: Any, *, poses: bool = True, text: str | None = None) -> Watch:
-        return _Getters(module, text)
+        return Getters(module, text)
 
     @override
     def reached(self) -> AbstractContextManager[None]:
@@ -246,7 +162,7 @@ class OverTraci(Connection):
 
     @override
     def watch(self, module: Any, *, poses: bool = True, text: str | None = None) -> Watch:
-        return _Subscriptions(module, poses=poses, text=text)
+        return Subscriptions(module, poses=poses, text=text)
 
     @override
     @contextlib.contextmanager
@@ -325,10 +241,17 @@ def join(address: str, step_length: Duration) -> Connection:
 
 
 def _libsumo() -> Any:
-    """The package `libsumo`, imported where it is needed; it may print, among our results."""
-    with contextlib.redirect_stdout(sys.stderr):
+    """The package `libsumo`, imported where it is needed.
+
+    What it prints then goes to the log: that another version of Arrow is installed than the one it
+    is linked with, which it brings along.
+    """
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
         import libsumo  # noqa: PLC0415 - heavy
 
+    if printed.getvalue():
+        logger.debug("libsumo: %s", " ".join(printed.getvalue().split()))
     return libsumo
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from adapters.sumo.proximity import NOBODY_NEAR
 from adapters.traffic.connectors import SURROUNDINGS, VEHICLES, output
+from orchestrator.absence import Need, Undriven
 from orchestrator.signal import Causality, Connector, Variability
 
 _CONTINUOUS: Final = Variability.CONTINUOUS
@@ -75,8 +76,11 @@ def _of_one(name: str, routes: str) -> Mapping[str, Connector]:
     return {
         "command": replace(
             COMMAND,
-            needed=f"`{name}` keeps its speed and heading, whatever is ahead; connect the "
-            "`command` of a policy, or leave `controller: policy` out",
+            undriven=Undriven(
+                f"`{name}` keeps its speed and heading, whatever is ahead; connect the "
+                "`command` of a policy, or leave `controller: policy` out",
+                Need.IF_OFFERED,
+            ),
             parameter=("entities", name),
         ),
         "id": output("number of the vehicle, -1 while it is not there", dtype=np.int64),

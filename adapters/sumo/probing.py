@@ -14,6 +14,7 @@ from typing import Any, Final, TypeAlias
 from adapters.sumo.files import SceneFiles
 from adapters.sumo.silencing import StandIns
 from orchestrator.errors import Location, Problem
+from orchestrator.process_end import ended
 from orchestrator.remote.process import child_environment
 from orchestrator.scratch import scratch
 
@@ -195,7 +196,8 @@ def _end(attempt: _Attempt, guilty: Path, timeout: float) -> str | None:
         how = f"signal {number}, {signal.Signals(number).name}" if is_signal else f"code {-number}"
         return f"SUMO crashed while {doing} ({how})"
     if attempt.stage != "done":
-        return f"SUMO could not be started: {attempt.printed.strip().rpartition(chr(10))[2]}"
+        said = attempt.printed.strip().rpartition("\n")[2]
+        return f"SUMO could not be started: {said or f'its process {ended(attempt.code)}'}"
     return None
 
 

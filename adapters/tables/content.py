@@ -26,6 +26,8 @@ MOST_PROBLEMS: Final = 100
 
 _FIELD: Final = re.compile(r'(?:^|,)(\s*"(?:[^"]|"")*"\s*|[^,]*)')
 _TIME_UNIT: Final = "s"
+_LATEST: Final = (1 << 63) - 1
+"""Nanoseconds that an integer of 64 bits holds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +135,11 @@ class _Reading:
             return False
         exact = [number for number in numbers if number is not None]
         t = round(exact[index] * factor)
+        if abs(t) > _LATEST:
+            self._add(
+                row[index].where, f"the time {row[index].said} does not fit into 64-bit nanoseconds"
+            )
+            return False
         if times and t <= times[-1]:
             what = f"the time {row[index].said} is not after the one in the row before"
             self._add(row[index].where, what)
@@ -180,7 +187,11 @@ class _Reading:
                 self._add(Location(str(self.path), number, line.index('"') + 1), what)
                 continue
             columns = [match.start(1) + 1 for match in _FIELD.finditer(line)]
-            fields = next(csv.reader([line]))
+            try:
+                fields = next(csv.reader([line]))
+            except csv.Error as error:
+                self._add(Location(str(self.path), number, 1), f"cannot be read: {error}")
+                continue
             yield [
                 _Cell(text, Location(str(self.path), number, column))
                 for text, column in zip(fields, columns, strict=False)
@@ -194,14 +205,12 @@ class _Reading:
             return
         try:
             table = importlib.import_module("pyarrow.parquet").read_table(self.path)
+            names = table.column_names
+            columns = [table.column(k).to_pylist() for k in range(table.num_columns)]
         except Exception as error:  # whatever pyarrow thinks of the file
             self._add(top, f"cannot be read as Parquet: {error}")
             return
-        yield [
-            _Cell(name, Location(str(self.path), 1, k))
-            for k, name in enumerate(table.column_names, 1)
-        ]
-        columns = [table.column(k).to_pylist() for k in range(table.num_columns)]
+        yield [_Cell(name, Location(str(self.path), 1, k)) for k, name in enumerate(names, 1)]
         for line, row in enumerate(zip(*columns, strict=True), 2):
             yield [_Cell(v, Location(str(self.path), line, k)) for k, v in enumerate(row, 1)]
 

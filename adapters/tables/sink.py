@@ -9,6 +9,8 @@ import numpy as np
 from typing_extensions import override
 
 from adapters.tables.heading import Heading
+from orchestrator.absence import Undriven
+from orchestrator.component import ForeseenComponent
 from orchestrator.errors import ComponentTypeError, ParameterError, ParameterProblem
 from orchestrator.output_files import FileWritingComponent
 from orchestrator.parameters import parameter
@@ -17,7 +19,7 @@ from orchestrator.table_files import FORMATS, NO_PARQUET, has_parquet, write_tab
 from orchestrator.timebase import Duration, Time, seconds
 
 
-class TableSink(FileWritingComponent):
+class TableSink(FileWritingComponent, ForeseenComponent):
     """Writes what it sees at each of its communication points as a row of a table.
 
     The first row has what it sees at the start. The file is written when the run ends, also with
@@ -63,9 +65,13 @@ class TableSink(FileWritingComponent):
         self._headings = headings
         self._connectors = {
             heading.name: Connector(
-                causality=Causality.INPUT, unit=heading.unit, variability=Variability.CONTINUOUS
+                causality=Causality.INPUT,
+                unit=heading.unit,
+                variability=Variability.CONTINUOUS,
+                undriven=Undriven("its column has zeros"),
+                parameter=("columns", k),
             )
-            for heading in headings
+            for k, heading in enumerate(headings)
         }
         self._times: list[Time] = []
         self._rows: list[list[float]] = []
@@ -79,6 +85,11 @@ class TableSink(FileWritingComponent):
     @override
     def write_into(self, directory: Path) -> None:
         self._folder = self._folder or directory
+
+    @classmethod
+    @override
+    def foreseen_connectors(cls) -> Mapping[str, Connector]:
+        return {"<column>": Connector(causality=Causality.INPUT, description="each column")}
 
     @property
     @override

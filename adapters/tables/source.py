@@ -9,6 +9,7 @@ import numpy as np
 from typing_extensions import override
 
 from adapters.tables.content import Content, read
+from orchestrator.component import ForeseenComponent
 from orchestrator.errors import ComponentTypeError
 from orchestrator.input_files import FileCheck, FileReadingComponent
 from orchestrator.parameters import parameter
@@ -16,7 +17,7 @@ from orchestrator.signal import Array, Causality, Connector, Signals, Variabilit
 from orchestrator.timebase import Duration, Time, seconds
 
 
-class TableSource(FileReadingComponent):
+class TableSource(FileReadingComponent, ForeseenComponent):
     """Plays a table back: every column but that of the times is an output.
 
     Times count from zero of the simulated time. A time between two nanoseconds is rounded. Numbers
@@ -69,6 +70,11 @@ class TableSource(FileReadingComponent):
     @override
     def check_files(cls, parameters: Any, *, thorough: bool) -> FileCheck:
         return FileCheck(problems=read(parameters.file, parameters.time)[1])
+
+    @classmethod
+    @override
+    def foreseen_connectors(cls) -> Mapping[str, Connector]:
+        return {"<column>": Connector(causality=Causality.OUTPUT, description="each column")}
 
     @property
     @override

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from orchestrator.meaning import Meaning
 from orchestrator.signal import Causality, Connector, Variability
 
 ENTERED_MIME: Final = "application/json; content=entered; events"
@@ -19,6 +20,7 @@ def output(
     dtype: npt.DTypeLike = np.float64,
     unit: str = "1",
     variability: Variability = Variability.DISCRETE,
+    meaning: Meaning | None = None,
 ) -> Connector:
     """An output that is an array."""
     return Connector(
@@ -28,6 +30,7 @@ def output(
         unit=unit,
         variability=variability,
         description=description,
+        meaning=meaning,
     )
 
 
@@ -35,7 +38,12 @@ _FIXED: Final = Variability.FIXED
 
 VEHICLES: Final[Mapping[str, Connector]] = MappingProxyType(
     {
-        "vehicle.id": output("numbers, ascending, never reused", "vehicle", dtype=np.int64),
+        "vehicle.id": output(
+            "numbers, ascending, never reused",
+            "vehicle",
+            dtype=np.int64,
+            meaning=Meaning(numbers="vehicle", minimum=0, is_ascending=True),
+        ),
         "vehicle.position": output(
             "centre of the body on the ground; x east, y north", "vehicle", 3, unit="m"
         ),

@@ -1,6 +1,6 @@
 """A picture of a scene from above: roads, buildings, lights, and everybody on the road."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -9,47 +9,54 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
+from matplotlib.transforms import ScaledTranslation
 
 from adapters.traffic.bodies import Body
+from adapters.traffic.colours import BODY_COLOURS, LIGHT_COLOURS
 from adapters.traffic.geometry import Boxes, Float
-from orchestrator.drawing import styled
-from orchestrator.palette import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    GROUND,
-    LIGHT,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILLION,
-)
+from orchestrator.drawing import SMALL, WIDTH, styled
+from orchestrator.palette import BLACK, GREEN, GROUND, LIGHT
 from orchestrator.signal import Array, Signal, Signals
 
-_WIDTH: Final = 10.0
-"""The width of the picture [inch]."""
+DPI: Final = 171
+"""Pixels per inch of a picture in pixels: it is 1300 wide."""
+
+_AROUND: Final = 0.75
+"""What the axis and its numbers take of the width [inch]."""
+
+_BESIDE: Final = 1.15
+"""What the title and the axis take of the height [inch]."""
+
+_COLUMNS: Final = 5
+"""How many kinds stand side by side in the legend."""
+
+_LINE: Final = 0.22
+"""The height of a line of the legend [inch]."""
 
 _MARGIN: Final = 0.03
 """Around everything, as a share of the larger side."""
 
+_EDGE: Final = 0.85
+"""From this share of the width on, names stand to the left."""
+
+_BELOW: Final = 0.48
+"""How far the legend is below the scene, beneath its axis [inch]."""
+
 _SMALLEST: Final = 4e-3
 """Bodies shorter than this share of the larger side of the scene are drawn as marks, too."""
 
-_COLOURS: Final[Mapping[Body, str]] = {
-    Body.CAR: BLUE,
-    Body.SUV: SKY,
-    Body.VAN: PURPLE,
-    Body.BUS: ORANGE,
-    Body.TRUCK: BLACK,
-    Body.RAIL: GREY,
-    Body.MOTORCYCLE: "#8A6D3B",
-    Body.BICYCLE: GREEN,
-    Body.PEDESTRIAN: VERMILLION,
+_HATCHES: Final[Mapping[Body, str]] = {
+    Body.SUV: "xxx",
+    Body.VAN: "...",
+    Body.BUS: "///",
+    Body.RAIL: "---",
+    Body.MOTORCYCLE: "+++",
 }
-_LIGHTS: Final = (GREY, VERMILLION, VERMILLION, ORANGE, "#7FCEB9", GREEN, VERMILLION)
-"""Colours by the codes of `light.state`."""
+"""What bodies have beside their colour where they are large enough, for readers without colours."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -87,10 +94,15 @@ def _drawn(signals: Signals, names: Mapping[int, str], title: str, around: View 
         reach = np.array([around.radius, around.radius])
         low, high = np.maximum(low, around.center - reach), np.minimum(high, around.center + reach)
     span = np.maximum(high - low, 10.0)
-    figure = Figure(figsize=(_WIDTH, _WIDTH * float(np.clip(span[1] / span[0], 0.3, 1.4)) + 0.8))
+    margin = _MARGIN * float(span.max())
+    body = _bodies_within(arrays, low - margin, low + span + margin)
+    kinds = [kind for kind in BODY_COLOURS if (body == kind).any()]
+    shape = float(np.clip(span[1] / span[0], 0.1, 1.2))
+    lines = 1 + -(-len(kinds) // _COLUMNS)
+    height = (WIDTH - _AROUND) * shape + _BESIDE + _LINE * lines
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
-    margin = _MARGIN * float(span.max())
     axes.set_xlim(low[0] - margin, low[0] + span[0] + margin)
     axes.set_ylim(low[1] - margin, low[1] + span[1] + margin)
     axes.set_aspect("equal")
@@ -101,9 +113,16 @@ def _drawn(signals: Signals, names: Mapping[int, str], title: str, around: View 
     _polygons(axes, arrays, "road", LIGHT)
     _polygons(axes, arrays, "building", GROUND)
     _lights(axes, arrays)
-    _bodies(axes, arrays, names, float(span.max()))
-    figure.tight_layout()
+    _bodies(axes, arrays, float(span.max()))
+    _names(axes, arrays, names)
+    _legends(figure, axes, arrays, body)
     return figure
+
+
+def _bodies_within(arrays: Mapping[str, Array], low: Float, high: Float) -> Array:
+    """The kinds of those whose middle is between two corners, shape (vehicle,)."""
+    place = arrays["vehicle.position"][:, :2]
+    return np.asarray(arrays["vehicle.body"][((low <= place) & (place <= high)).all(axis=1)])
 
 
 def _is_array(signal: Signal) -> bool:
@@ -128,37 +147,89 @@ def _lights(axes: Axes, arrays: Mapping[str, Array]) -> None:
     place = arrays.get("light.position")
     if place is None or not len(place):
         return
-    colours = [_LIGHTS[code] for code in arrays["light.state"].tolist()]
+    colours = [LIGHT_COLOURS[code] for code in arrays["light.state"].tolist()]
     axes.scatter(place[:, 0], place[:, 1], s=6, c=colours, linewidths=0, zorder=3)
 
 
-def _bodies(axes: Axes, arrays: Mapping[str, Array], names: Mapping[int, str], span: float) -> None:
+def _bodies(axes: Axes, arrays: Mapping[str, Array], span: float) -> None:
     center, heading = arrays["vehicle.position"][:, :2], arrays["vehicle.heading"]
     size, body = arrays["vehicle.size"][:, :2], arrays["vehicle.body"]
-    numbers = arrays["vehicle.id"].tolist()
-    present = []
-    for kind, colour in _COLOURS.items():
+    for kind, colour in BODY_COLOURS.items():
         rows = np.flatnonzero(body == kind)
         if not len(rows):
             continue
-        present.append(Patch(color=colour, label=f"{kind.name.lower()} ({len(rows)})"))
         boxes = Boxes(center=center[rows], heading=heading[rows], size=size[rows]).corners()
-        axes.add_collection(PolyCollection(list(boxes), facecolors=colour, zorder=4))
+        hatch = _HATCHES.get(kind) if size[rows].max() >= _SMALLEST * span * 4 else None
+        axes.add_collection(
+            PolyCollection(
+                list(boxes), facecolors=colour, edgecolors="white", linewidths=0.0, hatch=hatch,
+                zorder=4,
+            )
+        )  # fmt: skip
         small = rows[size[rows].max(axis=1) < _SMALLEST * span]
         axes.scatter(center[small, 0], center[small, 1], s=5, c=colour, linewidths=0, zorder=4)
     carries = np.flatnonzero(arrays["vehicle.lidar"])
     axes.scatter(
-        center[carries, 0], center[carries, 1], s=60, facecolors="none", edgecolors="black",
+        center[carries, 0], center[carries, 1], s=60, facecolors="none", edgecolors=BLACK,
         linewidths=0.8, zorder=5,
     )  # fmt: skip
-    for row, number in enumerate(numbers):
+
+
+def _names(axes: Axes, arrays: Mapping[str, Array], names: Mapping[int, str]) -> None:
+    """Write names beside bodies, away from the right edge, and from those just above."""
+    center = arrays["vehicle.position"][:, :2]
+    low, high = axes.get_xlim()
+    near = np.array([0.08 * (high - low), 0.12 * np.ptp(axes.get_ylim())])
+    halo = [withStroke(linewidth=2.5, foreground="white")]  # names are read above dark bodies
+    for row, number in enumerate(arrays["vehicle.id"].tolist()):
         if number in names:
+            is_right = bool(center[row, 0] > low + _EDGE * (high - low))
+            away = center - center[row]
+            is_below = bool(((abs(away) < near).all(axis=1) & (away[:, 1] > 0)).any())
             axes.annotate(
-                names[number], center[row], xytext=(4, 4), textcoords="offset points",
-                fontsize=8, color=VERMILLION, zorder=6, annotation_clip=True,
+                names[number], center[row],
+                xytext=(-7 if is_right else 7, -7 if is_below else 7),
+                textcoords="offset points", ha="right" if is_right else "left",
+                va="top" if is_below else "baseline", fontsize=9, color=BLACK, zorder=6,
+                annotation_clip=True, path_effects=halo,
             )  # fmt: skip
-    if present:
-        axes.legend(
-            handles=present, loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8,
-            frameon=False, title="circle: lidar", title_fontsize=8,
-        )  # fmt: skip
+
+
+def _legends(figure: Figure, axes: Axes, arrays: Mapping[str, Array], body: Array) -> None:
+    """Draw the legends below the picture: kinds seen, with their numbers, and what is around."""
+    kinds = [
+        Patch(
+            facecolor=colour, hatch=_HATCHES.get(kind), edgecolor="white", lw=0,
+            label=f"{kind.name.lower()} ({(body == kind).sum()})",
+        )
+        for kind, colour in BODY_COLOURS.items()
+        if (body == kind).any()
+    ]  # fmt: skip
+    if kinds:
+        _legend(figure, axes, kinds, _BELOW)
+    around: list[Patch | Line2D] = [
+        Patch(facecolor=colour, label=group)
+        for group, colour in (("road", LIGHT), ("building", GROUND))
+        if len(arrays[f"{group}.index"])
+    ]
+    if arrays["vehicle.lidar"].any():
+        label = "vehicle with lidar"
+        around.append(Line2D([], [], ls="", marker="o", ms=7, mfc="none", mec=BLACK, label=label))
+    if len(arrays.get("light.position", ())):
+        label = "traffic light, in its colour"
+        around.append(Line2D([], [], ls="", marker=".", color=GREEN, label=label))
+    if around:
+        rows = -(-len(kinds) // _COLUMNS)
+        _legend(figure, axes, around, _BELOW + rows * _LINE)
+
+
+def _legend(figure: Figure, axes: Axes, handles: Sequence[Patch | Line2D], below: float) -> None:
+    """Draw a legend that begins where the axis does, so far below the scene [inch]."""
+    down = ScaledTranslation(0.0, -below, figure.dpi_scale_trans)
+    legend = Legend(
+        axes, handles, [str(each.get_label()) for each in handles], loc="upper left",
+        bbox_to_anchor=(0.0, 0.0), borderaxespad=0.0, bbox_transform=axes.transAxes + down,
+        ncols=_COLUMNS, fontsize=SMALL,
+    )  # fmt: skip
+    axes.add_artist(legend)
+    legend.set_clip_on(False)  # else the layout leaves no room for it

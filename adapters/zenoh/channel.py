@@ -8,14 +8,11 @@ import zenoh
 from typing_extensions import override
 from zenoh.handlers import FifoChannel
 
-from adapters.zenoh.session import Keys, close_session, is_matched, open_session
+from adapters.zenoh.session import RETRY, Keys, close_session, is_matched, open_session
 from orchestrator.remote.host import HostChannel
 
 _CONNECT_TIMEOUT: Final = 30.0
 """How long the orchestrator may take to listen, and to subscribe to the replies [s]."""
-
-_RETRY: Final = {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2}
-"""How soon to connect again after the connection was lost."""
 
 
 class ZenohChannel(HostChannel):
@@ -41,7 +38,7 @@ class ZenohChannel(HostChannel):
                 "mode": "client",
                 "connect/endpoints": [endpoint],
                 "connect/timeout_ms": int(1000 * _CONNECT_TIMEOUT),
-                "connect/retry": _RETRY,
+                "connect/retry": RETRY,
                 "transport/link/tx/lease": int(1000 * lease),
                 "transport/auth/usrpwd/user": user,
                 "transport/auth/usrpwd/password": password,

@@ -1,18 +1,31 @@
 """Keys and session settings that both ends of a link share."""
 
 import json
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
 import zenoh
 
+_log = logging.getLogger(__name__)
+
 LEASE: Final = 5.0
 """The connection to a peer that was silent for so long is given up and made again [s]."""
+
+RETRY: Final = {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2}
+"""How soon to connect again after the connection was lost."""
 
 _WAIT_BEFORE_CLOSE_US: Final = 600_000_000
 """How long a blocking `put` waits for a peer that does not read before its link is closed. The
 lease comes first; Zenoh's own 5 s would lose messages silently."""
+
+_PENDING: Final = 512
+"""Connections that have not said yet who they are, at most; each takes a descriptor."""
+
+_INTRODUCTION_MS: Final = 2000
+"""How long a connection may take to say who it is. Zenoh's own 10 s, and 100 connections, let
+anybody who opens more of them keep our hosts out."""
 
 COMMON: Final[Mapping[str, Any]] = {
     # nobody is looked for, and nobody finds us: the address is handed over
@@ -21,6 +34,8 @@ COMMON: Final[Mapping[str, Any]] = {
     "transport/link/tx/queue/size/data": 16,
     "transport/link/tx/queue/congestion_control/block/wait_before_close": _WAIT_BEFORE_CLOSE_US,
     "transport/link/rx/buffer_size": 1 << 22,
+    "transport/unicast/accept_pending": _PENDING,
+    "transport/unicast/accept_timeout": _INTRODUCTION_MS,
     # Shared memory would halve the time of a message of 1 MB, but its segments (17 MB a process)
     # outlive the process, even one that closed its session, and where /dev/shm is small (64 MB in
     # a container) a host dies of it.
@@ -51,13 +66,37 @@ class Keys:
         """Its replies."""
         return f"{self._base}/out"
 
+    @property
+    def end(self) -> str:
+        """How the component was lost, from who serves it."""
+        return f"{self._base}/end"
+
+    @property
+    def log(self) -> str:
+        """Log records from who serves the component."""
+        return f"{self._base}/log"
+
     def alive(self, session: object) -> str:
         """The token that vanishes with the host's `session`."""
         return f"{self._base}/alive/{session}"
 
+    def run_alive(self, session: object) -> str:
+        """The token that vanishes with the `session` of the run."""
+        return f"{self._base}/run/{session}"
+
     @property
     def _base(self) -> str:
         return f"cs/@v1/{self.run}/{self.component}"
+
+
+def meeting_key(component: str) -> str:
+    """Where a run asks for a component that is served."""
+    return f"cs/@v1/serve/{component}/meet"
+
+
+def served_key(component: str, serving: str) -> str:
+    """The token of a component that is served, as long as `serving` lasts."""
+    return f"cs/@v1/serve/{component}/alive/{serving}"
 
 
 def open_session(settings: Mapping[str, Any]) -> zenoh.Session:
@@ -74,6 +113,14 @@ def is_matched(publisher: zenoh.Publisher) -> bool:
     return bool(status.matching)
 
 
+def is_connected(session: zenoh.Session) -> bool:
+    """Whether `session` has a connection to another one now."""
+    return any((*session.info.peers_zid(), *session.info.routers_zid()))
+
+
 def close_session(session: zenoh.Session) -> None:
     """Close `session`; without this a process may hang at its exit."""
-    session.close()  # type: ignore[no-untyped-call]  # as Zenoh's type stubs have it
+    try:
+        session.close()  # type: ignore[no-untyped-call]  # as Zenoh's type stubs have it
+    except zenoh.ZError as error:  # it waits for strangers that have not said who they are
+        _log.debug("a session was not closed in time: %s", error)

@@ -16,8 +16,8 @@ from benchmarks.distributed.participant import Participant, RingRun, missing
 from benchmarks.distributed.pipe import open_pipes
 from benchmarks.distributed.ring import PARALLEL, SEQUENTIAL, Ring
 from benchmarks.distributed.zeromq import open_router
+from benchmarks.settings import whole_number
 from benchmarks.spread import Spread
-from orchestrator.errors import CosimError
 from orchestrator.remote.local import LocalTransport
 
 PARTICIPANTS: Final[Mapping[str, Participant]] = {
@@ -50,10 +50,6 @@ TARGET_MS: Final = 0.4
 _STEPS: Final = "steps"
 _UNIT: Final = "ms / step"
 _Measured: TypeAlias = Mapping[str, Sequence[Measurement]]
-
-
-class StepsError(CosimError):
-    """The setting `steps` is no whole number from 20 on. Exit code 2."""
 
 
 class DistributedBenchmark(Benchmark):
@@ -90,10 +86,7 @@ class DistributedBenchmark(Benchmark):
 
     @override
     def configure(self, settings: Mapping[str, str]) -> None:
-        text = settings[_STEPS]
-        if not text.isdecimal() or int(text) < 20:
-            raise StepsError(f"`{_STEPS}` is `{text}`; write a whole number from 20 on")
-        self._steps = int(text)
+        self._steps = whole_number(settings, _STEPS, 20)
 
     @override
     def cases(self) -> Mapping[str, Case]:

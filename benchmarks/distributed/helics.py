@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 from typing_extensions import override
 
-from benchmarks.distributed.children import ended, killed, lines, spawn
+from benchmarks.distributed.children import ended, hear, killed, spawn
 from benchmarks.distributed.participant import Participant, missing
 from benchmarks.distributed.ring import PARALLEL, Ring
 
@@ -39,13 +39,13 @@ class Helics(Participant):
     def stamps(self, ring: Ring, steps: int) -> Sequence[int]:
         server = spawn(__name__, ["broker", ring.members])
         with killed([server]):  # it would take seconds to see that it is alone
-            address = next(lines(server))["address"]
+            address = hear(server)["address"]
             federates = [
                 spawn(__name__, ["federate", address, ring.to_text(), steps, number])
                 for number in range(ring.members)
             ]
             with ended(federates):
-                said = [next(lines(federate)) for federate in federates]
+                said = [hear(federate) for federate in federates]
         ring.check(self.label, [each["right"] for each in said], steps)
         found: Sequence[int] = said[0]["stamps"]
         return found

@@ -17,7 +17,7 @@ from typing import Any, Final
 import numpy as np
 from typing_extensions import override
 
-from benchmarks.distributed.children import ended, lines, spawn
+from benchmarks.distributed.children import ended, hear, spawn
 from benchmarks.distributed.participant import Participant, missing
 from benchmarks.distributed.ring import PARALLEL, Ring
 from orchestrator.signal import Array
@@ -45,7 +45,7 @@ class Mosaik(Participant):
     def stamps(self, ring: Ring, steps: int) -> Sequence[int]:
         world = spawn(__name__, ["world", ring.to_text(), steps])
         with ended([world]):
-            said = next(lines(world))
+            said = hear(world)
         ring.check(self.label, said["right"], steps)
         found: Sequence[int] = said["stamps"]
         return found

@@ -12,8 +12,8 @@ from benchmarks.distributed.ring import PARALLEL, Ring
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.observer import Observer, SimulationResult
-from orchestrator.remote.component import launch
-from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.launching import launch
+from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import Transport
 from orchestrator.signal import Signals
 from orchestrator.simulation import simulate

@@ -4,10 +4,12 @@ import abc
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
+from subprocess import TimeoutExpired
 
 from typing_extensions import override
 
-from benchmarks.benchmark import Case, Measurement
+from benchmarks.benchmark import Case, Measurement, PeerFailedError
+from benchmarks.distributed.children import BrokenProcessError
 from benchmarks.distributed.ring import Ring, timing
 
 
@@ -68,5 +70,9 @@ class RingRun(Case):
             `mean_ms`, `median_ms` and `p99_ms` of a macro step, wall time.
         """
         before = max(self.steps // 10, 5)
-        stamps = self.participant.stamps(self.ring, before + self.steps)
+        try:
+            stamps = self.participant.stamps(self.ring, before + self.steps)
+        except (BrokenProcessError, TimeoutExpired) as error:  # ours starts no such process
+            what = str(error).strip().splitlines()[-1]
+            raise PeerFailedError(f"{self.participant.label} failed: {what}") from error
         return timing(stamps[before:])

@@ -6,16 +6,17 @@ from typing import Final, TypeAlias
 from typing_extensions import override
 
 from benchmarks.benchmark import Benchmark, Case, Measurement, Row
-from benchmarks.importer import ecos
+from benchmarks.importer import ecos, omsimulator
 from benchmarks.importer.chain import Chain
 from benchmarks.importer.ecos import EcosRun
 from benchmarks.importer.floor import FloorRun
 from benchmarks.importer.fmpy_loop import FmpyRun
 from benchmarks.importer.matrix import MatrixRun
+from benchmarks.importer.omsimulator import OmsimulatorRun
 from benchmarks.importer.ours import OursRun
+from benchmarks.settings import whole_number
 from benchmarks.spread import Spread
 from fmus.native.targets import compiler_command, select_targets
-from orchestrator.errors import CosimError
 
 CHAINS: Final = tuple(
     Chain(kind, version, length)
@@ -31,6 +32,7 @@ PEERS: Final[Mapping[str, str]] = {
     "fmpy": "FMPy, prepared calls",
     "fmpy-methods": "FMPy, methods",
     "ecos": "ecos",
+    "omsimulator": "OMSimulator",
     "python": "our Python path",
     "c": "C loop",
     "c-apart": "C loop, a library for each instance",
@@ -43,10 +45,6 @@ TARGET_US: Final = 0.25
 _STEPS: Final = "steps"
 _UNIT: Final = "us / FMU step"
 _Measured: TypeAlias = Mapping[str, Sequence[Measurement]]
-
-
-class StepsError(CosimError):
-    """The setting `steps` is no whole number from 100 on. Exit code 2."""
 
 
 class ImporterBenchmark(Benchmark):
@@ -66,12 +64,12 @@ class ImporterBenchmark(Benchmark):
     @property
     @override
     def peer(self) -> str:
-        missing = f"; left out: ecos ({ecos.WHY_NOT})" if ecos.WHY_NOT else ""
+        absent = {"ecos": ecos.WHY_NOT, "OMSimulator": omsimulator.WHY_NOT}
+        missing = "".join(f"; left out: {name} ({why})" for name, why in absent.items() if why)
         return (
             "the same FMUs, measured in turn, last values compared: FMPy in a loop of Python "
-            "with lists, a bare C loop with an array, ecos (FMI 2.0, a CSV file, values exchanged "
-            f"after all have stepped), and our Python path{missing}; left out: OMSimulator, whose "
-            "package loads binaries from a server of its own"
+            "with lists, a bare C loop with an array, ecos (FMI 2.0) and OMSimulator (both with a "
+            f"CSV file, values exchanged after all have stepped), and our Python path{missing}"
         )
 
     @property
@@ -81,10 +79,7 @@ class ImporterBenchmark(Benchmark):
 
     @override
     def configure(self, settings: Mapping[str, str]) -> None:
-        text = settings[_STEPS]
-        if not text.isdecimal() or int(text) < 100:
-            raise StepsError(f"`{_STEPS}` is `{text}`; write a whole number from 100 on")
-        self._steps = int(text)
+        self._steps = whole_number(settings, _STEPS, 100)
 
     @override
     def require(self) -> None:
@@ -102,6 +97,8 @@ class ImporterBenchmark(Benchmark):
             found[f"{chain.name}/fmpy-methods"] = FmpyRun(chain=chain, steps=steps, prepared=False)
             if chain.version == 2 and not ecos.WHY_NOT:
                 found[f"{chain.name}/ecos"] = EcosRun(chain=chain, steps=steps)
+            if not omsimulator.WHY_NOT:
+                found[f"{chain.name}/omsimulator"] = OmsimulatorRun(chain=chain, steps=steps)
             few = max(steps // 10, 100)
             found[f"{chain.name}/python"] = OursRun(chain=chain, steps=few, compiled=False)
         found[f"matrix/{SIDE}x{SIDE}"] = MatrixRun(side=SIDE, steps=max(steps // 20, 100))

@@ -13,8 +13,8 @@ from adapters.sumo.parameters import TrafficParameters
 from benchmarks.benchmark import Benchmark, Case, Measurement, Row
 from benchmarks.scene import work
 from benchmarks.scene.process import apart
+from benchmarks.settings import whole_number
 from benchmarks.spread import Spread
-from orchestrator.errors import CosimError
 
 _FOLDER: Final = Path(scenarios.__file__).parent
 _SCENE: Final = _FOLDER / "assets" / "city" / "city.sumocfg"
@@ -34,10 +34,6 @@ _CPU: Final = "simulated s / CPU s"
 _SUMO: Final = "SUMO alone"
 _TRANSPORT: Final = "zenoh"
 """Traffic steps in a process of its own, beside the other components."""
-
-
-class DurationError(CosimError):
-    """The setting `seconds` is no whole number from 1 on. Exit code 2."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,10 +116,7 @@ class SceneBenchmark(Benchmark):
 
     @override
     def configure(self, settings: Mapping[str, str]) -> None:
-        text = settings[_SECONDS]
-        if not text.isdecimal() or int(text) < 1:
-            raise DurationError(f"`{_SECONDS}` is `{text}`; write a whole number from 1 on")
-        self._seconds = int(text)
+        self._seconds = whole_number(settings, _SECONDS, 1)
 
     @override
     def cases(self) -> Mapping[str, Case]:

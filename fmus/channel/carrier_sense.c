@@ -22,7 +22,16 @@ int sense_silence(Channel *c, uint32_t radio, int64_t now) {
     return schedule_contention(c, radio);
 }
 
-int end_busy_window(Channel *c) {
+/* Let windows pass in which nothing happens; all have the ratio of the one that comes after them. */
+static void skip_windows(Channel *c, int64_t quiet_until) {
+    int64_t length = c->parameters.busy_window, rest = quiet_until - c->window_ends;
+    if (rest < length) return;
+    c->window_ends += rest / length * length;
+    for (size_t k = 0; k < c->radios.count; k++)
+        if (!c->radios.item[k].is_idle) c->radios.item[k].busy_since = c->window_ends - length;
+}
+
+int end_busy_window(Channel *c, int64_t quiet_until) {
     int64_t now = c->window_ends, length = c->parameters.busy_window;
     for (size_t k = 0; k < c->radios.count; k++) {
         Radio *r = &c->radios.item[k];
@@ -35,5 +44,6 @@ int end_busy_window(Channel *c) {
         r->busy_time = 0;
     }
     c->window_ends += length;
+    skip_windows(c, quiet_until);
     return schedule_window(c);
 }

@@ -20,8 +20,8 @@ static inline int sense_idle(Channel *c, uint32_t radio, int64_t now) {
     return sense_silence(c, radio, now);
 }
 
-/* A window of the busy ratio has ended: tell the ratios, and begin the next one. Nonzero if memory is
- * short. */
-int end_busy_window(Channel *);
+/* A window of the busy ratio has ended: tell the ratios, and begin the next one; up to `quiet_until` [ps]
+ * nothing else will happen. Nonzero if memory is short. */
+int end_busy_window(Channel *, int64_t quiet_until);
 
 #endif

@@ -45,9 +45,17 @@ static int run_ends(Channel *c, Event event, int64_t end) {
     return events_add(&c->events, &event);
 }
 
+/* Nothing happens before this time, or the end of the step: the event at hand has been taken out. */
+static int64_t quiet_until(const Channel *c, int64_t end) {
+    Event packet;
+    int64_t time = end;
+    if (c->events.count > 0 && c->events.item[0].time < time) time = c->events.item[0].time;
+    return next_packet(c, &packet) && packet.time < time ? packet.time : time;
+}
+
 static int happen(Channel *c, const Event *event, int64_t end) {
     switch ((EventKind)event->kind) {
-    case WINDOW_ENDS: return end_busy_window(c);
+    case WINDOW_ENDS: return end_busy_window(c, quiet_until(c, end));
     case ARRIVAL_ENDS: return run_ends(c, *event, end);
     case SENDING_ENDS: return end_sending(c, event->subject, event->time);
     case CONTENTION_ENDS:

@@ -2,6 +2,15 @@
 
 from typing import Final
 
+from fmus.channel.caution import UNNOTICED
+from fmus.channel.undriven import (
+    NO_BUILDINGS,
+    PACKETS,
+    PROBE_CARRIERS,
+    PROBE_SIZES,
+    PROBES,
+    VEHICLES,
+)
 from fmus.messages.records import NO_VEHICLE, PACKETS_MIME, RECEPTIONS_MIME, TRANSMISSIONS_MIME
 from fmus.native.interface import (
     Interface,
@@ -12,6 +21,7 @@ from fmus.native.interface import (
     length,
     parameter,
     switch,
+    when_undriven,
     whole,
 )
 from fmus.native.scene import building, n_building, n_building_vertex, n_vehicle, vehicle
@@ -89,6 +99,7 @@ _RADIO: Final = (
         "Frames below the sensitivity are reported too (outcome U); costs the exact power at every "
         "radio in range",
         start=True,
+        caution=UNNOTICED,
     ),
     parameter(
         "interference_margin",
@@ -232,53 +243,59 @@ _PROPAGATION: Final = (
     ),
 )
 
-_INPUTS: Final = (
-    vehicle("id"),
-    vehicle("position"),
-    vehicle("heading"),
-    vehicle("size"),
-    vehicle("antenna_height"),
-    vehicle("equipped"),
-    building("vertex"),
-    building("index"),
-    building("height"),
-    discrete_input(
-        "packets",
-        "Binary",
-        "Packets to be sent; one that is held over several steps is sent once",
-        mime_type=PACKETS_MIME,
+_INPUTS: Final = when_undriven(
+    (
+        vehicle("id"),
+        vehicle("position"),
+        vehicle("heading"),
+        vehicle("size"),
+        vehicle("antenna_height"),
+        vehicle("equipped"),
+        building("vertex"),
+        building("index"),
+        building("height"),
+        discrete_input(
+            "packets",
+            "Binary",
+            "Packets to be sent; one that is held over several steps is sent once",
+            mime_type=PACKETS_MIME,
+        ),
     ),
+    {"vehicle": VEHICLES, "building": NO_BUILDINGS, "packets": PACKETS},
 )
 
-_PROBES: Final = (
-    discrete_input(
-        "probe.transmitter",
-        "Float64",
-        "Antenna at the one end of a link to be probed",
-        unit="m",
-        dimensions=("n_probe", 3),
+_PROBES: Final = when_undriven(
+    (
+        discrete_input(
+            "probe.transmitter",
+            "Float64",
+            "Antenna at the one end of a link to be probed",
+            unit="m",
+            dimensions=("n_probe", 3),
+        ),
+        discrete_input(
+            "probe.receiver",
+            "Float64",
+            "Antenna at the other end",
+            unit="m",
+            dimensions=("n_probe", 3),
+        ),
+        discrete_input(
+            "probe.carrier",
+            "Int64",
+            "Vehicles that carry these antennas and do not shadow them; -1: none",
+            dimensions=("n_probe", 2),
+            start=NO_VEHICLE,
+        ),
+        discrete_input(
+            "probe.size",
+            "UInt32",
+            "Of a packet on the link [byte]",
+            dimensions=("n_probe",),
+            start=200,
+        ),
     ),
-    discrete_input(
-        "probe.receiver",
-        "Float64",
-        "Antenna at the other end",
-        unit="m",
-        dimensions=("n_probe", 3),
-    ),
-    discrete_input(
-        "probe.carrier",
-        "Int64",
-        "Vehicles that carry these antennas and do not shadow them; -1: none",
-        dimensions=("n_probe", 2),
-        start=NO_VEHICLE,
-    ),
-    discrete_input(
-        "probe.size",
-        "UInt32",
-        "Of a packet on the link [byte]",
-        dimensions=("n_probe",),
-        start=200,
-    ),
+    {"probe": PROBES, "probe.carrier": PROBE_CARRIERS, "probe.size": PROBE_SIZES},
 )
 
 _PROBE_INPUTS: Final = tuple(v.name for v in (*_INPUTS, *_PROBES) if v.name != "packets")

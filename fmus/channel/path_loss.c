@@ -36,6 +36,10 @@ static double reflection(double permittivity, double sine, double cosine) {
 static void two_ray_gains(const PathLoss *s, const Path *path, double gain[BANDS]) {
     const Parameters *p = s->parameters;
     double square = path->plane_square;
+    if (!(square > 0)) { /* above each other: no angle, no excess */
+        for (int k = s->first; k <= s->last; k++) gain[k] = 1;
+        return;
+    }
     double low = path->height[0] - path->height[1], high = path->height[0] + path->height[1];
     double direct = sqrt(square + low * low), reflected = sqrt(square + high * high);
     double excess = 4 * path->height[0] * path->height[1] / (reflected + direct);
@@ -44,7 +48,7 @@ static void two_ray_gains(const PathLoss *s, const Path *path, double gain[BANDS
         double sine, cosine, turns = excess / p->wavelength[k];
         sine_cosine(2 * PI * (turns - floor(turns)), &sine, &cosine);
         double sum = 1 + gamma * gamma + 2 * gamma * cosine;
-        gain[k] = square > 0 ? limited(s->at_one_metre[k] * sum / square) : 1;
+        gain[k] = limited(s->at_one_metre[k] * sum / square);
     }
 }
 

@@ -10,14 +10,21 @@ from typing_extensions import override
 from fmus.driving.network.checkpoint import read_network
 from fmus.driving.network.cloud import clouds
 from fmus.driving.network.sensors import Sender
-from fmus.messages.connectors import SIGNALS, inputs
+from fmus.messages.connectors import SIGNALS, inputs, when_undriven
 from fmus.messages.features import write_features
+from orchestrator.absence import Need, Undriven
 from orchestrator.component import Component
 from orchestrator.parameters import parameter
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.timebase import Duration, Time
 
-INPUTS: Final[Mapping[str, Connector]] = inputs("points", "ego.id")
+INPUTS: Final[Mapping[str, Connector]] = when_undriven(
+    inputs("points", "ego.id"),
+    {
+        "points": Undriven("there are no scans, and nobody sends features"),
+        "ego.id": Undriven("there is no ego: every lidar's features are sent", Need.IF_OFFERED),
+    },
+)
 CONNECTORS: Final[Mapping[str, Connector]] = {
     **INPUTS,
     "features": replace(

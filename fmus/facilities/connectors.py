@@ -5,28 +5,48 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from fmus.messages.connectors import inputs, outputs
+from fmus.messages.connectors import inputs, outputs, when_undriven
+from orchestrator.absence import Need, Undriven
 from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Connector
 
-INPUTS: Final[Mapping[str, Connector]] = inputs(
-    "vehicle.id",
-    "vehicle.position",
-    "vehicle.heading",
-    "vehicle.velocity",
-    "vehicle.size",
-    "vehicle.antenna_height",
-    "vehicle.equipped",
-    "ego.id",
-    "apms",
-    "objects",
-    "features",
-    "match.sharer",
-    "match.trigger",
-    "blind_zone.center",
-    "blind_zone.range",
-    "relay",
-    "receptions",
+_EGO: Final = frozenset({"ego.id"})
+
+INPUTS: Final[Mapping[str, Connector]] = when_undriven(
+    inputs(
+        "vehicle.id",
+        "vehicle.position",
+        "vehicle.heading",
+        "vehicle.velocity",
+        "vehicle.size",
+        "vehicle.antenna_height",
+        "vehicle.equipped",
+        "ego.id",
+        "apms",
+        "objects",
+        "features",
+        "match.sharer",
+        "match.trigger",
+        "blind_zone.center",
+        "blind_zone.range",
+        "relay",
+        "receptions",
+    ),
+    {
+        "vehicle": Undriven("there is nobody who sends or receives a message"),
+        "ego.id": Undriven(
+            "there is no ego: `received.*` stays empty",
+            Need.IF_OFFERED,
+            frozenset({"match.sharer", "match.trigger", "blind_zone.center", "relay"}),
+        ),
+        "apms": Undriven("nobody sends APMs", Need.IF_OFFERED),
+        "objects": Undriven("nobody sends objects", Need.IF_OFFERED),
+        "features": Undriven("nobody sends features", Need.IF_OFFERED),
+        "match": Undriven("the ego asks nobody for sensor data", Need.NEVER, _EGO),
+        "blind_zone": Undriven("the ego asks for no blind zone", Need.NEVER, _EGO),
+        "relay": Undriven("sensor data come over the direct link", Need.IF_OFFERED),
+        "receptions": Undriven("nobody receives a message"),
+    },
 )
 
 OUTPUTS: Final[Mapping[str, Connector]] = {
@@ -100,12 +120,15 @@ def _is_of_an_ego(connector: str) -> bool:
 def _of_ego(ego: str, name: str) -> Connector:
     """The connector `of_ego(ego, name)`: an ego's axes are its own, as long as it needs."""
     connector = CONNECTORS[name]
+    said = connector.undriven
     if ego == UNNAMED or not _is_of_an_ego(name):
         return connector
     return replace(
         connector,
         shape=tuple(f"{ego}.{n}" if isinstance(n, str) else n for n in connector.shape),
         feedthrough=frozenset(of_ego(ego, cause) for cause in connector.feedthrough),
+        undriven=said
+        and replace(said, beside=frozenset(of_ego(ego, each) for each in said.beside)),
     )
 
 

@@ -3,8 +3,9 @@
 import math
 from typing import Final
 
+from fmus.lidar.undriven import UNDRIVEN
 from fmus.messages.records import POINTS_MIME
-from fmus.native.interface import Interface, discrete_output, parameter, whole
+from fmus.native.interface import Interface, discrete_output, parameter, when_undriven, whole
 from fmus.native.scene import building, n_building, n_building_vertex, n_vehicle, vehicle
 
 _SIZES: Final = (
@@ -77,16 +78,19 @@ _NOISE: Final = (
     whole("seed", 0, None, None, "Selects the random numbers of noise and dropout", kind="Int64"),
 )
 
-_INPUTS: Final = (
-    vehicle("id"),
-    vehicle("position"),
-    vehicle("heading"),
-    vehicle("size", start=1),
-    vehicle("body"),
-    vehicle("lidar"),
-    building("vertex"),
-    building("index"),
-    building("height", start=1),
+_INPUTS: Final = when_undriven(
+    (
+        vehicle("id"),
+        vehicle("position"),
+        vehicle("heading"),
+        vehicle("size", start=1),
+        vehicle("body"),
+        vehicle("lidar"),
+        building("vertex"),
+        building("index"),
+        building("height", start=1),
+    ),
+    UNDRIVEN,
 )
 
 INTERFACE: Final = Interface(

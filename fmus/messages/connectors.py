@@ -24,6 +24,8 @@ from fmus.messages.records import (
     RECEPTIONS_MIME,
     TRANSMISSIONS_MIME,
 )
+from orchestrator.absence import Undriven, said_of
+from orchestrator.meaning import Meaning
 from orchestrator.signal import Array, Causality, Connector, Signals
 
 
@@ -33,6 +35,7 @@ def _numbers(
     dtype: npt.DTypeLike = np.float64,
     unit: str = "1",
     start: np.generic | None = None,
+    meaning: Meaning | None = None,
 ) -> Connector:
     return Connector(
         causality=Causality.INPUT,
@@ -41,6 +44,7 @@ def _numbers(
         unit=unit,
         start=start,
         description=description,
+        meaning=meaning,
     )
 
 
@@ -119,6 +123,7 @@ SIGNALS: Final[Mapping[str, Connector]] = MappingProxyType(
             "The vehicle that relays the sharer's data, -1 for the direct link",
             dtype=np.int64,
             start=_NOBODY,
+            meaning=Meaning(names="vehicle", nobody=NO_VEHICLE),
         ),
         "packets": _records(
             PACKETS_MIME,
@@ -188,6 +193,14 @@ def inputs(*names: str, description: str | None = None) -> dict[str, Connector]:
     if description is None:
         return declared
     return {name: replace(signal, description=description) for name, signal in declared.items()}
+
+
+def when_undriven(
+    connectors: Mapping[str, Connector], meanings: Mapping[str, Undriven]
+) -> dict[str, Connector]:
+    """The inputs, with what it means that nothing drives them, by name or by group."""
+    said = said_of(connectors, meanings)
+    return {name: replace(each, undriven=said.get(name)) for name, each in connectors.items()}
 
 
 def arrays_beneath(signals: Signals, group: str) -> dict[str, Array]:

@@ -132,14 +132,26 @@ static bool propose_sizes(Instance *instance, Reader *reader) {
     return true;
 }
 
-/* Check that every value is complete and has room; change none. */
+/* Whether values of a state could have been set; the bytes may come from a file. */
+static bool are_allowed(Instance *instance, const VariableInfo *info, const uint8_t *bytes,
+                        size_t count) {
+    double value = 0;
+    size_t i = first_outside(info, bytes, count, &value);
+    if (i == count) return true;
+    refuse(instance, "fmi3SetFMUState", "element %zu of `%s` is %.9g in the state, allowed are %.9g "
+           "to %.9g", i, info->name, value, info->minimum, info->maximum);
+    return false;
+}
+
+/* Check that every value is complete, is allowed and has room; change none. */
 static bool check_values(Instance *instance, Reader *reader) {
     for (size_t i = 0; i < VARIABLE_COUNT; i++) {
         const VariableInfo *info = &VARIABLES[i];
         Value *value = &instance->values[i];
         if (info->causality == STRUCTURAL_PARAMETER) continue;
         uint64_t size;
-        if (!take_number(reader, &size) || !take(reader, size)) return false;
+        const uint8_t *bytes;
+        if (!take_number(reader, &size) || !(bytes = take(reader, size))) return false;
         if (info->type == BINARY) {
             if (binary_reserve(&value->binary, (size_t)size)) return false;
             continue;
@@ -148,6 +160,7 @@ static bool check_values(Instance *instance, Reader *reader) {
         if (!wanted_count(instance, (fmi3ValueReference)i, &count)) return false;
         if (size != (uint64_t)count * element_size(info->type)) return false;
         if (!reserve_elements(value, info->type, count)) return false;
+        if (!are_allowed(instance, info, bytes, count)) return false;
     }
     return true;
 }

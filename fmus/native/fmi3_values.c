@@ -1,6 +1,7 @@
 #include "fmi3_values.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 size_t element_size(ValueType type) {
     static const size_t SIZES[] = {
@@ -150,4 +151,27 @@ bool apply_sizes(Instance *instance) {
         if (VARIABLES[i].causality == STRUCTURAL_PARAMETER)
             instance->values[i].applied = structural(instance, (fmi3ValueReference)i);
     return true;
+}
+
+/* ---- bounds -------------------------------------------------------------------------------- */
+
+#define FIRST_OUTSIDE(TYPE)                                                                   \
+    for (size_t i = 0; i < count; i++) {                                                      \
+        TYPE element; /* in a saved state they lie anywhere */                                \
+        memcpy(&element, (const char *)values + i * sizeof element, sizeof element);          \
+        if ((double)element >= info->minimum && (double)element <= info->maximum) continue;   \
+        /* NaN comes here, too */                                                             \
+        *value = (double)element;                                                             \
+        return i;                                                                             \
+    }
+
+size_t first_outside(const VariableInfo *info, const void *values, size_t count, double *value) {
+    bool is_parameter = info->causality == PARAMETER || info->causality == STRUCTURAL_PARAMETER;
+    if (!is_parameter && !info->is_bounded) return count;
+    switch (info->type) {
+        FOR_NUMBERS(FIRST_OUTSIDE)
+        case BOOLEAN:
+        case BINARY: break;
+    }
+    return count;
 }

@@ -15,6 +15,9 @@ bool apply_sizes(Instance *);
 /* Elements that `reference` has for the current structural parameters; false if that overflows. */
 bool wanted_count(const Instance *, fmi3ValueReference reference, size_t *count);
 bool reserve_elements(Value *, ValueType, size_t count);
+/* Index of the first of `count` elements that is outside the bounds of the variable, or no number, and
+ * its value; `count` if there is none. Parameters have bounds, and what declares them. */
+size_t first_outside(const VariableInfo *, const void *elements, size_t count, double *value);
 
 /* The cases of a switch over a ValueType that are numbers: DO(the type of an element). */
 #define FOR_NUMBERS(DO)                   \

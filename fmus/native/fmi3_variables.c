@@ -22,35 +22,11 @@ static bool is_settable(const Instance *instance, const VariableInfo *info) {
     }
 }
 
-/* The negated comparison refuses NaN too. */
-#define FIRST_OUTSIDE(TYPE)                                                                   \
-    do {                                                                                      \
-        const TYPE *element = values;                                                         \
-        for (size_t i = 0; i < count; i++)                                                    \
-            if (!((double)element[i] >= info->minimum && (double)element[i] <= info->maximum)) { \
-                *value = (double)element[i];                                                  \
-                return i;                                                                     \
-            }                                                                                 \
-    } while (0)
-
-/* Index of the first element outside the bounds, and its value; `count` if there is none. */
-static size_t first_outside(const VariableInfo *info, const void *values, size_t count,
-                            double *value) {
-    switch (info->type) {
-        FOR_NUMBERS(FIRST_OUTSIDE)
-        case BOOLEAN:
-        case BINARY: break;
-    }
-    return count;
-}
-
 static fmi3Status check_new_values(Instance *instance, const char *function,
                                    const VariableInfo *info, const void *values, size_t count) {
     if (!is_settable(instance, info))
         return refuse(instance, function, "`%s` cannot be set in %s", info->name,
                       mode_name(instance->mode));
-    bool is_parameter = info->causality == PARAMETER || info->causality == STRUCTURAL_PARAMETER;
-    if (!is_parameter && !info->is_bounded) return fmi3OK;
     double value = 0;
     size_t i = first_outside(info, values, count, &value);
     if (i == count) return fmi3OK;

@@ -7,8 +7,12 @@ Most variables are one line each, made by the constructors `length`, `parameter`
 units share.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import Final, Literal, TypeAlias, TypedDict, Unpack
+
+from orchestrator.absence import Undriven, said_of
+from orchestrator.caution import Caution
 
 VariableType: TypeAlias = Literal[
     "Float32",
@@ -45,6 +49,9 @@ class Variable:
         mime_type: contents of a Binary.
         items: of an Enumeration; their values are 1, 2, ... in this order, and `start` is one of
             these values.
+        undriven: of an input, what it means that nothing drives it (an annotation, which other
+            importers ignore).
+        caution: of a parameter, a value that biases results (an annotation, too).
     """
 
     name: str
@@ -60,6 +67,8 @@ class Variable:
     dependencies: tuple[str, ...] = ()
     mime_type: str = BYTES_MIME
     items: tuple[str, ...] = ()
+    undriven: Undriven | None = None
+    caution: Caution | None = None
 
     def listed_items(self) -> str:
         """The items with their values, for people: `1 (hold), 2 (linear)`."""
@@ -77,6 +86,8 @@ class Options(TypedDict, total=False):
     dependencies: tuple[str, ...]
     mime_type: str
     items: tuple[str, ...]
+    undriven: Undriven | None
+    caution: Caution | None
 
 
 def length(
@@ -127,9 +138,10 @@ def whole(
     return _variable(name, kind, "parameter", variability, description, **bounds)
 
 
-def switch(name: str, description: str, *, start: bool) -> Variable:
+def switch(name: str, description: str, *, start: bool, caution: Caution | None = None) -> Variable:
     """A Boolean that is fixed before initialisation."""
-    return _variable(name, "Boolean", "parameter", "fixed", description, start=start)
+    options = Options(start=start, caution=caution)
+    return _variable(name, "Boolean", "parameter", "fixed", description, **options)
 
 
 def choice(name: str, items: tuple[str, ...], description: str) -> Variable:
@@ -150,6 +162,15 @@ def discrete_output(
 ) -> Variable:
     """An output that changes at communication points only."""
     return _variable(name, kind, "output", "discrete", description, **options)
+
+
+def when_undriven(
+    inputs: Iterable[Variable], meanings: Mapping[str, Undriven]
+) -> tuple[Variable, ...]:
+    """The inputs, with what it means that nothing drives them, by name or by group."""
+    variables = tuple(inputs)
+    said = said_of([v.name for v in variables], meanings)
+    return tuple(replace(v, undriven=said.get(v.name)) for v in variables)
 
 
 def _variable(

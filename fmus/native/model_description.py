@@ -117,6 +117,7 @@ def _add_variable(parent: ET.Element, variable: Variable, references: dict[str, 
         variability=variable.variability,
         description=variable.description,
     )
+    _annotate(element, variable)
     if variable.type in FLOATS:
         element.set("unit", variable.unit)
     if variable.type == "Enumeration":
@@ -140,6 +141,29 @@ def _add_variable(parent: ET.Element, variable: Variable, references: dict[str, 
         ET.SubElement(element, "Start", value="")
     else:
         element.set("start", literal(variable, variable.start))
+
+
+def _annotate(element: ET.Element, variable: Variable) -> None:
+    """Say what an input means without a connection, and of which value of a parameter to beware.
+
+    The schema wants it before dimensions.
+    """
+    undriven, caution = variable.undriven, variable.caution
+    if undriven is None and caution is None:
+        return
+    annotations = ET.SubElement(element, "Annotations")
+    if caution is not None:
+        annotation = ET.SubElement(annotations, "Annotation", type="io.github.nlosim.caution")
+        value = str(caution.value)
+        said = ET.SubElement(annotation, "Caution", value=value.lower())
+        said.text = caution.meaning
+    if undriven is None:
+        return
+    annotation = ET.SubElement(annotations, "Annotation", type="io.github.nlosim.undriven")
+    said = ET.SubElement(annotation, "Undriven", need=undriven.need.value)
+    if undriven.beside:
+        said.set("beside", " ".join(sorted(undriven.beside)))
+    said.text = undriven.meaning
 
 
 def _add_structure(root: ET.Element, interface: Interface, references: dict[str, int]) -> None:

@@ -12,9 +12,11 @@ from fmus.native.interface import (
     length,
     parameter,
     switch,
+    when_undriven,
     whole,
 )
 from fmus.native.scene import building, n_building_vertex, n_road_vertex, road
+from orchestrator.absence import Need, Undriven
 
 OWN_VIEW: Final = ("points", "building.vertex", "building.index")
 DEMAND: Final = (*OWN_VIEW, "ego.id", "route.vertex", "road.vertex", "road.index")
@@ -191,26 +193,48 @@ MATCHING: Final = (
     parameter("switch_margin", 0.1, 0.0, 1e3, "how much better a sharer must be to overtake one"),
 )
 
-INPUTS: Final = (
-    discrete_input("points", "Binary", "the scans of all sensors", mime_type=POINTS_MIME),
-    discrete_input(
-        "received",
-        "Binary",
-        "APMs that reached the ego vehicle since the last step",
-        mime_type=APMS_MIME,
+INPUTS: Final = when_undriven(
+    (
+        discrete_input("points", "Binary", "the scans of all sensors", mime_type=POINTS_MIME),
+        discrete_input(
+            "received",
+            "Binary",
+            "APMs that reached the ego vehicle since the last step",
+            mime_type=APMS_MIME,
+        ),
+        building("vertex"),
+        building("index"),
+        discrete_input(
+            "ego.id", "Int64", "number of the ego vehicle, -1 if there is none", start=-1
+        ),
+        discrete_input(
+            "route.vertex",
+            "Float64",
+            "planned route of the ego vehicle, world frame",
+            unit="m",
+            dimensions=("n_route_vertex", 2),
+        ),
+        road("vertex"),
+        road("index"),
     ),
-    building("vertex"),
-    building("index"),
-    discrete_input("ego.id", "Int64", "number of the ego vehicle, -1 if there is none", start=-1),
-    discrete_input(
-        "route.vertex",
-        "Float64",
-        "planned route of the ego vehicle, world frame",
-        unit="m",
-        dimensions=("n_route_vertex", 2),
-    ),
-    road("vertex"),
-    road("index"),
+    {
+        "points": Undriven("no vehicle scans anything, and nothing is detected"),
+        "received": Undriven(
+            "no APM of others is known, so that nobody's data ever pay",
+            Need.NEVER,
+            frozenset({"ego.id"}),
+        ),
+        "building": Undriven("there is no map, and walls are objects", Need.IF_OFFERED),
+        "ego.id": Undriven(
+            "there is no ego: nobody looks for blind zones and sharers",
+            Need.IF_OFFERED,
+            frozenset({"received", "route.vertex"}),
+        ),
+        "route.vertex": Undriven(
+            "blind zones are looked for all around the ego, not beside its route", Need.IF_OFFERED
+        ),
+        "road": Undriven("the road is everywhere", Need.IF_OFFERED),
+    },
 )
 
 OUTPUTS: Final = (

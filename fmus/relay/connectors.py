@@ -5,27 +5,42 @@ from typing import Final
 
 import numpy as np
 
-from fmus.messages.connectors import RECEIVED_BSMS, inputs, outputs
+from fmus.messages.connectors import RECEIVED_BSMS, inputs, outputs, when_undriven
+from orchestrator.absence import Need, Undriven
 from orchestrator.signal import Causality, Connector
 
-INPUTS: Final[Mapping[str, Connector]] = inputs(
-    "ego.id",
-    "ego.position",
-    "ego.heading",
-    "ego.speed",
-    "ego.size",
-    "ego.route",
-    "building.vertex",
-    "building.index",
-    "objects",
-    "received.apms",
-    *RECEIVED_BSMS,
-    "received.link.transmitter",
-    "received.link.receiver",
-    "received.link.power",
-    "received.sensor_data.count",
-    "match.sharer",
-    "match.trigger",
+INPUTS: Final[Mapping[str, Connector]] = when_undriven(
+    inputs(
+        "ego.id",
+        "ego.position",
+        "ego.heading",
+        "ego.speed",
+        "ego.size",
+        "ego.route",
+        "building.vertex",
+        "building.index",
+        "objects",
+        "received.apms",
+        *RECEIVED_BSMS,
+        "received.link.transmitter",
+        "received.link.receiver",
+        "received.link.power",
+        "received.sensor_data.count",
+        "match.sharer",
+        "match.trigger",
+    ),
+    {
+        "ego": Undriven("there is no ego, for whom to choose"),
+        "building": Undriven("the ego's map has no buildings", Need.IF_OFFERED),
+        "objects": Undriven("the ego sees nobody who could be in the way", Need.IF_OFFERED),
+        "received.apms": Undriven("the ego learns by BSMs alone where others are", Need.IF_OFFERED),
+        "received.bsm": Undriven("the ego knows no neighbour, so that none can relay"),
+        "received.link": Undriven("no power of a link is known", Need.IF_OFFERED),
+        "received.sensor_data": Undriven(
+            "the policy hears of no sensor data that arrived", Need.IF_OFFERED
+        ),
+        "match": Undriven("nothing is ever to be relayed: the choice is the direct link"),
+    },
 )
 _FEEDTHROUGH: Final = frozenset(INPUTS)
 

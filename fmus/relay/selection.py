@@ -142,7 +142,11 @@ class RelaySelection(RelayUnit):
         current = None if self._course.is_new(sharer) else self._course.relay
         where = self._whereabouts.of(sharer, now)
         found = situation(known, where, current, self._selection, self._offers)
-        return Choice() if found is None else self.choose(found)
+        choice = Choice() if found is None else self.choose(found)
+        if not isinstance(choice, Choice):
+            name, kind = type(self).__name__, type(choice).__name__
+            raise TypeError(f"`{name}.choose` returned `{kind}`, not a `Choice`")
+        return choice
 
     def _direct_link_suffices(self, known: Inputs, sharer: int) -> bool:
         """Whether the ego receives the sharer at the threshold or above; never without one."""

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from typing_extensions import override
@@ -117,11 +117,14 @@ class _Watched:
         participant: whose it is.
         output: its name.
         degree: of the polynomial that the readers follow.
+
+    Attributes:
+        largest: its largest absolute value so far.
     """
 
     def __init__(self, participant: Participant, output: str, degree: int) -> None:
         self._participant, self._output, self._degree = participant, output, degree
-        self._largest = 0.0
+        self.largest = 0.0
 
     def _value(self) -> Array:
         return np.asarray(self._participant.published[self._output])
@@ -138,7 +141,7 @@ class _Watched:
         value = self._value()
         if value.shape != expected.shape:
             return math.inf
-        scale = max(self._largest, float(np.max(np.abs(value), initial=0.0)))
+        scale = max(self.largest, float(np.max(np.abs(value), initial=0.0)))
         allowed = float(tolerance.allowed(np.asarray(scale)))
         difference = float(np.max(np.abs(value - expected), initial=0.0))
         if difference == 0.0:
@@ -147,7 +150,7 @@ class _Watched:
 
     def keep(self) -> None:
         """Remember how large it is: the step counts."""
-        self._largest = max(self._largest, float(np.max(np.abs(self._value()), initial=0.0)))
+        self.largest = max(self.largest, float(np.max(np.abs(self._value()), initial=0.0)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,6 +244,17 @@ class _Adapting(Stepping):
                     each.begin(each.before(t))
                 each.finish()
                 each.publish()
+
+    @override
+    def memory(self) -> Any | None:
+        return [[g.control.memory(), [each.largest for each in g.watched]] for g in self._groups]
+
+    @override
+    def recall(self, memory: Any) -> None:
+        for group, (control, largest) in zip(self._groups, memory, strict=True):
+            group.control.recall(control)
+            for each, value in zip(group.watched, largest, strict=True):
+                each.largest = value
 
     @override
     def tally(self) -> Mapping[str, int]:

@@ -2,11 +2,14 @@
 
 import abc
 import enum
-from collections.abc import Mapping
-from typing import Final
+from collections.abc import Iterable, Mapping
+from typing import Any, Final
+
+from typing_extensions import override
 
 from orchestrator.algorithm.age import Age
 from orchestrator.algorithm.exchange import Due, Exchange
+from orchestrator.errors import SystemStructureError
 from orchestrator.installed import installed_class, offers
 from orchestrator.parameters import Parametrised
 from orchestrator.system import System
@@ -43,6 +46,29 @@ class Stepping(abc.ABC):
     def arrive(self, t: Time, due: Due) -> None:
         """Complete the steps that end at `t` and publish their outputs."""
 
+    def pass_by(self, t: Time, due: Due) -> None:
+        """`arrive`, where the run goes on unless an output or a component says otherwise.
+
+        Steps elsewhere that start at `t` may be started, as in `look_ahead`, as soon as all that is
+        read there is published. By default none is.
+        """
+        self.arrive(t, due)
+
+    def memory(self) -> Any | None:
+        """What it knows of the run so far, as `orchestrator.packing` takes it.
+
+        Asked for at communication points of all components, where no step is under way.
+
+        Returns:
+            `None`, the default, if that cannot be told: such a run can be resumed only by stepping
+            again from its start.
+        """
+        return None
+
+    def recall(self, memory: Any) -> None:
+        """Know what `memory` told, in place of all else; called on what `of_run` made anew."""
+        del memory
+
     def tally(self) -> Mapping[str, int]:
         """What is to be told of the run so far, counted, by a word for each; nothing by default."""
         return {}
@@ -54,16 +80,20 @@ class CosimulationAlgorithm(Parametrised, Stepping):
     An algorithm is a frozen dataclass; its fields, each made with `parameter`, are what a scenario
     may say beside `algorithm` under `coupling`. It is immutable and keeps no state of a run; one
     that needs some returns another object in `of_run`. At every communication point `t` the
-    simulation calls `arrive` with those whose steps end at `t` (not at the first point), calls
-    `look_ahead` with those whose steps start at `t` (not at the last point; they are the same, as
-    every step starts where the last ended), shows the published outputs to the observers, and
-    calls `depart` with those whose steps start at `t`.
+    simulation calls `arrive` or `pass_by` with those whose steps end at `t` (not at the first
+    point), calls `look_ahead` with those whose steps start at `t` (not at the last point; they are
+    the same, as every step starts where the last ended), shows the published outputs to the
+    observers, and calls `depart` with those whose steps start at `t`.
 
     A participant's step takes three calls: `begin` reads its inputs as published now and starts,
     `finish` waits for the end and checks the outputs, `publish` shows them to others. Every
     participant that is due must have been begun, finished and published once when `arrive`
     returns; in between it may be taken back by `restore` to what `save` gave, and step again.
     """
+
+    @override
+    def memory(self) -> Any | None:
+        return {}  # it keeps no state of a run
 
     @property
     def pattern(self) -> Pattern | None:
@@ -116,6 +146,51 @@ class CosimulationAlgorithm(Parametrised, Stepping):
         """
         del system, exchange
         return self
+
+
+def turns_of(algorithm: CosimulationAlgorithm, system: System) -> tuple[str, ...]:
+    """The order that `algorithm` gives the components of `system`, each named once.
+
+    Raises:
+        SystemStructureError: it cannot be applied to `system`, or names others.
+    """
+    given: Any = algorithm.turns(system)
+    found = tuple(given) if isinstance(given, Iterable) else (given,)
+    if sorted(map(str, found)) != sorted(system.components):
+        name = type(algorithm).__name__
+        wanted, named = (", ".join(f"`{e}`" for e in names) for names in (system.components, found))
+        what = f"`{name}.turns` gave {named or 'nothing'}; each of {wanted} has one turn"
+        raise SystemStructureError([what])
+    return found
+
+
+def ages_of(algorithm: CosimulationAlgorithm, system: System) -> Mapping[tuple[str, str], Age]:
+    """What `algorithm` says of the ages of values, for all that is connected in `system`.
+
+    Raises:
+        SystemStructureError: it leaves a pair out.
+    """
+    found = algorithm.ages(system)
+    missing = sorted(
+        {(link.source.component, link.target.component) for link in system.connections} - set(found)
+    )
+    if missing:
+        pairs = ", ".join(f"`{source}` to `{target}`" for source, target in missing)
+        name = type(algorithm).__name__
+        raise SystemStructureError([f"`{name}.ages` says nothing of the values from {pairs}"])
+    return found
+
+
+def check_published(stepping: Stepping, t: Time, due: Due) -> None:
+    """Refuse an algorithm that has left out what was due.
+
+    Raises:
+        SystemStructureError: somebody whose step ends at `t` did not step, or nobody sees it.
+    """
+    missed = [what for each in due.participants if (what := each.was_left_behind(t))]
+    if missed:
+        name = type(stepping).__name__
+        raise SystemStructureError([f"the coupling algorithm `{name}` {what}" for what in missed])
 
 
 def installed() -> Mapping[str, str]:

@@ -1,7 +1,7 @@
 """The exchange of signals: the participants of a run, and when each of them is due."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import groupby
 from types import MappingProxyType
@@ -25,19 +25,40 @@ class Wave:
     """Participants that do not read each other, so that they may step at the same time.
 
     Attributes:
-        participants: concurrent ones come first.
+        elsewhere: the concurrent ones.
+        here: all others.
+        early: concurrent ones of later waves that read nothing that is still to be published before
+            their turn: they may begin with this wave.
+        onward: concurrent ones that have stepped, and all of whose sources have before this wave:
+            they may begin their next step, which is less urgent.
     """
 
-    participants: tuple[Participant, ...]
+    elsewhere: tuple[Participant, ...]
+    here: tuple[Participant, ...]
+    early: tuple[Participant, ...] = ()
+    onward: tuple[Participant, ...] = ()
 
-    def step_to(self, t: Time) -> None:
-        """Let each take its step that ends at `t`, unless it has begun it already, and publish."""
-        for each in self.participants:
+    def step_to(self, t: Time, *, goes_on: bool = False) -> None:
+        """Let each take its step that ends at `t`, unless it has begun it already, and publish.
+
+        Args:
+            t: the communication point [ns].
+            goes_on: whether steps may be begun that start there.
+        """
+        for each in self.elsewhere:
             if not each.is_begun:
                 each.begin(each.before(t))
-        for each in self.participants:
-            each.finish()
-            each.publish()
+        for each in self.early:
+            each.begin_early(each.before(t))
+        if goes_on:
+            for each in self.onward:
+                each.begin_ahead(t)
+        for each in self.here:
+            each.begin(each.before(t))
+        for wave in (self.elsewhere, self.here):
+            for each in wave:
+                each.finish()
+                each.publish()
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,12 +85,15 @@ class Due:
         participants: the same, in the same order.
         waves: the same, cut in front of each that reads what the wave before it publishes.
         turns: the same, cut around each set that is stepped until its members agree.
+        elsewhere: all of the run whose steps run elsewhere, due or not, in the order of the
+            algorithm.
     """
 
     names: tuple[str, ...]
     participants: tuple[Participant, ...]
     waves: tuple[Wave, ...]
     turns: tuple[Turn, ...]
+    elsewhere: tuple[Participant, ...]
 
 
 class Exchange:
@@ -177,7 +201,7 @@ class Schedule:
         SystemStructureError: a step size does not divide the interval; one sentence for each.
     """
 
-    __slots__ = ("_due_by_sizes", "_grid", "_order", "_participants", "_solved")
+    __slots__ = ("_due_by_sizes", "_elsewhere", "_grid", "_order", "_participants", "_solved")
 
     def __init__(
         self,
@@ -198,6 +222,8 @@ class Schedule:
         self._order = tuple(order)
         self._solved = tuple(solved)
         self._participants = exchange.participants
+        among = (exchange.participants[name] for name in order)
+        self._elsewhere = tuple(each for each in among if each.is_concurrent)
         sizes = {each.step_size for each in exchange.participants.values()}
         self._grid = MultiRateGrid(start, stop, tuple(sorted(sizes)))
         self._due_by_sizes = cache(self._due)
@@ -220,9 +246,8 @@ class Schedule:
             if self._participants[name].step_size in step_sizes and name not in but
         )
         participants = tuple(self._participants[name] for name in names)
-        return Due(
-            names, participants, tuple(_waves(participants)), tuple(self._turns(participants))
-        )
+        waves, turns = _overlapping(participants), tuple(self._turns(participants))
+        return Due(names, participants, waves, turns, self._elsewhere)
 
     def _turns(self, participants: Sequence[Participant]) -> Iterator[Turn]:
         group_of = {name: group for group in self._solved for name in group}
@@ -239,12 +264,34 @@ def _waves(participants: Sequence[Participant]) -> Iterator[Wave]:
     wave: list[Participant] = []
     for each in participants:
         if any(earlier.name in each.sources for earlier in wave):
-            yield _concurrent_first(wave)
+            yield _wave(wave)
             wave = []
         wave.append(each)
     if wave:
-        yield _concurrent_first(wave)
+        yield _wave(wave)
 
 
-def _concurrent_first(wave: Sequence[Participant]) -> Wave:
-    return Wave(tuple(sorted(wave, key=lambda each: not each.is_concurrent)))
+def _overlapping(participants: Sequence[Participant]) -> tuple[Wave, ...]:
+    """The waves, and who need not wait for its own to begin a step."""
+    waves = tuple(_waves(participants))
+    names = [frozenset(each.name for each in (*w.elsewhere, *w.here)) for w in waves]
+    early: list[list[Participant]] = [[] for _ in waves]
+    onward: list[list[Participant]] = [[] for _ in (*waves, None)]
+    for number, wave in enumerate(waves):
+        for each in wave.elsewhere:
+            read = [index for index, there in enumerate(names) if there & each.sources]
+            first = max((index + 1 for index in read if index < number), default=0)
+            if first < number:
+                early[first].append(each)
+            onward[max((number, *read)) + 1].append(each)
+    return tuple(
+        replace(wave, early=tuple(ahead), onward=tuple(behind))
+        for wave, ahead, behind in zip(waves, early, onward[:-1], strict=True)
+    )
+
+
+def _wave(participants: Sequence[Participant]) -> Wave:
+    return Wave(
+        elsewhere=tuple(each for each in participants if each.is_concurrent),
+        here=tuple(each for each in participants if not each.is_concurrent),
+    )

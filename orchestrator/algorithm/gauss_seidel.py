@@ -83,6 +83,9 @@ class GaussSeidel(ExtrapolatingAlgorithm):
     def look_ahead(self, t: Time, due: Due) -> None:
         for participant in due.participants:
             participant.begin_ahead(t)
+        # in this order, so that what one has made is there for those that read it
+        for participant in due.elsewhere:
+            participant.foresee(t)
 
     @override
     def arrive(self, t: Time, due: Due) -> None:
@@ -90,3 +93,8 @@ class GaussSeidel(ExtrapolatingAlgorithm):
         # components work side by side
         for wave in due.waves:
             wave.step_to(t)
+
+    @override
+    def pass_by(self, t: Time, due: Due) -> None:
+        for wave in due.waves:
+            wave.step_to(t, goes_on=True)

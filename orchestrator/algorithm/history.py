@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -40,6 +40,15 @@ class History:
         """Forget what was published at `t` and later: the component went back."""
         while self._publications and self._publications[-1].time >= t:
             self._publications.pop()
+
+    def memory(self) -> list[Any]:
+        """All of it, as `orchestrator.packing` takes it."""
+        return [[each.time, each.values, each.slopes] for each in self._publications]
+
+    def recall(self, memory: Sequence[Any]) -> None:
+        """Know what `memory` told, in place of all else."""
+        self._publications.clear()
+        self._publications.extend(_Publication(*each) for each in memory)
 
     def course(self, output: str, t: Time, h: Duration, degree: int) -> Course:
         """How an output runs over a step, by what was published until now.
@@ -93,6 +102,14 @@ class InputCourses:
                 course = self._joined(name, course, t, h)
             found[name] = course
         return found
+
+    def memory(self) -> dict[str, Any]:
+        """Where the courses ended, as `orchestrator.packing` takes it."""
+        return {name: [time, end] for name, (time, end) in self._ends.items()}
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        """Know what `memory` told, in place of all else."""
+        self._ends = {name: (time, end) for name, (time, end) in memory.items()}
 
     def _joined(self, name: str, course: Course, t: Time, h: Duration) -> Course:
         """`course` moved so that it starts where the last one ended, and ends where it would."""

@@ -11,6 +11,7 @@ from orchestrator.algorithm.acceleration import Acceleration
 from orchestrator.algorithm.history import real
 from orchestrator.algorithm.participant import Participant
 from orchestrator.signal import Array, Signal
+from orchestrator.timebase import Time
 
 Published: TypeAlias = list[dict[str, Signal]]
 """The outputs of each participant, as others saw them at one moment."""
@@ -58,6 +59,26 @@ class Disagreement:
     change: float
     participant: Participant
     output: str
+
+
+def predict(participant: Participant, t: Time, degree: int) -> None:
+    """Let others see for `t` what the last publications make probable, until `publish`.
+
+    Args:
+        participant: whose outputs.
+        t: where the step ends that begins next [ns].
+        degree: of the polynomials through these publications.
+    """
+    if (history := participant.history) is None:
+        return
+    history.forget_from(t)
+    h = t - participant.before(t)
+    shown = {
+        output: real(history.course(output, t, h, degree).at(0.0), participant.published[output])
+        for output in participant.continuous
+        if output in participant.published
+    }
+    participant.show(shown, t)
 
 
 def repeat(

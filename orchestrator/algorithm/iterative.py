@@ -12,7 +12,7 @@ from orchestrator.algorithm.age import Age, ages_by_turn
 from orchestrator.algorithm.base import CosimulationAlgorithm, Stepping
 from orchestrator.algorithm.exchange import Due, Exchange, Turn
 from orchestrator.algorithm.extrapolation import DEGREES, Extrapolation
-from orchestrator.algorithm.iteration import Disagreement, Tolerance, repeat
+from orchestrator.algorithm.iteration import Disagreement, Tolerance, predict, repeat
 from orchestrator.component import DecidingComponent, RestorableComponent
 from orchestrator.errors import ComponentError, SystemStructureError
 from orchestrator.feedthrough import dependent_groups
@@ -118,7 +118,7 @@ class IterativeAlgorithm(CosimulationAlgorithm):
         saved = [(each, each.save(each.before(t))) for each in turn.participants]
         if self.degree > 0:
             for each in turn.participants:
-                each.predict(t, self.degree)
+                predict(each, t, self.degree)
 
         def sweep() -> None:
             for wave in turn.waves:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from typing_extensions import override
 
@@ -86,6 +87,10 @@ class _Renewing(Stepping):
     @override
     def depart(self, t: Time, due: Due) -> None:
         self._algorithm.depart(t, due)
+
+    @override
+    def memory(self) -> Any | None:
+        return {}
 
     @override
     def arrive(self, t: Time, due: Due) -> None:

@@ -47,6 +47,20 @@ class MixSources:
         """Begin a run at `start` [ns]."""
         self.now = self.beginning = start
 
+    def memory(self) -> dict[str, Any]:
+        """The past, as `orchestrator.packing` takes it."""
+        return {
+            "now": self.now,
+            "past": [[list(entry) for entry in each.entries] for each in self._histories.values()],
+        }
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        """Know what `memory` told, in place of all else."""
+        self.now = memory["now"]
+        for each, entries in zip(self._histories.values(), memory["past"], strict=True):
+            each.entries.clear()
+            each.entries.extend((when, value) for when, value in entries)
+
     def histories_of(self, component: str) -> "tuple[PastValues, ...]":
         """Those of the outputs of one component."""
         return tuple(h for (name, _), h in self._histories.items() if name == component)

@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from orchestrator.declared import not_a_mapping
 from orchestrator.signal import Causality, Connector, Signal, Signals, Variability, text_problems
 from orchestrator.suggestion import suggestion
 
@@ -18,6 +19,10 @@ Accepts: TypeAlias = Callable[[Any], bool]
 
 _set_flags: Any = np.ndarray.setflags
 """`setflags` with a positional `write`, which the stubs do not know: less than half as long."""
+
+
+_NOTHING: Any = object()
+"""What stands for a value that was not there before; `None` may be what a component hands out."""
 
 
 class OutputCheck:
@@ -45,16 +50,20 @@ class OutputCheck:
             outputs: what `Component.outputs` returned.
             before: the outputs that were checked before.
         """
-        if len(outputs) != self._count:
-            return [self._names(outputs)]
         problems = []
         try:
+            if len(outputs) != self._count:
+                return [self._names(outputs)]
             for name, accepts in self._accepts:
                 value = outputs[name]
-                if value is not before.get(name) and not accepts(value):
+                if value is not before.get(name, _NOTHING) and not accepts(value):
                     problems += self._look_again(name, value, before)
         except KeyError:
             return [self._names(outputs)]
+        except TypeError:
+            if wrong := not_a_mapping(outputs):
+                return [wrong]
+            raise
         if problems or not self._axes:
             return problems
         return self._lengths(outputs)
@@ -111,7 +120,7 @@ def same(left: Signal, right: Signal) -> bool:
 
 def _acceptance(connector: Connector) -> Accepts:
     """A quick test of a value; `False` means "look again", not "wrong"."""
-    if connector.variability is Variability.FIXED:
+    if connector.variability is Variability.FIXED or _is_bounded(connector):
         return lambda _: False
     if connector.is_text:
         return lambda value: type(value) is bytes and not text_problems(value)
@@ -120,6 +129,13 @@ def _acceptance(connector: Connector) -> Accepts:
     if connector.shape == () and np.dtype(connector.dtype).kind == "f":
         return _finite_scalar(np.dtype(connector.dtype))
     return _array(np.dtype(connector.dtype), connector.shape)
+
+
+def _is_bounded(connector: Connector) -> bool:
+    """Whether the values have a declared range or order."""
+    said = connector.meaning
+    bounds = None if said is None else (said.minimum, said.maximum)
+    return said is not None and (said.is_ascending or bounds != (None, None))
 
 
 def _finite_scalar(dtype: "np.dtype[Any]") -> Accepts:
@@ -135,13 +151,18 @@ def _finite_scalar(dtype: "np.dtype[Any]") -> Accepts:
 def _array(dtype: "np.dtype[Any]", shape: tuple[int | str, ...]) -> Accepts:
     rank = len(shape)
     fixed = [(axis, length) for axis, length in enumerate(shape) if isinstance(length, int)]
+    whole = shape if len(fixed) == rank else None
+    rest = [] if whole is not None else fixed
     has_nan = dtype.kind == "f"
 
     def accepts(value: Any) -> bool:
-        if type(value) is not np.ndarray or value.dtype is not dtype or value.ndim != rank:
+        if type(value) is not np.ndarray or value.dtype is not dtype:
             return False
-        for axis, length in fixed:
-            if value.shape[axis] != length:
+        found = value.shape
+        if len(found) != rank if whole is None else found != whole:
+            return False
+        for axis, length in rest:
+            if found[axis] != length:
                 return False
         _set_flags(value, False)  # noqa: FBT003
         # `count_nonzero` takes a third of the time of `all`

@@ -7,8 +7,9 @@ from typing import Any, ClassVar, Final, TypeAlias
 
 import numpy as np
 
-from orchestrator.algorithm.history import History, InputCourses, is_approximated, real
+from orchestrator.algorithm.history import History, InputCourses
 from orchestrator.algorithm.inputs import Inputs
+from orchestrator.algorithm.journal import Journal
 from orchestrator.algorithm.looked_at import LookedAt
 from orchestrator.algorithm.mixing import PastValues
 from orchestrator.algorithm.pieces import Piece, Pieces
@@ -16,9 +17,10 @@ from orchestrator.algorithm.requests import Asking
 from orchestrator.algorithm.slopes import KnownSlopes
 from orchestrator.capabilities import InitialEvaluation, PointEvaluation
 from orchestrator.component import Component, RestorableComponent
-from orchestrator.errors import ComponentError, CosimError
+from orchestrator.errors import DEFECTS, ComponentError, CosimError
 from orchestrator.last_call import NOWHERE, Call
 from orchestrator.native import NativeUnit
+from orchestrator.raised_at import raised_at
 from orchestrator.signal import Connector, Signal, Signals
 from orchestrator.timebase import CommunicationGrid, Duration, StepSize, Time
 
@@ -39,13 +41,14 @@ class Participant(abc.ABC):
         notes: where calls of the component are noted.
         is_begun: whether a step has been begun that has not been waited for yet.
         inputs: what it reads, and from whom.
+        journal: where its steps are written down; `None`: nowhere.
         published: the outputs that others may see now; updated in place by `publish`.
         wall_time_ns: time spent in calls of the component so far [ns].
     """
 
-    __slots__ = ("_component", "_continuous", "_evaluation", "_followed", "_grid", "_history",
-                 "_looked_at", "_past", "_pending", "_pieces", "_reached", "_sloped", "_used",
-                 "asking", "inputs", "is_begun", "name", "notes", "published", "step_size",
+    __slots__ = ("_component", "_evaluation", "_followed", "_grid", "_history", "_looked_at",
+                 "_past", "_pending", "_pieces", "_reached", "_shown", "_sloped", "_used", "asking",
+                 "inputs", "is_begun", "journal", "name", "notes", "published", "step_size",
                  "wall_time_ns")  # fmt: skip
 
     is_concurrent: ClassVar[bool]
@@ -70,13 +73,14 @@ class Participant(abc.ABC):
         self.inputs: Final = Inputs(connectors)
         self._past: tuple[PastValues, ...] = ()
         self._pending: Signals = {}
-        self._continuous = [name for name, c in connectors.items() if is_approximated(c, c)]
         self._followed: frozenset[str] = frozenset()
         self._used: Signals = {}
         self._reached: Time = 0
+        self._shown: Time | None = None
         self._grid = CommunicationGrid(0, step_size, 0)
         self._history: History | None = None
         self._pieces: Pieces | None = None
+        self.journal: Journal | None = None
 
     def take_turns(self, leaders: "Participants", followers: "Participants") -> None:
         """Know who of those that it reads publishes before its turn, and who behind it."""
@@ -103,7 +107,7 @@ class Participant(abc.ABC):
             self._component.expect(self._grid)
             self._component.setup(start, rng)
             self._reached = start
-        except Exception as error:
+        except DEFECTS as error:
             raise self.failure(start, error) from error
         self.wall_time_ns += perf_counter_ns() - before
 
@@ -117,7 +121,7 @@ class Participant(abc.ABC):
             self.wall_time_ns += perf_counter_ns() - before
             self.accept(outputs, start)
             self.asking.is_within(start)
-        except Exception as error:
+        except DEFECTS as error:
             raise self.failure(start, error) from error
         self._used, self._reached, self._followed = inputs, start, frozenset()
         self.publish()
@@ -151,7 +155,7 @@ class Participant(abc.ABC):
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
             self.accept(outputs, start)
-        except Exception as error:
+        except DEFECTS as error:
             raise self.failure(start, error) from error
         self.published.update(self._pending)
 
@@ -168,7 +172,7 @@ class Participant(abc.ABC):
         """
         try:
             inputs = self.inputs.now()
-        except Exception as error:
+        except DEFECTS as error:
             raise self.failure(t, error) from error
         if all(inputs[name] is self._used.get(name) for name in self.inputs.driven):
             return
@@ -178,7 +182,7 @@ class Participant(abc.ABC):
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
             self.accept(outputs, t)
-        except Exception as error:
+        except DEFECTS as error:
             raise self.failure(t, error) from error
         self._used = inputs
         self.publish()
@@ -212,12 +216,44 @@ class Participant(abc.ABC):
         """
 
     @abc.abstractmethod
+    def begin_early(self, t: Time) -> None:
+        """Start the step from `t` before its turn comes, unless it is begun; it sees all.
+
+        What goes wrong is raised by `finish`, in its turn.
+        """
+
+    @abc.abstractmethod
     def begin_ahead(self, t: Time) -> None:
         """Start the step from `t` before its turn comes, if it works elsewhere and sees all.
 
+        One that is begun goes on.
         What it sees does not depend on when it steps. If the run ends before its step does, what
         comes of the step is ignored, an error too, also one of beginning it, which `finish` raises.
         """
+
+    @abc.abstractmethod
+    def foresee(self, now: Time) -> None:
+        """Hear of the step that was begun, if it is done; else begin one of which all is known.
+
+        Where each of those that publish what it reads has published it at `now`, or has made the
+        step that it is going to publish, the step to the next communication point is begun as by
+        `begin_ahead`.
+
+        Args:
+            now: where all have published that were due [ns].
+        """
+
+    def foreseen(self, now: Time, end: Time) -> Signals | None:
+        """What it will have published last at `end`, of which it has not published all at `now`.
+
+        Nothing, if it publishes nothing between `now` and `end`, `end` included; `None`, if that is
+        not known.
+
+        Args:
+            now: where all have published that were due [ns].
+            end: not before `now` [ns].
+        """
+        return {} if self._grid.after(now) > end else None
 
     @abc.abstractmethod
     def finish(self) -> None:
@@ -229,11 +265,19 @@ class Participant(abc.ABC):
     def publish(self) -> None:
         """Show the outputs of the step finished last to others."""
         self.published.update(self._pending)
+        self._shown = self._reached
         self.asking.publish()
         for past in self._past:
             past.note()
         if self._history is not None:
             self._history.put(self._reached, self._pending, self._slopes())
+
+    def was_left_behind(self, t: Time) -> str:
+        """What an algorithm missed that says that a step of this ended at `t`; empty: nothing."""
+        if self._shown == t:
+            return ""
+        missed = "publish" if self._reached == t else "step"
+        return f"did not let `{self.name}` {missed} at t = {t / 1e9:.9g} s"
 
     def show(self, values: Signals, t: Time | None = None) -> None:
         """Let others see `values` in place of these outputs until the next `publish`.
@@ -246,33 +290,21 @@ class Participant(abc.ABC):
         if self._history is not None:
             self._history.put(self._reached if t is None else t, self.published, {})
 
-    def predict(self, t: Time, degree: int) -> None:
-        """Let others see for `t` what the last publications make probable, until `publish`.
+    @property
+    def history(self) -> History | None:
+        """What it published lately, if anybody asks for it."""
+        return self._history
 
-        Args:
-            t: where the step ends that begins next [ns].
-            degree: of the polynomials through these publications.
-        """
-        if (history := self._history) is None:
-            return
-        history.forget_from(t)
-        self.show(
-            {
-                output: real(
-                    history.course(output, t, t - self.before(t), degree).at(0.0),
-                    self.published[output],
-                )
-                for output in self._continuous
-                if output in self.published
-            },
-            t,
-        )
+    @property
+    def continuous(self) -> Collection[str]:
+        """The connectors whose real signals are continuous functions of time."""
+        return self._sloped.continuous
 
     def _slopes(self) -> Signals:
         before = self.notes.call(Call.STEP, self._reached)
         try:
             found = self._sloped.now(self.inputs.driven - self._followed)
-        except Exception as error:
+        except DEFECTS as error:
             raise self.failure(self._reached, error) from error
         self.wall_time_ns += perf_counter_ns() - before
         return found
@@ -286,21 +318,20 @@ class Participant(abc.ABC):
         before = self.notes.call(Call.STATE, t)
         try:
             state = self._restorable().save()
-        except Exception as error:
+        except DEFECTS as error:
             raise self.failure(t, error, "while saving its state: ") from error
         self.wall_time_ns += perf_counter_ns() - before
-        return state
+        return state if self.journal is None else (state, self.journal.mark())
 
     def restore(self, state: Any, t: Time) -> None:
-        """Return the component to `state`, which `save` gave at `t`.
-
-        Raises:
-            ComponentError: the component failed to, or is not restorable.
-        """
+        """Return the component to `state`, which `save` gave at `t`; raises what that raises."""
         before = self.notes.call(Call.STATE, t)
         try:
+            if self.journal is not None:
+                state, mark = state
+                self.journal.return_to(mark)
             self._restorable().restore(state)
-        except Exception as error:
+        except DEFECTS as error:
             raise self.failure(t, error, "while restoring its state: ") from error
         self.wall_time_ns += perf_counter_ns() - before
 
@@ -325,19 +356,35 @@ class Participant(abc.ABC):
         self.notes.call(Call.CLOSE, self._reached)
         try:
             self._component.close()
-        except Exception as error:
+        except DEFECTS as error:
             raise self.failure(None, error, "while closing: ") from error
 
-    def _begun(self, t: Time, h: Duration | None) -> tuple[Piece, ...]:
-        """What there is to do for a step from `t`."""
+    def _read(
+        self, t: Time, h: Duration | None, unpublished: Mapping[str, Signals] | None = None
+    ) -> tuple[Signals, Duration]:
+        """The inputs of a step from `t`, and its length [ns]; see `Inputs.foreseen`."""
         length = self._grid.after(t) - t if h is None else h
-        inputs = self.inputs.now()
+        inputs = self.inputs.foreseen(unpublished) if unpublished else self.inputs.now()
         self._used, self._reached = inputs, t + length
+        return inputs, length
+
+    @property
+    def _is_whole(self) -> bool:
+        """Whether steps are made as they are read, and written down nowhere."""
+        return self._pieces is None and self.journal is None
+
+    def _begun(
+        self, t: Time, h: Duration | None, unpublished: Mapping[str, Signals] | None = None
+    ) -> tuple[Piece, ...]:
+        """What there is to do for a step from `t`."""
+        inputs, length = self._read(t, h, unpublished)
         if self._pieces is None:
             return (Piece(inputs, t, length),)
         return self._pieces.of(inputs, t, length)
 
     def _follow(self, piece: Piece) -> None:
+        if self.journal is not None:
+            self.journal.note(piece)
         if self._pieces is not None:
             self._followed = self._pieces.follow(piece)
 
@@ -364,8 +411,28 @@ class Participant(abc.ABC):
             spent_ns: in calls of the component [ns].
         """
         self.published.update(published)
-        self._pending, self._reached = pending, reached
+        self._pending, self._reached, self._shown = pending, reached, reached
         self.wall_time_ns += spent_ns
+
+    def memory(self) -> dict[str, Any]:
+        """What it knows beside its component between two steps, for `orchestrator.packing`."""
+        return {
+            "shown": [self.published, self._pending, self._reached, self.wall_time_ns],
+            "sampled": self.inputs.memory(),
+            "history": None if self._history is None else self._history.memory(),
+            "pieces": None if self._pieces is None else self._pieces.memory(),
+        }
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        """Know what `memory` told, in place of all else."""
+        self.published.clear()
+        self.wall_time_ns = 0
+        self.go_on(*memory["shown"])
+        self.inputs.recall(memory["sampled"])
+        if self._history is not None:
+            self._history.recall(memory["history"])
+        if self._pieces is not None:
+            self._pieces.recall(memory["pieces"])
 
     def accept(self, outputs: Signals, t: Time) -> None:
         """Keep `outputs` of a step from `t` for `publish`, or raise what is wrong with them."""
@@ -374,13 +441,16 @@ class Participant(abc.ABC):
             raise ComponentError(self.name, t, "; ".join(problems))
         self._pending = outputs
 
-    def failure(self, t: Time | None, error: Exception, doing: str = "") -> ComponentError:
+    def failure(self, t: Time | None, error: BaseException, doing: str = "") -> ComponentError:
         """`error` with the name of the component and the time it worked from."""
         if isinstance(error, ComponentError):
             when = t if error.time is None else error.time
-            return ComponentError(error.component or self.name, when, doing + error.message)
-        kind = "" if isinstance(error, CosimError) else f"{type(error).__name__}: "
-        return ComponentError(self.name, t, f"{doing}{kind}{error}")
+            name = error.component or self.name
+            return ComponentError(name, when, doing + error.message, error.where)
+        if isinstance(error, CosimError):
+            return ComponentError(self.name, t, f"{doing}{error}")
+        what = f"{doing}{type(error).__name__}: {error}"
+        return ComponentError(self.name, t, what, raised_at(error, type(self._component)))
 
 
 Participants: TypeAlias = Sequence[Participant]

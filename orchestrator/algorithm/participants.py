@@ -8,9 +8,9 @@ from typing_extensions import override
 
 from orchestrator.algorithm.participant import Participant, Participants
 from orchestrator.component import Component, ConcurrentComponent
-from orchestrator.errors import ComponentError
+from orchestrator.errors import DEFECTS, ComponentError
 from orchestrator.native import NativeUnit
-from orchestrator.signal import Connector
+from orchestrator.signal import Connector, Signals
 from orchestrator.timebase import Duration, StepSize, Time
 
 
@@ -38,11 +38,19 @@ class LocalParticipant(Participant):
             outputs = self._outputs()
             self.wall_time_ns += perf_counter_ns() - before
             self.accept(outputs, t)
-        except Exception as error:
+        except DEFECTS as error:
             raise self.failure(t, error) from error
 
     @override
+    def begin_early(self, t: Time) -> None:
+        pass
+
+    @override
     def begin_ahead(self, t: Time) -> None:
+        pass
+
+    @override
+    def foresee(self, now: Time) -> None:
         pass
 
     @override
@@ -58,8 +66,7 @@ class ConcurrentParticipant(Participant):
     """A component that steps elsewhere between `begin` and `finish`."""
 
     __slots__ = (
-        "_begun_at", "_concurrent", "_failed", "_followers", "_is_ahead", "_is_stepping",
-        "_leaders",
+        "_begun_at", "_concurrent", "_failed", "_is_ahead", "_is_stepping", "_read_until",
     )  # fmt: skip
 
     is_concurrent = True
@@ -74,35 +81,50 @@ class ConcurrentParticipant(Participant):
         super().__init__(name, component, connectors, step_size)
         self._concurrent = component
         self._failed: ComponentError | None = None
-        self._leaders: Participants | None = None
-        self._followers: Participants = ()
+        self._read_until: tuple[tuple[Participant, Duration], ...] | None = None
         self._begun_at: Time = 0
         self._is_ahead = False
         self._is_stepping = False
 
     @override
     def take_turns(self, leaders: Participants, followers: Participants) -> None:
-        self._leaders, self._followers = leaders, followers
+        # of those in front what is published where the step ends, of the others what is before
+        self._read_until = (*((each, 0) for each in leaders), *((each, 1) for each in followers))
 
     @override
     def begin(self, t: Time, h: Duration | None = None) -> None:
+        self._begin(t, h)
+
+    def _begin(
+        self, t: Time, h: Duration | None = None, unpublished: Mapping[str, Signals] | None = None
+    ) -> None:
         self._begun_at = t
         before = perf_counter_ns()
         try:
-            *whole, last = self._begun(t, h)
-            for piece in whole:
-                self._follow(piece)
-                self._concurrent.step(piece.inputs, piece.t, piece.h)
-                if self.asking.is_within(piece.t + piece.h):
-                    break
-            else:
-                self._follow(last)
-                self._concurrent.begin_step(last.inputs, last.t, last.h)
+            if self._is_whole:
+                inputs, length = self._read(t, h, unpublished)
+                self._concurrent.begin_step(inputs, t, length)
                 self._is_stepping = True
-        except Exception as error:
+            else:
+                self._is_stepping = self._begin_pieces(t, h, unpublished)
+        except DEFECTS as error:
             raise self.failure(t, error) from error
         self.is_begun, self._is_ahead = True, False
         self.wall_time_ns += perf_counter_ns() - before
+
+    def _begin_pieces(
+        self, t: Time, h: Duration | None, unpublished: Mapping[str, Signals] | None
+    ) -> bool:
+        """Take all pieces but the last, and begin that; `False` if it ended before that."""
+        *whole, last = self._begun(t, h, unpublished)
+        for piece in whole:
+            self._follow(piece)
+            self._concurrent.step(piece.inputs, piece.t, piece.h)
+            if self.asking.is_within(piece.t + piece.h):
+                return False
+        self._follow(last)
+        self._concurrent.begin_step(last.inputs, last.t, last.h)
+        return True
 
     @override
     def finish(self) -> None:
@@ -114,8 +136,11 @@ class ConcurrentParticipant(Participant):
         if self._failed is not None:
             failed, self._failed = self._failed, None
             raise failed
-        if not self._is_stepping:
-            return
+        if self._is_stepping:
+            self._wait()
+
+    def _wait(self) -> None:
+        """Wait for the step; its outputs are `pending` then."""
         self._is_stepping = False
         before = perf_counter_ns()
         try:
@@ -126,29 +151,68 @@ class ConcurrentParticipant(Participant):
             outputs = self._outputs()
             self.wall_time_ns += perf_counter_ns() - before
             self.accept(outputs, self._begun_at)
-        except Exception as error:
+        except DEFECTS as error:
             raise self.failure(self._begun_at, error) from error
 
     @override
-    def begin_ahead(self, t: Time) -> None:
-        if self._sees_all(t):
-            try:
-                self.begin(t)
-            except ComponentError as error:
-                self._failed, self.is_begun = error, True
-            self._is_ahead = True
+    def begin_early(self, t: Time) -> None:
+        if not self.is_begun:
+            self._begin_early(t)
 
-    def _sees_all(self, t: Time) -> bool:
-        """Whether all that the step from `t` reads when its turn comes is published at `t`."""
-        if not self.sources:
-            return True
+    def _begin_early(self, t: Time, unpublished: Mapping[str, Signals] | None = None) -> None:
+        try:
+            self._begin(t, None, unpublished)
+        except ComponentError as error:
+            self._failed, self.is_begun = error, True
+        self._is_ahead = True
+
+    @override
+    def begin_ahead(self, t: Time) -> None:
+        if not self.is_begun and (not self.sources or self._unpublished(t, t) == {}):
+            self._begin_early(t)
+
+    @override
+    def foresee(self, now: Time) -> None:
+        if self._is_stepping:
+            self._hear()
+        elif not self.is_begun:
+            unpublished = self._unpublished(self._reached, now)
+            if unpublished is not None:
+                self._begin_early(self._reached, unpublished)
+
+    def _hear(self) -> None:
+        """Have the outputs of the step ready for its turn, if it is done."""
+        if self._concurrent.has_finished():
+            try:
+                self._wait()
+            except ComponentError as error:
+                self._failed = error
+
+    def _unpublished(self, t: Time, now: Time) -> dict[str, Signals] | None:
+        """What of that which the step from `t` reads is still to be published at `now`.
+
+        By component; `None` if that is not known.
+        """
         # inputs may be made at the time of the step, such as late ones
-        if self._leaders is None or self.inputs.mixed or self._pieces is not None:
-            return False
-        end = self.grid.after(t)
-        return all(each.grid.after(t) > end for each in self._leaders) and all(
-            each.grid.after(t) >= end for each in self._followers
-        )
+        if self._read_until is None or self.inputs.mixed or self._pieces is not None:
+            return None
+        end, found = self._grid.after(t), {}
+        for each, before in self._read_until:
+            values = each.foreseen(now, end - before)
+            if values is None:
+                return None
+            if values:
+                found[each.name] = values
+        return found
+
+    @override
+    def foreseen(self, now: Time, end: Time) -> Signals | None:
+        following = self._grid.after(now)
+        if following > end:
+            return {}
+        is_known = self.is_begun and not self._is_stepping and self._failed is None
+        is_last = self._reached == following and self._grid.after(following) > end
+        return self._pending if is_known and is_last and not self.asking.has_ended else None
 
     @override
     def settle(self) -> None:

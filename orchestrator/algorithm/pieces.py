@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from orchestrator.algorithm.history import InputCourses, real
 from orchestrator.capabilities import CourseFollowing, PointEvaluation, VariableSteps
@@ -74,6 +75,14 @@ class Pieces:
             return Piece(before, t, first), Piece(behind, t + first, h - first)
         means = {n: real(c.projected(0).at(0.0), inputs[n]) for n, c in courses.items()}
         return (Piece({**inputs, **means}, t, h),)
+
+    def memory(self) -> dict[str, Any]:
+        """What it knows of the last step, as `orchestrator.packing` takes it."""
+        return self._courses.memory()
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        """Know what `memory` told, in place of all else."""
+        self._courses.recall(memory)
 
     def outputs(self) -> Signals:
         """The outputs at the end of the step, for the inputs there, if the component can say so.

@@ -1,6 +1,6 @@
 """How fast outputs change, where that is known."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from orchestrator.algorithm.history import is_approximated
 from orchestrator.capabilities import OutputSlopes
@@ -21,6 +21,11 @@ class KnownSlopes:
     def __init__(self, component: Component, connectors: Mapping[str, Connector]) -> None:
         self._source = component.capability(OutputSlopes)  # type: ignore[type-abstract]
         self._through = {n: c.feedthrough for n, c in connectors.items() if is_approximated(c, c)}
+
+    @property
+    def continuous(self) -> Collection[str]:
+        """The connectors whose real signals are continuous functions of time."""
+        return self._through.keys()
 
     def now(self, held: frozenset[str]) -> Signals:
         """Those at the current communication point, by output.

@@ -1,6 +1,7 @@
 """How long the next step is, by how wrong the last ones were."""
 
-from typing import Final
+from collections.abc import Sequence
+from typing import Any, Final
 
 from orchestrator.timebase import Duration
 
@@ -39,6 +40,16 @@ class StepControl:
         self._is_retry = False
         self.accepted = self.rejected = self.forced = 0
         self.shortest: Duration = 0
+
+    def memory(self) -> list[Any]:
+        """All that changes, as `orchestrator.packing` takes it."""
+        counts = [self.accepted, self.rejected, self.forced, self.shortest]
+        return [self._proposal, self._last_error, self._is_retry, *counts]
+
+    def recall(self, memory: Sequence[Any]) -> None:
+        """Know what `memory` told, in place of all else."""
+        self._proposal, self._last_error, self._is_retry, *counts = memory
+        self.accepted, self.rejected, self.forced, self.shortest = counts
 
     def next(self, rest: Duration) -> Duration:
         """The length of the next step [ns], where `rest` is left; what remains is no splinter."""

@@ -17,7 +17,7 @@ from tqdm import tqdm
 from orchestrator.campaign.journal import Journal
 from orchestrator.campaign.work import Result, RunKey, Work
 from orchestrator.campaign.workers import Pool, Workers
-from orchestrator.run import claim_directory, new_directory
+from orchestrator.run_directory import claim_directory, new_directory
 
 AnyJournal = TypeVar("AnyJournal", bound=Journal[Any])
 Outcome = TypeVar("Outcome")

@@ -19,6 +19,7 @@ from orchestrator.errors import CosimError
 from orchestrator.machine import commit, cpu, memory_gib
 from orchestrator.provenance import nlosim_version, provenance
 from orchestrator.recording.layout import read_json, write_json
+from orchestrator.wording import Wording
 
 logger = logging.getLogger(__name__)
 
@@ -101,20 +102,23 @@ class Identity:
             known, sessions = (
                 read_json(directory / name) for name in (kind.identity, kind.sessions)
             )
-            lines = read_lines(directory / kind.entries, ordered=kind.ordered)
+            lines = read_lines(directory / kind.entries, ordered=kind.ordered).contents
         except OSError as error:
             what = f"`{directory}` holds no {kind.noun} to resume; leave `--resume` out"
             raise ResumeError(what) from error
         self._check(directory, known)
-        return Former(identity=known, sessions=sessions.get("sessions", []), lines=lines)
+        before = sessions.get("sessions", [])
+        if not isinstance(before, list) or not all(isinstance(each, dict) for each in before):
+            raise ResumeError(f"`{directory / kind.sessions}` is damaged: `sessions` is no list")
+        return Former(identity=known, sessions=before, lines=lines)
 
     def go_on(self, directory: Path, former: Former, session: Mapping[str, Any]) -> None:
         """Write what goes on, and where; remark on results of two states of code or machine."""
         if former.sessions:
             last = former.sessions[-1]
             for key, remark in self.kind.remarks.items():
-                if last[key] != session[key]:
-                    then, now = (each[key] or "unknown" for each in (last, session))
+                if last.get(key) != session[key]:
+                    then, now = (each.get(key) or "unknown" for each in (last, session))
                     what = "`%s` %s %s; going on with %s, whose results may differ"
                     logger.warning(what, directory, remark, then, now)
         self._write(directory, former.identity, [*former.sessions, session])
@@ -140,15 +144,18 @@ class Identity:
             write_json(directory / name, content)
 
 
-def session(command: str, **facts: str) -> dict[str, Any]:
+def session(command: str, wording: Wording | None = None, **facts: str) -> dict[str, Any]:
     """Where the results of one start come from.
 
     Args:
         command: that the user gave.
+        wording: how it is written down; `None`: as it is.
         facts: what else there is to say.
     """
     origin = provenance()
     host = {**origin["host"], "cpu": cpu(), "memory_gib": memory_gib()}
+    if wording is not None and wording.is_private:
+        command, host["name"] = wording.text(command), None
     return {"command": command, **facts, "commit": commit(), **origin, "host": host}
 
 
@@ -194,8 +201,21 @@ class Journal(abc.ABC, Generic[Entry]):
         return f'{text[:-1]}, "{_CHECKSUM}": {zlib.crc32(text.encode())}}}\n'
 
 
-def read_lines(path: Path, *, ordered: bool = False) -> list[dict[str, Any]]:
-    """The contents of the lines of a journal.
+@dataclass(frozen=True, slots=True)
+class Lines:
+    """What a journal says.
+
+    Attributes:
+        contents: of its lines.
+        damaged: a sentence for each that is damaged.
+    """
+
+    contents: list[dict[str, Any]]
+    damaged: list[str]
+
+
+def read_lines(path: Path, *, ordered: bool = False) -> Lines:
+    """The lines of a journal.
 
     A line that was being written when everything ended is left out, and with a warning one that is
     damaged: what it says counts as not done.
@@ -209,19 +229,21 @@ def read_lines(path: Path, *, ordered: bool = False) -> list[dict[str, Any]]:
         OSError: the file cannot be read.
     """
     *lines, last = path.read_bytes().split(b"\n")
-    found = []
+    found = Lines([], [])
     for number, line in enumerate(lines, 1):
         content = _sound(line)
         if content is not None:
-            found.append(content)
+            found.contents.append(content)
             continue
         rest = " with all behind it" if ordered else ""
-        what = "`%s`, line %d: damaged, and left out%s; `--resume` does again what it told of"
-        logger.warning(what, path, number, rest)
+        what = f"line {number}: damaged, and left out{rest}; `--resume` does again what it told of"
+        logger.warning("`%s`, %s", path, what)
+        found.damaged.append(f"`{path.name}`, {what}")
         if ordered:
             return found
-    rest_of_line = _sound(last)
-    return found if rest_of_line is None else [*found, rest_of_line]
+    if (rest_of_line := _sound(last)) is not None:
+        found.contents.append(rest_of_line)
+    return found
 
 
 def _sound(line: bytes) -> dict[str, Any] | None:

@@ -9,6 +9,7 @@ from typing import Any, Generic, Self, TypeAlias, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from orchestrator.errors import ScenarioError
+from orchestrator.regular_files import why_no_file
 from orchestrator.scenario import diagnosis, extension
 from orchestrator.scenario.document import Address
 from orchestrator.scenario.model import Scenario
@@ -106,8 +107,7 @@ class Load(Generic[Model]):
             address: where.
         """
         found = (self.source.document.folder(address) / scenario).absolute()
-        if not found.is_file():
-            what = f"there is no file {found} (the path is relative to this file)"
+        if what := why_no_file(found):
             self.source.add(address, what)
         return found
 

@@ -5,6 +5,7 @@ go well with them; such a run gets a fresh process: this module is its program.
 """
 
 import json
+import math
 import os
 import signal
 import subprocess
@@ -19,15 +20,19 @@ from typing import Any
 
 from typing_extensions import override
 
+from orchestrator.hosts_file import read_hosts
 from orchestrator.observer import Observer, SimulationResult
 from orchestrator.remote.process import child_environment
-from orchestrator.run import RunInterrupted, new_directory, run_scenario
+from orchestrator.run import run_scenario
+from orchestrator.run_directory import new_directory
+from orchestrator.run_outcome import RunInterrupted, RunOutcome
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.model import Scenario
 from orchestrator.scratch import scratch
 from orchestrator.signal import Signals
 from orchestrator.system import System
 from orchestrator.timebase import Time
+from orchestrator.wording import Privately
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -53,6 +58,8 @@ class Work:
         keep: the run directory to create (numbered if it exists); `None` keeps nothing.
         scratch: where to run if nothing is kept; `None`: the worker's temporary directory.
         transport: see `run_scenario`.
+        hosts: the absolute path of the hosts file; `None`: all components are here.
+        private: see `run_scenario`; then an error names no folder, either.
     """
 
     scenario: str
@@ -60,6 +67,8 @@ class Work:
     keep: str | None
     scratch: str | None
     transport: str | None = None
+    hosts: str | None = None
+    private: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,12 +80,15 @@ class Result:
         fingerprint: of the recording; `None` if the run failed.
         metrics: all of the scenario's report; empty if the run failed.
         error: why it failed, or `None`.
+        cpu: processor time of its process and of those that it started [s]; `None` if the worker
+            died, and in journals of versions that did not note it.
     """
 
     wall: float
     fingerprint: str | None
     metrics: Mapping[str, Any]
     error: str | None
+    cpu: float | None = None
 
 
 def perform(work: Work) -> Result:
@@ -86,7 +98,7 @@ def perform(work: Work) -> Result:
     of this process (`NLOSIM_THREADS`), unless the environment says otherwise.
     """
     os.environ.setdefault("NLOSIM_THREADS", "1")
-    begin = time.perf_counter()
+    begin, spent = time.perf_counter(), _processor_time()
     try:
         scenario = load_scenario(Path(work.scenario), work.overrides)
         branches = any(use.type.decides for use in scenario.components.values())
@@ -95,8 +107,22 @@ def perform(work: Work) -> Result:
         else:
             result = _run(work, scenario)
     except (Exception, RunInterrupted) as error:
-        result = _failed(str(error) or type(error).__name__)
-    return replace(result, wall=time.perf_counter() - begin)
+        result = _failed(_reason(work, error))
+    return replace(result, wall=time.perf_counter() - begin, cpu=_processor_time() - spent)
+
+
+def _processor_time() -> float:
+    """What this process, which performs one run at a time, and its ended children took so far [s].
+
+    Unlike wall time it says what a run costs where other programs want the processors, too.
+    """
+    return math.fsum(os.times()[:4])  # of itself: user and system; of its children: the same
+
+
+def _reason(work: Work, error: BaseException) -> str:
+    said = str(error) or type(error).__name__
+    near = [Path(each).parent for each in (work.scenario, work.keep) if each is not None]
+    return Privately(*near).text(said) if work.private else said
 
 
 def _failed(reason: str) -> Result:
@@ -107,15 +133,25 @@ def _run(work: Work, scenario: Scenario, observers: Sequence[Observer] = ()) -> 
     if work.keep is not None:
         keep = Path(work.keep)
         directory = new_directory(keep.parent, keep.name)
-        outcome = run_scenario(
-            scenario, directory, figure=False, observers=observers, transport=work.transport
-        )
+        outcome = _outcome(work, scenario, directory, observers)
     else:
         with _folder(work.scratch) as directory:
-            outcome = run_scenario(
-                scenario, directory, figure=False, observers=observers, transport=work.transport
-            )
+            outcome = _outcome(work, scenario, directory, observers)
     return Result(wall=0.0, fingerprint=outcome.fingerprint, metrics=outcome.metrics, error=None)
+
+
+def _outcome(
+    work: Work, scenario: Scenario, directory: Path, observers: Sequence[Observer]
+) -> RunOutcome:
+    return run_scenario(
+        scenario,
+        directory,
+        figure=False,
+        observers=observers,
+        transport=work.transport,
+        hosts=None if work.hosts is None else read_hosts(Path(work.hosts)),
+        private=work.private,
+    )
 
 
 @contextmanager
@@ -186,7 +222,7 @@ def _main(answers: int) -> None:
         scenario = load_scenario(Path(work.scenario), work.overrides)
         result = _run(work, scenario, (observer,))
     except (Exception, RunInterrupted) as error:
-        result = _failed(str(error) or type(error).__name__)
+        result = _failed(_reason(work, error))
     with os.fdopen(answers, "w") as file:
         json.dump(asdict(result), file)
 

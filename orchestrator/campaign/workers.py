@@ -11,6 +11,7 @@ from typing import Any, Protocol, TypeAlias
 
 from typing_extensions import override
 
+from orchestrator.campaign.deferral import deferred
 from orchestrator.campaign.work import Result, RunKey, Work, perform
 from orchestrator.errors import CosimError
 from orchestrator.scratch import scratch
@@ -116,6 +117,7 @@ def local_workers(count: int | None, scratch: Path) -> Iterator[Workers]:
 
     Raises:
         MissingExtraError: Dask is not installed.
+        CosimError: the processes cannot be started, because of limits of the system perhaps.
     """
     distributed, dask = require("distributed"), require("dask")
     _silence()
@@ -128,22 +130,37 @@ def local_workers(count: int | None, scratch: Path) -> Iterator[Workers]:
         # Dask has freed memory returned at once, only to be asked for again: arrays of every step
         "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,
     }
-    with (
-        dask.config.set(settings),
-        distributed.LocalCluster(
-            n_workers=require("dask.system").CPU_COUNT if count is None else count,
-            threads_per_worker=1,
-            processes=True,
-            memory_limit=0,
-            dashboard_address=None,
-            # the port that Dask prefers may be taken by another experiment, of which it warns
-            scheduler_kwargs={"dashboard_address": ":0"},
-            local_directory=str(scratch),
-            silence_logs=logging.CRITICAL,
-        ) as cluster,
-        distributed.Client(cluster) as client,
-    ):
+    stack = contextlib.ExitStack()
+    try:
+        with deferred(), _starting():
+            stack.enter_context(dask.config.set(settings))
+            cluster = stack.enter_context(
+                distributed.LocalCluster(
+                    n_workers=require("dask.system").CPU_COUNT if count is None else count,
+                    threads_per_worker=1,
+                    processes=True,
+                    memory_limit=0,
+                    dashboard_address=None,
+                    # the port that Dask prefers may be another experiment's, of which it warns
+                    scheduler_kwargs={"dashboard_address": ":0"},
+                    local_directory=str(scratch),
+                    silence_logs=logging.CRITICAL,
+                )
+            )
+            client = stack.enter_context(distributed.Client(cluster))
         yield DaskWorkers(client, scratch)
+    finally:
+        with deferred():
+            stack.close()
+
+
+@contextlib.contextmanager
+def _starting() -> Iterator[None]:
+    """Say of Dask's workers that they do not start; it waits for them for half a minute."""
+    try:
+        yield
+    except (OSError, RuntimeError) as error:
+        raise CosimError(f"the worker processes cannot be started: {error}") from error
 
 
 @contextlib.contextmanager
@@ -190,4 +207,5 @@ def scheduled_workers(address: str) -> Iterator[Workers]:
 
 def _silence() -> None:
     """Dask logs that connections close; what matters reaches us as results."""
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    for name in ("distributed", "asyncio"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)

@@ -7,8 +7,20 @@ from importlib.metadata import EntryPoint
 from typing import Any
 
 from orchestrator.cli.outcome import Outcome
+from orchestrator.errors import DEFECTS
 
 logger = logging.getLogger(__name__)
+
+
+def seed(text: str) -> int:
+    """The seed that an option says.
+
+    Raises:
+        argparse.ArgumentTypeError: it is none.
+    """
+    if not (text.isascii() and text.isdigit()):
+        raise argparse.ArgumentTypeError(f"expected a whole number from 0 on, got {text!r}")
+    return int(text)
 
 
 def command(
@@ -59,7 +71,7 @@ def add_installed(commands: Any, entries: Iterable[EntryPoint], called: str) -> 
     for entry in sorted(entries, key=lambda entry: entry.name):
         try:
             entry.load()(commands)
-        except Exception as error:  # a broken plug-in must not take the other commands away
+        except DEFECTS as error:  # a broken plug-in must not take the other commands away
             reason = f"{type(error).__name__}: {error}"
             what = called.format(entry.name)
             logger.warning("%s (%s) cannot be loaded: %s", what, entry.value, reason)

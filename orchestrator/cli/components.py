@@ -7,11 +7,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from orchestrator import measure, registry, tables
+from orchestrator import measure, registry
+from orchestrator.absence import Need, Undriven
 from orchestrator.algorithm import base
+from orchestrator.cli.fitting import listed
 from orchestrator.cli.outcome import Outcome
 from orchestrator.cli.parameters import parameter_data, parameter_rows
 from orchestrator.errors import ComponentTypeError, CosimError
+from orchestrator.gaps import declared as declared_gaps
 from orchestrator.local_module import is_reference, local_type
 from orchestrator.parameters import REQUIRED, ComponentType, declared, description
 from orchestrator.signal import Connector
@@ -89,7 +92,7 @@ def _plugin(kind: _Kind, name: str) -> Outcome:
     found = kind.load(name)
     parameters = declared(found)
     lines = [f"{name}: {description(found)}", "", f"parameters, under {kind.place}:"]
-    lines += tables.lines(parameter_rows(parameters)) or ["  none"]
+    lines += listed(parameter_rows(parameters)) or ["  none"]
     return Outcome(
         text="\n".join(lines),
         data={
@@ -112,12 +115,15 @@ def _one(name: str) -> Outcome:
     connectors, reason = _connectors(found, name)
     parameters = found.parameters
     lines = [f"{name}: {found.description}", "", "parameters:"]
-    lines += tables.lines(parameter_rows(parameters))
+    lines += listed(parameter_rows(parameters))
     lines += ["", "connectors:"]
     if reason is not None:
         lines.append(f"  known once the parameters are ({reason})")
     else:
-        lines += tables.lines([_connector_row(n, c) for n, c in connectors.items()])
+        lines += listed([_connector_row(n, c) for n, c in connectors.items()])
+        if said := declared_gaps(connectors):
+            lines += ["", "an input that nothing drives:"]
+            lines += listed([(gap.group, _needed(gap.undriven), gap.meaning) for gap in said])
     return Outcome(
         text="\n".join(lines),
         data={
@@ -135,6 +141,9 @@ def _connectors(found: ComponentType, name: str) -> tuple[Mapping[str, Connector
     """The connectors of an instance with default parameters, or why there is none."""
     required = [n for n, p in found.parameters.items() if p.default is REQUIRED]
     if required:
+        foreseen = found.foreseen_connectors()
+        if foreseen is not None:
+            return foreseen, None
         return {}, f"required: {', '.join(f'`{n}`' for n in required)}"
     try:
         instance = found.create("example", {})
@@ -151,6 +160,20 @@ def _connector_row(name: str, connector: Connector) -> tuple[str, ...]:
     return name, connector.causality.value, connector.kind(), unit, connector.description
 
 
+_NEEDS: Final = {
+    Need.ALWAYS: "is an error",
+    Need.IF_OFFERED: "is an error if there is an output for it",
+    Need.NEVER: "may be",
+}
+
+
+def _needed(said: Undriven | None) -> str:
+    if said is None:
+        return ""
+    beside = f"; an error beside {', '.join(sorted(said.beside))}" if said.beside else ""
+    return _NEEDS[said.need] + beside
+
+
 def _connector_data(connector: Connector) -> dict[str, Any]:
     return {
         "causality": connector.causality.value,
@@ -159,4 +182,11 @@ def _connector_data(connector: Connector) -> dict[str, Any]:
         "variability": connector.variability.value,
         "feedthrough": sorted(connector.feedthrough),
         "description": connector.description,
+        "undriven": None
+        if (said := connector.undriven) is None
+        else {
+            "need": said.need.value,
+            "beside": sorted(said.beside),
+            "meaning": said.meaning,
+        },
     }

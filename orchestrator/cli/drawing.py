@@ -128,10 +128,13 @@ def _boxes(graph: Graph, top: float) -> dict[str, _Box]:
 
 
 def _node(node: Node, box: _Box) -> str:
-    kind = ' class="process"' if node.process is not Isolation.NEVER else ""
+    is_here = node.process is Isolation.NEVER and node.host is None
+    kind = "" if is_here else ' class="process"'
     origin = node.origin.replace("\\", "/").rsplit("/", 1)[-1]
     times = f" \u00d7 {node.copies}" if node.copies > 1 else ""
-    lines = (("name", node.name + times), ("", origin), ("", f"every {format_duration(node.step)}"))
+    every = f"every {format_duration(node.step)}"
+    every += "" if node.host is None else f", host {node.host}"
+    lines = (("name", node.name + times), ("", origin), ("", every))
     texts = "".join(
         f'<text class="{style}" x="{box.x + 10:g}" y="{box.y + 20 + 17 * row:g}">'
         f"{escape(text)}</text>"

@@ -12,16 +12,22 @@ from orchestrator.cli import failures, streams
 from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.cli.parser import UsageError, parser
 from orchestrator.cli.requests import heard_by_exception, heard_no_more
-from orchestrator.cli.watch import is_watched, watched
+from orchestrator.cli.shortage import explained, too_little
+from orchestrator.cli.watch import WATCH, is_watched, watched
 
 _MODULES: Final = {
     "run": "orchestrator.cli.run",
+    "resume": "orchestrator.cli.resume",
+    "rerun": "orchestrator.cli.rerun",
+    "serve": "orchestrator.cli.serve",
     "check": "orchestrator.cli.check",
     "graph": "orchestrator.cli.graph",
     "components": "orchestrator.cli.components",
     "schema": "orchestrator.cli.schema",
+    "completion": "orchestrator.cli.completion",
     "scenarios": "orchestrator.cli.scenarios",
     "report": "orchestrator.cli.report",
+    "tap": "orchestrator.cli.tap",
     "experiment": "orchestrator.cli.experiment",
 }
 """One module per command, with a function `execute(arguments) -> Outcome`. They are imported
@@ -38,22 +44,33 @@ def execute(argv: Sequence[str] | None) -> int:
     if isinstance(ended, int):
         return ended
     if ended is not None:
-        return streams.tell(ended, is_json=is_json)
+        return streams.tell(explained(ended), is_json=is_json)
+    try:
+        return _executed(given, is_program=argv is None, is_json=is_json)
+    finally:
+        WATCH.end()
+
+
+def _executed(given: Sequence[str], *, is_program: bool, is_json: bool) -> int:
+    """Run a command in this process."""
     try:
         with _output_kept_for_json() if is_json else contextlib.nullcontext():
-            outcome = _outcome(given, is_program=argv is None)
+            outcome = _outcome(given, is_program=is_program)
     except SystemExit:  # the help or the version was printed
         if streams.flush():
             raise
         return int(Exit.WRONG_INPUT)
-    return streams.tell(outcome, is_json=is_json)
+    return streams.tell(explained(outcome), is_json=is_json)
 
 
 def _outcome(given: Sequence[str], *, is_program: bool) -> Outcome:
     try:
-        arguments = parser().parse_args(given)  # ends the process after the help or the version
+        # ends the process after the help or the version
+        arguments = parser(given).parse_args(given)
     except UsageError as error:
         return failures.usage(error)
+    if (hopeless := too_little()) is not None:
+        return hopeless
     try:
         if is_program:
             heard_by_exception()

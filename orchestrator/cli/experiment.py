@@ -12,27 +12,37 @@ from typing import Any
 from orchestrator import tables
 from orchestrator.campaign.conduct import Interrupted, Options
 from orchestrator.campaign.workers import local_pool, scheduled_workers
-from orchestrator.cli.failures import bug
+from orchestrator.cli.failures import bug, said
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
+from orchestrator.cli.run import to_nobody
+from orchestrator.cli.streams import tell_line
 from orchestrator.errors import CosimError
 from orchestrator.experiment.conduct import ExperimentOutcome, conduct_experiment
 from orchestrator.experiment.load import load_experiment
 from orchestrator.experiment.plan import Experiment
 from orchestrator.experiment.schema import seeds
+from orchestrator.hosts_file import read_hosts
 
 
 def execute(arguments: Namespace) -> Outcome:
     """Load, check every combination, run, tabulate."""
     _check_options(arguments)
     given = None if arguments.seeds is None else _seeds(arguments.seeds)
-    experiment = load_experiment(Path(arguments.experiment), arguments.transport)
+    experiment = load_experiment(
+        Path(arguments.experiment),
+        arguments.transport,
+        hosts=None if arguments.hosts is None else read_hosts(Path(arguments.hosts)),
+        tell=to_nobody if arguments.quiet else tell_line,
+    )
+    experiment = replace(experiment, private=arguments.private)
     if given is not None:
         experiment = replace(experiment, seeds=given)
     with stopping() as stop:
         try:
             options, keep = _options(arguments, stop.check), arguments.keep_runs
-            outcome = conduct_experiment(experiment, options, keep_runs=keep)
+            page = not arguments.no_page
+            outcome = conduct_experiment(experiment, options, keep_runs=keep, page=page)
         except Interrupted as error:
             return _interrupted(experiment, arguments, error.outcome)
     if outcome.report_error is not None and not outcome.failed:
@@ -45,6 +55,9 @@ def _check_options(arguments: Namespace) -> None:
         raise CosimError("--resume needs --out DIR, the directory of the experiment to go on with")
     if arguments.scheduler is not None and arguments.workers is not None:
         raise CosimError("--scheduler has workers of its own; leave --workers out")
+    if arguments.hosts is not None and (arguments.scheduler or (arguments.workers or 1) > 1):
+        given = "--workers" if arguments.scheduler is None else "--scheduler"
+        raise CosimError(f"a host serves one run at a time; with --hosts leave {given} out")
     if arguments.workers is not None and arguments.workers < 1:
         raise CosimError(f"--workers must be at least 1, got {arguments.workers}")
 
@@ -52,7 +65,7 @@ def _check_options(arguments: Namespace) -> None:
 def _options(arguments: Namespace, check: Callable[[], None]) -> Options:
     return Options(
         out=None if arguments.out is None else Path(arguments.out),
-        pool=partial(local_pool, arguments.workers, "experiment")
+        pool=partial(local_pool, arguments.workers if arguments.hosts is None else 1, "experiment")
         if arguments.scheduler is None
         else partial(scheduled_workers, arguments.scheduler),
         resume=arguments.resume,
@@ -70,10 +83,12 @@ def _seeds(text: str) -> tuple[int, ...]:
 
 
 def _command(arguments: Namespace, out: str | None) -> str:
-    """What decides on the results; not how they are computed."""
+    """What decides on the results, and what has to be there; not how they are computed."""
     words = ["nlosim", "experiment", arguments.experiment]
     words += ["--seeds", arguments.seeds] if arguments.seeds is not None else []
+    words += ["--hosts", arguments.hosts] if arguments.hosts is not None else []
     words += ["--out", out] if out is not None else []
+    words += ["--private"] if arguments.private else []
     return shlex.join(words)
 
 
@@ -89,22 +104,24 @@ def _data(experiment: Experiment, outcome: ExperimentOutcome) -> dict[str, Any]:
     ]
     return {
         "out": str(outcome.directory),
+        "page": None if outcome.page is None else str(outcome.page),
         "runs": outcome.runs,
         "failed": failed,
         "units": dict(outcome.units),
+        **({"remarks": list(experiment.remarks)} if experiment.remarks else {}),
         "tables": {**outcome.report.tables, "summary": outcome.summary},
     }
 
 
 def _why_no_report(error: Exception) -> str:
-    reason = str(error) if isinstance(error, CosimError | ValueError) else repr(error)
+    reason = said(error) if isinstance(error, CosimError | ValueError | OSError) else repr(error)
     return f"the report cannot be made: {reason}"
 
 
 def _report_failed(experiment: Experiment, outcome: ExperimentOutcome, error: Exception) -> Outcome:
-    """A report that says why it cannot be made is in its right; anything else is a bug."""
+    """A report that says why it cannot be made is in its right, and a disk may be full."""
     message = f"{_why_no_report(error)}; the results are in {outcome.directory}"
-    if isinstance(error, CosimError | ValueError):
+    if isinstance(error, CosimError | ValueError | OSError):
         data = _data(experiment, outcome)
         return failure("report", Exit.WRONG_INPUT, message, **data)
     return bug(message, error, None)
@@ -132,7 +149,10 @@ def _done(experiment: Experiment, outcome: ExperimentOutcome) -> Outcome:
         lines += [f"  repeat it with: {experiment.command(key)}"]
     if outcome.report_error is not None:
         lines += [_why_no_report(outcome.report_error)]
+    lines += [f"{remark} (a remark)" for remark in experiment.remarks]
     lines += [f"{outcome.runs} runs, {len(outcome.failed)} failed; in {outcome.directory}"]
+    if outcome.page is not None:
+        lines += [f"to look at   {outcome.page}"]
     return Outcome(
         text="\n".join(lines),
         data=_data(experiment, outcome),

@@ -4,10 +4,11 @@ import os
 import tempfile
 import traceback
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.cli.parser import UsageError
+from orchestrator.cli.shortage import is_shortage
 from orchestrator.errors import (
     ComponentError,
     CosimError,
@@ -15,6 +16,11 @@ from orchestrator.errors import (
     ScenarioError,
 )
 from orchestrator.log import LOG
+
+_OURS: Final = frozenset(
+    {"", "adapters", "benchmarks", "fmus", "orchestrator", "scenarios", "studies"}
+)
+"""Top of the names of our own modules: if one of them is missing, that is a bug."""
 
 
 def usage(error: UsageError) -> Outcome:
@@ -39,26 +45,47 @@ def outcome_of(error: BaseException, directory: Path | None = None) -> Outcome:
                 "component",
                 Exit.COMPONENT_FAILED,
                 str(error),
-                text=f"error: {error}{recorded}",
+                text=f"error: {error}{_raised(error, directory)}{recorded}",
                 component=error.component,
                 time_s=None if error.time is None else error.time / 1e9,
+                **({"raised_at": error.where} if error.where else {}),
                 **where,
             )
         case KeyboardInterrupt():
             text = f"interrupted{recorded}"
             return failure("interrupted", Exit.INTERRUPTED, "interrupted", text=text, **where)
-        case MemoryError():
-            text = f"there is not enough memory for this{recorded}"
+        case Exception() if is_shortage(error):
+            why = f": {said(error)}" if str(error) else ""
+            text = f"there is not enough memory for this{why}{recorded}"
             return failure("memory", Exit.WRONG_INPUT, text, **where)
         case CosimError() | OSError():  # a full disk or a wrong path is no bug of ours
-            text = f"error: {_said(error)}{recorded}"
-            return failure("input", Exit.WRONG_INPUT, _said(error), text=text, **where)
+            text = f"error: {said(error)}{recorded}"
+            return failure("input", Exit.WRONG_INPUT, said(error), text=text, **where)
         case _:
             kind = type(error).__name__
-            return bug(f"internal error: {kind}: {error}", error, directory)
+            lacking = _lacking(error, recorded)
+            return lacking or bug(f"internal error: {kind}: {error}", error, directory)
 
 
-def _said(error: Exception) -> str:
+def _lacking(error: BaseException, recorded: str) -> Outcome | None:
+    """What to do if a module of others is missing; `None` if it is nothing of that kind."""
+    module = (error.name or "") if isinstance(error, ModuleNotFoundError) else ""
+    if module.partition(".")[0] in _OURS:
+        return None
+    what = f"the module `{module}` is missing, which this version needs; install it again"
+    text = f"error: {what}: `pip install --upgrade nlosim`, in a checkout `pip install .`"
+    return failure("installation", Exit.WRONG_INPUT, what, text=f"{text}{recorded}")
+
+
+def _raised(error: ComponentError, directory: Path | None) -> str:
+    """Which line of a component's code raised an exception, and where its traceback is."""
+    if not error.where:
+        return ""
+    log = "" if directory is None else f"\ntraceback: {directory / LOG}"
+    return f"\nraised at {error.where}{log}"
+
+
+def said(error: Exception) -> str:
     """What it says; of a file, its path and what is wrong with it."""
     if isinstance(error, OSError) and error.filename is not None and error.strerror is not None:
         return f"`{error.filename}`: {error.strerror}"
@@ -91,11 +118,18 @@ def problem_data(problem: Problem) -> dict[str, Any]:
 def bug(message: str, error: BaseException, directory: Path | None) -> Outcome:
     """The outcome after something that should not happen; the traceback goes to a file.
 
+    If memory was short, it is none of ours.
+
     Args:
         message: what happened.
         error: its traceback is written, unless there is a run directory: its log has it.
         directory: of the run, if there is one.
     """
+    if is_shortage(error):
+        where = {} if directory is None else {"out": str(directory)}
+        return failure(
+            "memory", Exit.WRONG_INPUT, f"{message}: there is not enough memory", **where
+        )
     log = _write_traceback(error) if directory is None else directory / LOG
     return failure(
         "internal",

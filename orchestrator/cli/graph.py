@@ -10,6 +10,11 @@ from typing import Final
 from orchestrator import tables
 from orchestrator.cli.drawing import draw
 from orchestrator.cli.outcome import Outcome
+from orchestrator.cli.streams import tell_line
+from orchestrator.errors import ScenarioError
+from orchestrator.hosts_file import read_hosts
+from orchestrator.placement import only_hosts, placing
+from orchestrator.scenario.absent import absence
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.graph import Edge, Graph, Node, graph_of, grouped
 from orchestrator.scenario.installed import scenario_path
@@ -23,11 +28,18 @@ from orchestrator.timebase import StepSize
 def execute(arguments: Namespace) -> Outcome:
     """Print the wiring and, if asked to, draw it."""
     scenario = load_scenario(scenario_path(arguments.scenario), arguments.overrides)
-    assembly = assemble(scenario)
-    try:
-        graph = graph_of(scenario, assembly)
-    finally:
-        assembly.close()
+    hosts = None if arguments.hosts is None else read_hosts(Path(arguments.hosts))
+    problems = []
+    for name, use in scenario.components.items() if hosts is None else ():
+        problems += absence(scenario.document, name, use.type, use.host)
+    if problems:
+        raise ScenarioError(problems)
+    with placing(only_hosts(scenario, hosts), tell_line) as places:
+        assembly = assemble(scenario, places.create)
+        try:
+            graph = graph_of(scenario, assembly)
+        finally:
+            assembly.close()
     text = _text(scenario, graph)
     if arguments.svg is not None:
         Path(arguments.svg).write_text(draw(graph, scenario.title), encoding="utf-8")
@@ -40,6 +52,7 @@ def execute(arguments: Namespace) -> Outcome:
             "connections": [_connection(edge) for edge in graph.edges],
             "constants": [{"to": to, "value": value} for to, value in graph.constants],
             "loops": list(graph.loops),
+            "undriven": [gap.data() for gap in graph.gaps],
             "until": None if scenario.until is None else str(scenario.until),
             "svg": arguments.svg,
         },
@@ -50,6 +63,8 @@ def _component(node: Node) -> dict[str, object]:
     step = {"step": format_duration(node.step), "step_ns": _number(node.step)}
     fields = asdict(node)
     spans = {**step, "lag_ns": _number(fields.pop("lag"))}
+    if node.host is None:
+        del fields["host"]
     return {**fields, "process": node.process.value, **spans}
 
 
@@ -88,6 +103,12 @@ def _text(scenario: Scenario, graph: Graph) -> str:
     ]
     if graph.constants:
         lines += ["", "constants:", *tables.lines(list(graph.constants))]
+    if graph.gaps:
+        rows = [
+            (each.title.replace("`", ""), f"{each.meaning}{' (meant)' if each.is_meant else ''}")
+            for each in graph.gaps
+        ]
+        lines += ["", "inputs that nothing drives, and what it means:", *tables.lines(rows)]
     through = [line for node in graph.nodes for line in _feedthrough(node)]
     lines += ["", "direct feedthrough:", *(through or ["  none"])]
     lines += ["", "algebraic loops:", *([f"  {loop}" for loop in graph.loops] or ["  none"])]
@@ -103,7 +124,10 @@ _WHERE: Final = {
 
 def _node_row(number: int, node: Node) -> tuple[str, ...]:
     every = f"every {format_duration(node.step)}"
-    return str(number), node.name, node.origin, every, _WHERE[node.process]
+    where = _WHERE[node.process]
+    if node.host is not None:
+        where = f"host `{node.host}` with --hosts, else {where}"
+    return str(number), node.name, node.origin, every, where
 
 
 def _edge_row(edge: Edge) -> tuple[str, ...]:

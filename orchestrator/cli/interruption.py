@@ -41,6 +41,10 @@ class StopOnRequest(Observer):
         self.check()
 
     @override
+    def look_up(self) -> None:
+        self.check()
+
+    @override
     def end(self, result: SimulationResult) -> None:
         self._is_running = False
 

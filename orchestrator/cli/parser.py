@@ -1,12 +1,21 @@
 """The arguments of every command."""
 
 import argparse
-from importlib.metadata import entry_points
-from typing import Final, NoReturn, TypeAlias
+import difflib
+import re
+import sys
+from collections.abc import Sequence
+from typing import Any, Final, NoReturn, TypeAlias
 
 from typing_extensions import override
 
-from orchestrator.cli.command import add_installed, command
+from orchestrator.cli.command import add_installed, command, seed
+from orchestrator.cli.experiment_arguments import add_experiment, add_report
+from orchestrator.cli.rerun_arguments import PRIVATE, add_rerun
+from orchestrator.cli.resume_arguments import add_resume, interval
+from orchestrator.cli.tap_arguments import add_tap
+from orchestrator.installed import entry_points
+from orchestrator.suggestion import suggestion
 
 COMMANDS: Final = "orchestrator.commands"
 """Entry points of further commands: a callable that adds its parsers to the subparsers, each
@@ -24,13 +33,28 @@ _RUN: Final = """\
 The run directory holds the recording, manifest.json, metrics.json, log.txt, and what report and
 measures make: tables in measures/, figures in measures.svg and figure.png. Without a report all
 recorded numbers are a table, measures/signals-table.csv, and curves; --no-figure leaves the curves
-out, --set measures={} both.
+out, --set measures={} both. index.html shows the run in a browser, without server and network: open
+the file.
 Ctrl-C stops the run at the next communication point; what was recorded can be read.
 
 examples:
   nlosim run red_light
   nlosim run red_light --seed 3 --out results/seed-3
   nlosim run my_scenario.yaml --transport local"""
+
+_HOSTS: Final = """\
+a hosts file (YAML): components marked `host: NAME` are on that host, where
+`nlosim serve` has them. Without it they run here. The results are the same bytes"""
+
+_SERVE: Final = """\
+The components are created here, from the scenario and the files on this machine: a run says their
+names and what it knows of them, but sends no code. Both sides compare releases, the scenario,
+digests of FMU or code, inputs and outputs, and say what differs. A component is used by one run at
+a time; others wait. Ctrl-C ends it, and a run that uses it.
+
+examples:
+  nlosim serve loop.yaml plant --hosts hosts.yaml --host partner
+  nlosim serve loop.yaml --once"""
 
 _SCENARIOS: Final = """\
 Packages offer theirs by entry points of the group `orchestrator.scenarios`. A copy has the files
@@ -49,6 +73,13 @@ examples:
   nlosim schema
   nlosim schema --out scenario.schema.json"""
 
+_COMPLETION: Final = """\
+It knows the commands, options, scenarios and component types that are installed when it is made.
+
+examples:
+  source <(nlosim completion bash)              # in ~/.bashrc; likewise zsh in ~/.zshrc
+  nlosim completion fish > ~/.config/fish/completions/nlosim.fish"""
+
 _CHECK: Final = """\
 Prints FILE:LINE:COLUMN: PROBLEM for each, and exits with code 2 if there are any.
 The components are created, to see whether their connections fit, but nothing runs.
@@ -58,27 +89,10 @@ _GRAPH: Final = """\
 Components in the order in which they step, connections and how old the values that travel
 along them are, direct feedthrough and algebraic loops: whether the algorithm solves them."""
 
-_REPORT: Final = """\
-Of a run: writes metrics.json, measures/, measures.svg and the report's figure.png
-into its directory. If the scenario does not speak of measures, all are asked whose signals are
-recorded. Of an experiment, which may have been interrupted: runs.parquet, summary.csv, and the
-folder `report` of the experiment's report."""
-
-_EXPERIMENT: Final = """\
-The directory holds runs.parquet (one row per run), summary.csv (mean and 95 % interval per
-combination of levels) and report/ (what the report that the file names makes of them). What is
-finished when Ctrl-C comes is kept; --resume goes on. A run that fails is tried again, then reported
-with a command that repeats it. See docs/experiments.md.
-
-examples:
-  nlosim experiment studies/red_light/experiments/red_light_methods.yaml
-  nlosim experiment studies/red_light/experiments/red_light_methods.yaml --resume
-  nlosim experiment methods.yaml --scheduler tcp://head-node:8786"""
-
 _EPILOG: Final = """\
 exit codes:
   0  done
-  1  what was checked does not pass (`nlosim verify`)
+  1  what was checked does not pass (`nlosim verify`, `nlosim rerun`)
   2  the input is wrong: the scenario, the command line
   3  a component failed; what was recorded until then can be read
   4  interrupted; likewise
@@ -114,7 +128,55 @@ class _Parser(argparse.ArgumentParser):
 
     @override
     def error(self, message: str) -> NoReturn:
-        raise UsageError(message, self.format_usage())
+        raise UsageError(_with_hint(self, message), self.format_usage())
+
+    @override
+    def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
+        given = sys.argv[1:] if args is None else list(args)
+        found, unknown = self.parse_known_args(given, namespace)
+        if unknown:
+            asked = _innermost(self, given)
+            asked.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return found
+
+
+_CHOICE: Final = re.compile(r"argument (?P<what>\S+): invalid choice: '(?P<said>[^']*)'.*")
+
+
+def _with_hint(parser: argparse.ArgumentParser, message: str) -> str:
+    """What is wrong with the command line, and which word may have been meant."""
+    match = _CHOICE.fullmatch(message)
+    if match is not None and match["what"].isupper():  # a command, or an action of one
+        hint = suggestion(match["said"], _words(parser))
+        return f"no {match['what'].lower()} `{match['said']}`; {hint}"
+    unknown = message.removeprefix("unrecognized arguments: ")
+    if unknown == message:
+        return message
+    options = [o for a in arguments_of(parser) for o in a.option_strings if o.startswith("--")]
+    for word in unknown.split():
+        name = word.partition("=")[0]
+        close = difflib.get_close_matches(name, options, n=1) if name.startswith("-") else []
+        if close:
+            return f"{message}; did you mean `{close[0]}`?"
+    return message
+
+
+def _words(parser: argparse.ArgumentParser) -> list[str]:
+    """The commands of a parser, or the actions of a command."""
+    return [str(name) for action in arguments_of(parser) for name in action.choices or ()]
+
+
+def arguments_of(parser: argparse.ArgumentParser) -> list[argparse.Action]:
+    """The arguments of a parser, for which `argparse` has no public name."""
+    return parser._actions  # noqa: SLF001
+
+
+def _innermost(parser: argparse.ArgumentParser, given: Sequence[str]) -> argparse.ArgumentParser:
+    """The parser of the command, or of its action, that these words name."""
+    for word in given:
+        choices = [a.choices for a in arguments_of(parser) if isinstance(a.choices, dict)]
+        parser = next((each[word] for each in choices if word in each), parser)
+    return parser
 
 
 class _Version(argparse.Action):
@@ -127,8 +189,14 @@ class _Version(argparse.Action):
         parser.exit(message=f"nlosim {nlosim_version()}\n")
 
 
-def parser() -> argparse.ArgumentParser:
-    """The parser of `nlosim`."""
+def parser(given: Sequence[str] = ()) -> argparse.ArgumentParser:
+    """The parser of `nlosim`.
+
+    Args:
+        given: what it will be asked to parse, so that installed packages are loaded only if their
+            commands may be meant: if the first word is a command of ours, none is, and if one of
+            them offers that word, no other. Without it the parser has all commands.
+    """
     top = _Parser(
         prog="nlosim",
         description="Co-simulation of V2X cooperative perception: scenarios of FMUs and Python "
@@ -140,15 +208,30 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
     _add_run(commands)
+    _add_hosts(add_resume(commands))
+    add_rerun(commands)
+    _add_serve(commands)
     _add_check(commands)
     _add_graph(commands)
     _add_components(commands)
     _add_schema(commands)
+    _add_completion(commands)
     _add_scenarios(commands)
-    _add_report(commands)
-    _add_experiment(commands)
-    add_installed(commands, entry_points(group=COMMANDS), "the command `{}`")
+    add_report(commands)
+    add_tap(commands)
+    _add_hosts(add_experiment(commands))
+    _add_others(commands, given[0] if given else None)
     return top
+
+
+def _add_others(commands: _Commands, asked: str | None) -> None:
+    """Add the commands of installed packages, unless `asked` is there already, or without them."""
+    offered = list(entry_points(group=COMMANDS))
+    named = [entry for entry in offered if entry.name == asked]
+    others = [entry for entry in offered if entry.name != asked]
+    for entries in (named, others):
+        if asked not in commands.choices:
+            add_installed(commands, entries, "the command `{}`")
 
 
 def _add_scenario(parser: argparse.ArgumentParser) -> None:
@@ -161,7 +244,7 @@ def _add_scenario(parser: argparse.ArgumentParser) -> None:
 def _add_run(commands: _Commands) -> None:
     run = command(commands, "run", "run a scenario and record it", _RUN)
     _add_scenario(run)
-    run.add_argument("--seed", type=int, metavar="N", help="instead of the scenario's seed")
+    run.add_argument("--seed", type=seed, metavar="N", help="instead of the scenario's seed")
     run.add_argument(
         "--out",
         metavar="DIR",
@@ -175,18 +258,75 @@ def _add_run(commands: _Commands) -> None:
         "message, or all in this process (in-process, loopback). Without it those marked `true`\n"
         "run as with local, and the others in this process. The results are the same bytes",
     )
-    run.add_argument("--no-figure", action="store_true", help="do not draw the report's figure")
+    run.add_argument(
+        "--checkpoint",
+        type=interval,
+        metavar="TIME",
+        help="simulated time between checkpoints, such as 10s: from the last one `nlosim resume`\n"
+        "goes on if the run is cut off (default: none, so that all of it is made again)",
+    )
+    _add_hosts(run)
+    run.add_argument("--private", action="store_true", help=PRIVATE)
+    run.add_argument(
+        "--no-figure", action="store_true", help="draw nothing: no figures, and no index.html"
+    )
+    run.add_argument("--no-page", action="store_true", help="do not write index.html")
     run.add_argument("--quiet", action="store_true", help="no progress bar, no warnings")
+    run.add_argument(
+        "--tap", action="store_true", help="let `nlosim tap` look at the signals meanwhile"
+    )
+
+
+def _add_hosts(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--hosts", metavar="FILE", help=_HOSTS)
+
+
+def _add_serve(commands: _Commands) -> None:
+    serve = command(commands, "serve", "serve components to runs on other hosts", _SERVE)
+    serve.add_argument("scenario", metavar="SCENARIO", help=_SCENARIO)
+    serve.add_argument(
+        "components",
+        metavar="COMPONENT",
+        nargs="*",
+        help="components of the scenario (default: all that it marks with this host)",
+    )
+    serve.add_argument(
+        "--hosts",
+        metavar="FILE",
+        help="a hosts file (YAML), which says where to listen (default: hosts.yaml beside the\n"
+        "scenario)",
+    )
+    serve.add_argument(
+        "--host",
+        metavar="NAME",
+        help="which of the hosts this one is (default: the one that the scenario names for the\n"
+        "components)",
+    )
+    serve.add_argument(
+        "--once", action="store_true", help="end when each component has been used by one run"
+    )
+    serve.add_argument(
+        "--set", dest="overrides", action="append", default=[], metavar="PATH=VALUE", help=_SET
+    )
 
 
 def _add_check(commands: _Commands) -> None:
     check = command(commands, "check", "print every problem of a scenario", _CHECK)
     _add_scenario(check)
+    check.add_argument(
+        "--checkpoint",
+        type=interval,
+        metavar="TIME",
+        help="say which components `nlosim resume` restores from checkpoints of a run, and which\n"
+        "step again",
+    )
+    _add_hosts(check)
 
 
 def _add_graph(commands: _Commands) -> None:
     graph = command(commands, "graph", "print the wiring of a scenario", _GRAPH)
     _add_scenario(graph)
+    _add_hosts(graph)
     graph.add_argument("--svg", metavar="FILE", help="draw it, too")
 
 
@@ -206,6 +346,13 @@ def _add_schema(commands: _Commands) -> None:
     schema.add_argument("--out", metavar="FILE", help="write it to a file instead")
 
 
+def _add_completion(commands: _Commands) -> None:
+    completion = command(
+        commands, "completion", "print what a shell needs to complete words", _COMPLETION
+    )
+    completion.add_argument("shell", metavar="SHELL", choices=("bash", "zsh", "fish"))
+
+
 def _add_scenarios(commands: _Commands) -> None:
     scenarios = command(
         commands, "scenarios", "list the installed scenarios, or copy one", _SCENARIOS
@@ -213,50 +360,3 @@ def _add_scenarios(commands: _Commands) -> None:
     scenarios.add_argument(
         "--copy", nargs=2, metavar=("NAME", "DIR"), help="copy one into a directory, to be edited"
     )
-
-
-def _add_report(commands: _Commands) -> None:
-    report = command(
-        commands, "report", "make tables and figures of a finished run or experiment again", _REPORT
-    )
-    report.add_argument("directory", metavar="DIR", help="of a run or an experiment")
-    report.add_argument(
-        "--measures",
-        metavar="NAMES",
-        help="of a run: measures to ask beside those of the scenario, e.g. `prr,ttc`;\n"
-        "`all`: all whose signals are recorded",
-    )
-    report.add_argument(
-        "--parquet", action="store_true", help="of a run: tables in Parquet files, too"
-    )
-
-
-def _add_experiment(commands: _Commands) -> None:
-    experiment = command(
-        commands, "experiment", "run a scenario with many seeds and settings", _EXPERIMENT
-    )
-    experiment.add_argument("experiment", metavar="FILE", help="an experiment file (YAML)")
-    experiment.add_argument(
-        "--out",
-        metavar="DIR",
-        help="the directory of the results (default: runs/EXPERIMENT, numbered if it exists)",
-    )
-    experiment.add_argument(
-        "--seeds",
-        metavar="SEEDS",
-        help="instead of the file's: how many, or a range such as 1..5",
-    )
-    experiment.add_argument(
-        "--workers", type=int, metavar="N", help="processes (default: one per core)"
-    )
-    experiment.add_argument(
-        "--scheduler", metavar="ADDRESS", help="of a Dask scheduler, instead of own processes"
-    )
-    experiment.add_argument(
-        "--transport",
-        metavar="NAME",
-        help="of every run, as of `nlosim run`; results are the same, also with --resume",
-    )
-    experiment.add_argument("--resume", action="store_true", help="go on with what is in --out")
-    experiment.add_argument("--keep-runs", action="store_true", help="keep all run directories")
-    experiment.add_argument("--quiet", action="store_true", help="no progress bar")

@@ -3,25 +3,47 @@
 from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Final
 
+from orchestrator.cli.fitting import fitted
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.errors import CosimError
 from orchestrator.experiment import findings as experiment_findings
+from orchestrator.experiment.page.page import make_joint_page, make_page as make_experiment_page
 from orchestrator.experiment.stored import is_experiment
 from orchestrator.findings import make_report
+from orchestrator.page.page import make_page
 from orchestrator.recording.crash import is_crash
 from orchestrator.recording.reader import Recording
 from orchestrator.scenario.measures import questions_of
 from orchestrator.table_files import Format
 
+_NOTHING_ASKED: Final = (
+    "the scenario names no report, and wants no measures; `--measures all` asks them anyway"
+)
+
 
 def execute(arguments: Namespace) -> Outcome:
     """Make tables and figures of a finished run or experiment again."""
-    directory = Path(arguments.directory)
+    if arguments.page is not None or len(arguments.directory) > 1:
+        return _joint_page(list(map(Path, arguments.directory)), arguments.page)
+    directory = Path(arguments.directory[0])
     if is_experiment(directory):
         return _of_experiment(directory)
     more = [name.strip() for name in (arguments.measures or "").split(",") if name.strip()]
     return _of_run(directory, more, ["csv", "parquet"] if arguments.parquet else None)
+
+
+def _joint_page(directories: Sequence[Path], page: str | None) -> Outcome:
+    """One page of several experiments; nothing else is written."""
+    if page is None:
+        raise CosimError("several directories need --page FILE, where the page of them all goes")
+    path = Path(page)
+    try:
+        make_joint_page(directories, path)
+    except OSError as error:
+        raise CosimError(f"`{path}` cannot be written: {error.strerror}") from error
+    return Outcome(text=f"wrote {path}", data={"page": str(path)})
 
 
 def _of_run(directory: Path, more: Sequence[str], tables: Sequence[Format] | None) -> Outcome:
@@ -29,15 +51,21 @@ def _of_run(directory: Path, more: Sequence[str], tables: Sequence[Format] | Non
     manifest, faults = recording.manifest, recording.faults()
     scenario = manifest.get("scenario", {})
     asked = questions_of(scenario, more=more, tables=tables)
-    if asked.report is None and not asked.measures and not asked.optional:
-        raise CosimError(
-            f"the scenario of `{directory}` names no report, and wants no measures; "
-            "`--measures all` asks them anyway"
-        )
     findings = make_report(asked, directory, figure=True, damaged=bool(faults))
+    files = [*findings.files, make_page(directory)]
     crash = [f"the run ended early: {manifest['error']}", ""] if is_crash(manifest) else []
-    lines = [*crash, findings.summary.rstrip(), "", f"wrote {', '.join(map(str, findings.files))}"]
-    text = "\n".join(lines).lstrip("\n")
+    nothing = asked.report is None and not asked.measures and not asked.optional
+    hint = [_NOTHING_ASKED, ""] if nothing else []
+    biased = [f"biased: {each}" for each in manifest.get("cautions", ())]
+    lines = [
+        *crash,
+        *hint,
+        findings.summary.rstrip(),
+        "",
+        *biased,
+        f"wrote {', '.join(map(str, files))}",
+    ]
+    text = fitted("\n".join(lines).lstrip("\n"))
     if faults:
         noun = "place" if len(faults) == 1 else "places"
         return failure(
@@ -49,7 +77,10 @@ def _of_run(directory: Path, more: Sequence[str], tables: Sequence[Format] | Non
             out=str(directory),
             metrics=dict(findings.metrics),
         )
-    return Outcome(text=text, data={"out": str(directory), "metrics": dict(findings.metrics)})
+    return Outcome(
+        text=text,
+        data={"out": str(directory), "page": str(files[-1]), "metrics": dict(findings.metrics)},
+    )
 
 
 def _of_experiment(directory: Path) -> Outcome:
@@ -57,10 +88,16 @@ def _of_experiment(directory: Path) -> Outcome:
     try:
         findings = experiment_findings.make_report(directory)
     except ValueError as error:
+        make_experiment_page(directory)  # whatever becomes of the report
         return failure("report", Exit.WRONG_INPUT, f"the report cannot be made: {error}")
+    page = make_experiment_page(directory)
     written = sorted(str(path) for path in (directory / experiment_findings.REPORT).glob("*"))
-    files = [str(directory / "runs.parquet"), str(directory / "summary.csv"), *written]
+    files = [str(directory / "runs.parquet"), str(directory / "summary.csv"), *written, str(page)]
     return Outcome(
         text="\n".join([findings.text.rstrip(), "", f"wrote {', '.join(files)}"]).lstrip("\n"),
-        data={"out": str(directory), "tables": {**findings.tables, "summary": summary.rows}},
+        data={
+            "out": str(directory),
+            "page": str(page),
+            "tables": {**findings.tables, "summary": summary.rows},
+        },
     )

@@ -67,8 +67,14 @@ def heard_by_exception() -> None:
 
 
 def heard_no_more() -> None:
-    """The command has come to its end: all that is left is to say so."""
+    """The command has come to its end: all that is left is to say so.
+
+    CPython ends by SIGINT after a `KeyboardInterrupt` that left a piece of code compiled from text,
+    as it is in the middle of an import that makes dataclasses, also if it was caught outside of it.
+    Another such piece makes it forget that (`run_eval_code_obj` in Python/pythonrun.c).
+    """
     handled_by(signal.SIG_IGN)
+    exec("")  # noqa: S102 - see above
 
 
 def _tell_if_not_requested(given: "sys.UnraisableHookArgs") -> None:

@@ -5,49 +5,74 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from orchestrator.cli.failures import bug, outcome_of
+from orchestrator.cli.fitting import fitted
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
+from orchestrator.cli.streams import tell_line
 from orchestrator.cli.watch import WATCH
 from orchestrator.errors import CosimError
+from orchestrator.hosts_file import read_hosts
 from orchestrator.observer import NoProgress, WallTime, progress_meter
-from orchestrator.run import (
-    ReportFailedError,
-    RunFailedError,
-    RunInterrupted,
-    RunOutcome,
-    run_scenario,
-)
+from orchestrator.run import run_scenario
+from orchestrator.run_outcome import ReportFailedError, RunFailedError, RunInterrupted, RunOutcome
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.installed import scenario_path
+from orchestrator.tap.server import Tap
 
 
 def execute(arguments: Namespace) -> Outcome:
     """Load, run, report."""
+    if arguments.private and arguments.checkpoint is not None:
+        raise CosimError(
+            "--private leaves out where the scenario is, so nobody could go on from a checkpoint; "
+            "leave --private or --checkpoint out"
+        )
     overrides = list(arguments.overrides)
     if arguments.seed is not None:
         overrides.append(f"seed={arguments.seed}")
     meter = NoProgress() if arguments.quiet else progress_meter()
-    with stopping() as stop:
+    with stopping() as stop, Tap() as tap:
+
+        def announce(directory: Path) -> None:
+            WATCH.begin(directory, private=arguments.private)
+            if arguments.tap:
+                tap.listen(directory)
+
         scenario = load_scenario(scenario_path(arguments.scenario), overrides)
+        hosts = None if arguments.hosts is None else read_hosts(Path(arguments.hosts))
         stop.check()
         try:
             outcome = run_scenario(
                 scenario,
                 None if arguments.out is None else Path(arguments.out),
                 transport=arguments.transport,
-                observers=(meter, stop),
+                hosts=hosts,
+                tell=to_nobody if arguments.quiet else tell_line,
+                observers=(meter, *([tap] if arguments.tap else []), stop),
                 echo_warnings=not arguments.quiet,
                 figure=not arguments.no_figure,
+                page=not (arguments.no_page or arguments.no_figure),
                 default_measures=True,
-                announce=WATCH.begin,
+                announce=announce,
+                checkpoint=arguments.checkpoint,
+                private=arguments.private,
             )
-        except RunInterrupted as error:
-            return outcome_of(error, error.directory)
-        except ReportFailedError as error:
-            return _report_failed(error)
-        except RunFailedError as error:
-            return outcome_of(error.__cause__ or error, error.directory)
-    return _success(outcome)
+        except (RunInterrupted, RunFailedError) as error:
+            return unsuccessful(error)
+    return success(outcome)
+
+
+def unsuccessful(error: RunInterrupted | RunFailedError) -> Outcome:
+    """What a command says of a run that did not come to its end, or whose report failed."""
+    if isinstance(error, ReportFailedError):
+        return _report_failed(error)
+    cause = error if isinstance(error, RunInterrupted) else error.__cause__ or error
+    return outcome_of(cause, error.directory)
+
+
+def to_nobody(line: str) -> None:
+    """Nobody wants to read that."""
+    del line
 
 
 def _report_failed(error: ReportFailedError) -> Outcome:
@@ -56,15 +81,18 @@ def _report_failed(error: ReportFailedError) -> Outcome:
         out = str(error.directory)
         text = f"error: {error}\nrecorded in: {out}"
         return failure("report", Exit.WRONG_INPUT, str(error), text=text, out=out)
-    return bug(str(error), error, error.directory)
+    raised = f"\nraised at {error.where}" if error.where else ""
+    return bug(f"{error}{raised}", error, error.directory)
 
 
-def _success(outcome: RunOutcome) -> Outcome:
+def success(outcome: RunOutcome) -> Outcome:
+    """What a command says of a run that is done."""
     wall, early = outcome.wall_time, outcome.early_end
     speed = f"{outcome.simulated:g} s simulated in {wall.total:.2f} s"
     speed += f" ({outcome.speed:.3g} simulated seconds per second)"
     lines = [
         *([outcome.summary.rstrip(), ""] if outcome.summary else []),
+        *(f"biased       {caution}" for caution in outcome.cautions),
         *([] if early is None else [f"ended early: {early.text}"]),
         speed,
         *_time_table(wall),
@@ -72,18 +100,21 @@ def _success(outcome: RunOutcome) -> Outcome:
         _recorded(outcome.recorded),
         f"fingerprint  {outcome.fingerprint}",
         f"recorded in  {outcome.directory}",
+        *([] if outcome.page is None else [f"to look at   {outcome.page}"]),
     ]
     return Outcome(
-        text="\n".join(lines),
+        text=fitted("\n".join(lines)),
         data={
             "fingerprint": outcome.fingerprint,
             "out": str(outcome.directory),
+            "page": None if outcome.page is None else str(outcome.page),
             "sim_seconds_per_wall_second": outcome.speed,
             "simulated_s": outcome.simulated,
             "ended_early": None if early is None else {"by": early.by, "why": early.text},
             "wall_s": wall.total,
             "wall_time_s": _shares(wall),
             "metrics": dict(outcome.metrics),
+            "cautions": list(outcome.cautions),
             "recorded_bytes": dict(outcome.recorded),
             **({"coupling": dict(outcome.coupling)} if outcome.coupling else {}),
         },

@@ -35,6 +35,12 @@ def prepare() -> None:
     logging.raiseExceptions = False
 
 
+def tell_line(line: str) -> None:
+    """Write a line for people to standard error, while a command goes on."""
+    with suppress(OSError):  # the terminal may be gone
+        sys.stderr.write(f"{line}\n")
+
+
 def tell(outcome: Outcome, *, is_json: bool) -> int:
     """Write what a command came to.
 

@@ -18,13 +18,14 @@ from typing import Final
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.cli.patience import Patience
 from orchestrator.cli.requests import heard_no_more, requests
+from orchestrator.cli.shortage import cut_short
 from orchestrator.last_call import FILE
 from orchestrator.log import LOG
 from orchestrator.process_end import ended
 from orchestrator.reaping import adopt, die_with, end_children
 from orchestrator.scratch import sweep
 
-_WATCHED: Final = (["run"], ["fmu", "run"], ["fmu", "compare"])
+_WATCHED: Final = (["run"], ["resume"], ["rerun"], ["fmu", "run"], ["fmu", "compare"])
 """Commands that call components in their process."""
 
 
@@ -43,13 +44,25 @@ class Watch:
         """Whether a process waits for this one."""
         return self._pipe is not None
 
-    def begin(self, directory: Path) -> None:
-        """A run has begun in `directory`; if it crashes, its log has the stack of Python, too."""
+    def begin(self, directory: Path, *, private: bool = False) -> None:
+        """A run has begun in `directory`.
+
+        If it crashes, its log has the stack of Python, too, unless nobody shall see where its
+        files are.
+        """
         if self._pipe is None:
             return
         os.write(self._pipe, os.fsencode(directory.absolute()) + b"\0")
+        if private:
+            return
         log = os.open(directory / LOG, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
         faulthandler.enable(log)
+
+    def end(self) -> None:
+        """The command has said what it came to."""
+        if self._pipe is not None:
+            with suppress(OSError):  # nobody waits any more
+                os.write(self._pipe, b"\0")
 
 
 WATCH: Final = Watch()
@@ -91,11 +104,13 @@ def watched() -> Outcome | int | None:
     status = _status_of(copy, waiting, patience)
     heard_no_more()  # the copy has said all there is to say
     signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    directory = told.directory()
+    directory, is_told = told.directory(), told.is_ended
     os.close(reading)
     if os.WIFSIGNALED(status):
         end_children()  # of components in that process; hosts see to theirs
     crash = None if directory is None else _crash(directory, status, is_hang=patience.is_over)
+    if crash is None and not is_told and not patience.is_over and _is_sudden(status):
+        crash = cut_short(ended(os.waitstatus_to_exitcode(status)))
     if crash is not None:
         return crash
     if os.WIFSIGNALED(status):
@@ -117,8 +132,18 @@ class _Told:
         with suppress(BlockingIOError):
             while more := os.read(self._pipe, 4096):
                 self._content += more
-        found = self._content.split(b"\0")[:-1]
+        found = [name for name in self._content.split(b"\0")[:-1] if name]
         return Path(os.fsdecode(found[-1])) if found else None
+
+    @property
+    def is_ended(self) -> bool:
+        """Whether the command had said what it came to when `directory` was asked for last."""
+        return self._content.endswith(b"\0\0") or self._content == b"\0"
+
+
+def _is_sudden(status: int) -> bool:
+    """Whether a process ended by itself, not by request."""
+    return not os.WIFSIGNALED(status) or os.WTERMSIG(status) not in {*requests(), signal.SIGKILL}
 
 
 def _status_of(copy: int, waiting: set[signal.Signals], patience: Patience) -> int:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from typing_extensions import override
 
@@ -13,11 +13,10 @@ from orchestrator.campaign.work import Result, RunKey, Work
 from orchestrator.campaign.workers import require
 from orchestrator.experiment import findings, tables
 from orchestrator.experiment.journal import Journal
+from orchestrator.experiment.page.kept import KEPT, name
+from orchestrator.experiment.page.page import make_page
 from orchestrator.experiment.plan import Experiment
 from orchestrator.experiment.report import ExperimentFindings
-
-KEPT: Final = "runs"
-"""The folder of the run directories, if they are kept."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +30,8 @@ class ExperimentOutcome:
         units: of metrics, as far as they have one.
         failed: runs that failed twice, and why.
         report: what the report says; of one that failed, nothing.
-        report_error: why the report could not be made.
+        report_error: why the report, or the page, could not be made.
+        page: `index.html`, if it was wanted.
     """
 
     directory: Path
@@ -41,17 +41,19 @@ class ExperimentOutcome:
     failed: dict[RunKey, str]
     report: ExperimentFindings
     report_error: Exception | None
+    page: Path | None
 
 
 def conduct_experiment(
-    experiment: Experiment, options: Options, *, keep_runs: bool = False
+    experiment: Experiment, options: Options, *, keep_runs: bool = False, page: bool = True
 ) -> ExperimentOutcome:
-    """Run what is not done yet, and write journal, tables and report.
+    """Run what is not done yet, and write journal, tables, report and page.
 
     Args:
         experiment: what to run.
         options: how.
         keep_runs: whether run directories are kept.
+        page: whether `index.html` is written, to look at the runs in a browser.
 
     Raises:
         MissingExtraError: Dask or pyarrow is not installed.
@@ -61,7 +63,7 @@ def conduct_experiment(
     """
     for module in ("distributed", "pyarrow.parquet"):
         require(module)
-    return conduct(_Runs(experiment, options, keep_runs), options)
+    return conduct(_Runs(experiment, options, keep_runs, page), options)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +73,7 @@ class _Runs(Campaign[Journal, ExperimentOutcome]):
     experiment: Experiment
     options: Options
     keep_runs: bool
+    page: bool
 
     @property
     @override
@@ -116,6 +119,11 @@ class _Runs(Campaign[Journal, ExperimentOutcome]):
             report = findings.make_report(directory)
         except Exception as error:  # the results are there, whatever a report does
             report_error = error
+        page: Path | None = None
+        try:
+            page = make_page(directory) if self.page else None
+        except Exception as error:  # likewise
+            report_error = report_error or error
         return ExperimentOutcome(
             directory=directory,
             runs=len(journal.results),
@@ -124,6 +132,7 @@ class _Runs(Campaign[Journal, ExperimentOutcome]):
             failed={k: r.error for k, r in sorted(journal.results.items()) if r.error is not None},
             report=report,
             report_error=report_error,
+            page=page,
         )
 
 
@@ -144,11 +153,12 @@ def _compare(
 
 def _work(experiment: Experiment, key: RunKey, kept: Path | None) -> Work:
     combination = experiment.combinations[key.combination]
-    name = "-".join([str(key.combination + 1), f"seed-{key.seed}"])
     return Work(
         scenario=str(experiment.scenario),
         overrides=(*combination.overrides, f"seed={key.seed}"),
-        keep=None if kept is None else str((kept / name).absolute()),
+        keep=None if kept is None else str((kept / name(key.combination, key.seed)).absolute()),
         scratch=None,
         transport=experiment.transport,
+        hosts=None if experiment.hosts is None else str(experiment.hosts),
+        private=experiment.private,
     )

@@ -54,7 +54,7 @@ class Journal(journal.Journal[tuple[RunKey, Result]]):
             experiment: that begins.
             command: that began it, for the record.
         """
-        _identity(experiment).begin(directory, session(command))
+        _identity(experiment).begin(directory, session(command, experiment.wording))
         return cls(directory, {})
 
     @classmethod
@@ -72,7 +72,7 @@ class Journal(journal.Journal[tuple[RunKey, Result]]):
         identity = _identity(experiment)
         former = identity.former(directory)
         _check_seeds(directory, former.identity["seeds"], experiment)
-        identity.go_on(directory, former, session(command))
+        identity.go_on(directory, former, session(command, experiment.wording))
         results = entries(former.lines)
         return cls(directory, {k: r for k, r in results.items() if r.error is None})
 
@@ -106,22 +106,31 @@ def entries(lines: Iterable[dict[str, Any]]) -> dict[RunKey, Result]:
 
 def _identity(experiment: Experiment) -> Identity:
     """The experiment; what may change is enough to make its tables again."""
-    report = experiment.report
+    report, wording = experiment.report, experiment.wording
+    private = {"private": True} if experiment.private else {}
     return Identity(
         kind=KIND,
         fixed={
+            **private,
             "factors": list(experiment.factors),
             "combinations": [
-                {"levels": dict(c.levels), "overrides": list(c.overrides), "scenario": c.resolved}
+                wording.plain(
+                    {
+                        "levels": dict(c.levels),
+                        "overrides": list(c.overrides),
+                        "scenario": c.resolved,
+                    }
+                )
                 for c in experiment.combinations
             ],
         },
         growing={
-            "file": str(experiment.path),
-            "scenario_file": str(experiment.scenario),
+            "file": wording.plain(str(experiment.path)),
+            "scenario_file": wording.plain(str(experiment.scenario)),
             "seeds": list(experiment.seeds),
             "metrics": dict(experiment.metrics),
             "report": None if report is None else asdict(report),
+            "transport": experiment.transport,
         },
     )
 

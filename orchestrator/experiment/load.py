@@ -1,7 +1,7 @@
 """From an experiment file to an `Experiment`: every problem at once, each at its place."""
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -10,42 +10,56 @@ from typing import Any, Final
 from orchestrator.campaign import loading
 from orchestrator.errors import ComponentTypeError, ScenarioError
 from orchestrator.experiment import skip
+from orchestrator.experiment.hosting import Meeting, overlooked
 from orchestrator.experiment.plan import Combination, Experiment, ReportPlan
 from orchestrator.experiment.report import ExperimentReport, experiment_report_type
 from orchestrator.experiment.schema import MAXIMUM_RUNS, ExperimentFile
+from orchestrator.hosts_file import Hosts
 from orchestrator.measure import defaults
 from orchestrator.placement import placement
+from orchestrator.run import no_line
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.document import Address
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.outputs import repeated
 from orchestrator.scenario.wiring import assemble
 
-OWN_COLUMNS: Final = ("seed", "fingerprint", "wall_s", "error", "n")
+OWN_COLUMNS: Final = ("seed", "fingerprint", "wall_s", "cpu_s", "error", "n")
 """Columns that every table of results has."""
 
 SIGNAL: Final = "signal"
 """The measure that metrics of signals are."""
 
 
-def load_experiment(path: Path, transport: str | None = None) -> Experiment:
+def load_experiment(
+    path: Path,
+    transport: str | None = None,
+    *,
+    hosts: Hosts | None = None,
+    tell: Callable[[str], None] = no_line,
+) -> Experiment:
     """Read and check an experiment file, and the scenario at every combination of levels.
 
     Args:
         path: of the file; the path of the scenario in it is relative to its folder.
         transport: of its runs, see `run_scenario`.
+        hosts: likewise; components that are there are met.
+        tell: is called with a line whenever hosts are waited for.
 
     Raises:
         ComponentTypeError: there is no such transport.
+        ComponentError: a host is not there.
         ScenarioError: all problems, each at its place in the experiment or the scenario.
     """
-    return _Load.of(path, ExperimentFile, "experiment", "factors").experiment(transport)
+    load = _Load.of(path, ExperimentFile, "experiment", "factors")
+    with Meeting(hosts, tell) as meeting:
+        return load.experiment(transport, meeting)
 
 
 class _Load(loading.Load[ExperimentFile]):
     """One reading of an experiment file."""
 
-    def experiment(self, transport: str | None) -> Experiment:
+    def experiment(self, transport: str | None, meeting: Meeting) -> Experiment:
         scenario = self.scenario_path(self.file.scenario)
         self._check_columns()
         self.source.check_paths(self._settings(), _reserved)
@@ -55,9 +69,15 @@ class _Load(loading.Load[ExperimentFile]):
             self.source.add(address, what, at_key=at_key)
         report = self._report()
         self.source.stop_at_problems()
-        combinations = self._combinations(scenario, transport)
+        remarks: dict[str, None] = {}
+        combinations = self._combinations(scenario, transport, meeting, remarks)
         self.source.stop_at_problems()
-        experiment = replace(self._planned(scenario, combinations), transport=transport)
+        experiment = replace(
+            self._planned(scenario, combinations),
+            transport=transport,
+            hosts=None if meeting.hosts is None else meeting.hosts.path.absolute(),
+            remarks=tuple(remarks),
+        )
         if report is not None:
             for problem in report().check(experiment):
                 address = ("report", "parameters", *problem.address)
@@ -120,7 +140,9 @@ class _Load(loading.Load[ExperimentFile]):
             what = f"{runs} runs (levels times seeds) are more than {MAXIMUM_RUNS}"
             self.source.add(("factors",), what, at_key=True)
 
-    def _combinations(self, scenario: Path, transport: str | None) -> list[Combination]:
+    def _combinations(
+        self, scenario: Path, transport: str | None, meeting: Meeting, remarks: dict[str, None]
+    ) -> list[Combination]:
         """All that are sound; problems with the others."""
         fixed = self.source.overrides(self.file.fixed, ("set",))
         found = []
@@ -133,7 +155,10 @@ class _Load(loading.Load[ExperimentFile]):
                 if asked:
                     overrides = (*overrides, *asked)
                     loaded = load_scenario(scenario, overrides)
-                found.append(Combination(levels, overrides, self._resolved(loaded, transport)))
+                if meeting.hosts is None:
+                    remarks |= dict.fromkeys(overlooked(loaded))
+                resolved = self._resolved(loaded, transport, meeting)
+                found.append(Combination(levels, overrides, resolved))
         return found
 
     @cached_property
@@ -170,10 +195,12 @@ class _Load(loading.Load[ExperimentFile]):
         names = [p[1] for p in paths if len(p) == 3 and p[0] == "measures" and p[1] in defaults()]
         return tuple(f"measures.{name}={{}}" for name in dict.fromkeys(names))
 
-    def _resolved(self, scenario: Scenario, transport: str | None) -> Mapping[str, Any]:
+    def _resolved(
+        self, scenario: Scenario, transport: str | None, meeting: Meeting
+    ) -> Mapping[str, Any]:
         """The scenario without its seed, if its components fit together."""
-        placement(transport, scenario)
-        assemble(scenario).close()
+        placement(transport, scenario, meeting.hosts)
+        assemble(scenario, meeting.place(scenario)).close()
         if scenario.report is None and not scenario.measures:
             what = "the scenario names no `report` and no `measures`: its runs have no metrics"
             self.source.add(("scenario",), what)

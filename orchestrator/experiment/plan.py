@@ -8,6 +8,7 @@ from typing import Any
 
 from orchestrator.campaign.work import RunKey
 from orchestrator.scenario.document import Document
+from orchestrator.wording import Openly, Privately, Wording
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +51,9 @@ class Experiment:
         metrics: for each column its path in the metrics of a run.
         report: over all runs, if there is one.
         transport: how components in processes of their own are reached; `None`: as their marks say.
+        hosts: the absolute path of the hosts file; `None`: all components are here.
+        remarks: what is not wrong, but may not be meant.
+        private: whether files of results say nothing of this host and its folders.
         document: where everything was written.
     """
 
@@ -60,7 +64,16 @@ class Experiment:
     metrics: Mapping[str, str]
     report: ReportPlan | None
     transport: str | None = None
+    hosts: Path | None = None
+    remarks: tuple[str, ...] = ()
+    private: bool = False
     document: Document = field(repr=False, compare=False)
+
+    @property
+    def wording(self) -> Wording:
+        """How files of results are written down."""
+        near = (self.path.absolute().parent, self.scenario.parent)
+        return Privately(*near) if self.private else Openly()
 
     @property
     def factors(self) -> tuple[str, ...]:
@@ -84,6 +97,7 @@ class Experiment:
         """The shell command that repeats a run."""
         words = ["nlosim", "run", str(self.scenario), "--seed", str(key.seed)]
         words += [] if self.transport is None else ["--transport", self.transport]
+        words += [] if self.hosts is None else ["--hosts", str(self.hosts)]
         for override in self.combinations[key.combination].overrides:
             words += ["--set", override]
         return shlex.join(words)

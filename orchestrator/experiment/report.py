@@ -27,17 +27,20 @@ class Results:
     Attributes:
         experiment: what was planned.
         rows: one per finished run, by combination and seed: the level of every factor, `seed`, the
-            metrics that the experiment file names, `fingerprint`, `wall_s`, and `error`, which is
-            `None` unless the run failed (then there are no metrics).
+            metrics that the experiment file names, `fingerprint`, `wall_s`, `cpu_s` (`None` if it
+            was not noted), and `error`, which is `None` unless the run failed (then there are no
+            metrics).
         metrics: of each row all metrics that the scenario's report found; empty if the run failed.
         sessions: one for the first start and for every `--resume`: `command`, `created`, `commit`
             (`None` outside a checkout), `versions` by package, and `host`.
+        damaged: what was left out because it is damaged, for people.
     """
 
     experiment: Experiment
     rows: Sequence[Row]
     metrics: Sequence[Mapping[str, Any]]
     sessions: Sequence[Mapping[str, Any]]
+    damaged: Sequence[str] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,6 +1,6 @@
 """The results of an experiment: one row per run, one row per combination of levels.
 
-runs.parquet   factors, seed, metrics, fingerprint, wall time and error of every finished run
+runs.parquet   factors, seed, metrics, fingerprint, times and error of every finished run
 summary.csv    for every combination and metric: mean or share, interval of 95 %, number of values
 """
 
@@ -19,6 +19,8 @@ from orchestrator.suggestion import suggestion
 
 RUNS: Final = "runs.parquet"
 SUMMARY: Final = "summary.csv"
+TIMES: Final = ("wall_s", "cpu_s")
+"""The columns that are not the same if the runs are made again."""
 
 Row = dict[str, Any]
 
@@ -100,6 +102,7 @@ def rows(experiment: Experiment, results: Mapping[RunKey, Result]) -> list[Row]:
                 **(selected(experiment, result.metrics) if result.error is None else empty),
                 "fingerprint": result.fingerprint,
                 "wall_s": result.wall,
+                "cpu_s": result.cpu,
                 "error": result.error,
             }
         )
@@ -126,10 +129,10 @@ def write_runs(
     arrow, parquet = require("pyarrow"), require("pyarrow.parquet")
     texts = (*experiment.factors, "fingerprint", "error")
     types = dict.fromkeys(texts, arrow.string()) | {"seed": arrow.int64()}
-    types["wall_s"] = arrow.float64()
+    types |= dict.fromkeys(TIMES, arrow.float64())
     for name in experiment.metrics:
         types[name] = _type(arrow, [row[name] for row in found])
-    names = [*experiment.factors, "seed", *experiment.metrics, "fingerprint", "wall_s", "error"]
+    names = [*experiment.factors, "seed", *experiment.metrics, "fingerprint", *TIMES, "error"]
     columns = {
         name: arrow.array([_cast(arrow, types[name], row[name]) for row in found], types[name])
         for name in names
@@ -159,18 +162,32 @@ def _cast(arrow: Any, kind: Any, value: Any) -> Any:
     return str(value) if kind == arrow.string() and value is not None else value
 
 
-def summary(experiment: Experiment, found: Sequence[Mapping[str, Any]]) -> list[Row]:
+def summary(
+    experiment: Experiment,
+    found: Sequence[Mapping[str, Any]],
+    metrics: Sequence[str] | None = None,
+) -> list[Row]:
     """One row per combination: levels, number of runs, and an estimate of every metric.
 
     Booleans are counted (share, interval of Wilson), numbers averaged (interval of Student's t);
     other metrics and runs in which there was nothing to measure are left out.
+
+    Args:
+        experiment: that was conducted.
+        found: a row per finished run.
+        metrics: columns to estimate; `None`: those that the experiment file names.
     """
     table = []
+    done_of: dict[tuple[str, ...], list[Mapping[str, Any]]] = {}
+    for row in found:
+        if row["error"] is None:
+            levels_of_row = tuple(row[factor] for factor in experiment.factors)
+            done_of.setdefault(levels_of_row, []).append(row)
     for combination in experiment.combinations:
         levels = combination.levels
-        done = [row for row in found if row["error"] is None and _has(row, levels)]
+        done = done_of.get(tuple(levels[factor] for factor in experiment.factors), [])
         line: Row = {**levels, "n": len(done)}
-        for name in experiment.metrics:
+        for name in experiment.metrics if metrics is None else metrics:
             values = [row[name] for row in done if row[name] is not None]
             estimate = _estimate(values)
             line[name] = None if estimate is None else estimate.value
@@ -179,10 +196,6 @@ def summary(experiment: Experiment, found: Sequence[Mapping[str, Any]]) -> list[
             line[f"{name}_n"] = len(values)
         table.append(line)
     return table
-
-
-def _has(row: Mapping[str, Any], levels: Mapping[str, str]) -> bool:
-    return all(row[factor] == level for factor, level in levels.items())
 
 
 def _estimate(values: Sequence[Any]) -> Estimate | None:

@@ -7,20 +7,21 @@ frames, which have checksums of their own. docs/formats.md describes it for othe
 """
 
 import json
+import os
 import struct
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
 import numpy as np
-import zstandard
 
 from orchestrator.disk import naming
-from orchestrator.recording.columns import Columns, Form, compress, join
+from orchestrator.recording.columns import Columns, Form, Room, compress, join
 from orchestrator.recording.growing import write_all
 from orchestrator.recording.layout import RecordingError
+from orchestrator.zstd import ZstdError, decompressed
 
 VERSION: Final = 1
 _MAGIC: Final = struct.pack("<I", 0x184D2A50)
@@ -83,6 +84,8 @@ class BlockFile:
         dtype: of an element.
         row_shape: shape of a row.
         form: how rows are cut; `None`: samples of bytes, whose lengths tell.
+        memory: of such a file that exists, which is gone on with; `None`: it is created.
+        room: in which blocks are made; `None`: one of its own.
 
     Attributes:
         size: of the file so far [byte].
@@ -91,12 +94,26 @@ class BlockFile:
     __slots__ = ("_columns", "_is_torn", "_path", "_rows", "size")
 
     def __init__(
-        self, path: Path, dtype: "np.dtype[Any]", row_shape: tuple[int, ...], form: Form | None
+        self,
+        path: Path,
+        dtype: "np.dtype[Any]",
+        row_shape: tuple[int, ...],
+        form: Form | None,
+        *,
+        memory: Mapping[str, Any] | None = None,
+        room: Room | None = None,
     ) -> None:
         self._path = path
-        self._columns = Columns(form)
+        self._columns = Columns(form, room or Room())
         self._rows = 0
         self._is_torn = False  # whether something stands behind `size`
+        if memory is not None:
+            self.size: int = memory["size"]
+            self._rows = memory["rows"]
+            self._columns.recall(memory["columns"])
+            with naming(path):
+                os.truncate(path, self.size)
+            return
         descr = np.lib.format.dtype_to_descr(dtype)
         opening = _note({"nlosim": VERSION, "descr": descr, "shape": list(row_shape)})
         with naming(path):
@@ -108,11 +125,15 @@ class BlockFile:
         """Rows in the file."""
         return self._rows
 
+    def memory(self) -> dict[str, Any]:
+        """What it knows of the file, as `orchestrator.packing` takes it."""
+        return {"size": self.size, "rows": self._rows, "columns": self._columns.memory()}
+
     def append(
         self,
         content: bytes | memoryview,
         rows: int,
-        lengths: list[int],
+        lengths: Sequence[int],
         *,
         is_last: bool = False,
     ) -> None:
@@ -132,12 +153,9 @@ class BlockFile:
         self._write(b"".join((note, *frames, end)))
         self._rows += rows
         self._columns.learn(sum(sizes) / max(len(content), 1))
-        if is_last:
-            self._columns.release()
 
     def end(self) -> None:
         """Write that there are no more blocks."""
-        self._columns.release()
         self._write(_note({"end": self._rows}))
 
     def _write(self, data: bytes) -> None:
@@ -221,8 +239,9 @@ def read_block(path: Path, block: Block, size: int) -> "np.ndarray[Any, Any]":
     streams, at = [], 0
     for length in block.frames:
         try:
-            streams.append(_decompressed(data[at : at + length], size))
-        except zstandard.ZstdError as error:
+            # at most a number for each byte of the block
+            streams.append(decompressed(data[at : at + length], 8 * size))
+        except ZstdError as error:
             raise RecordingError(_damaged(path, block, at, error)) from error
         at += length
     try:
@@ -232,14 +251,6 @@ def read_block(path: Path, block: Block, size: int) -> "np.ndarray[Any, Any]":
     if len(content) != size:
         raise RecordingError(_damaged(path, block, 0, f"{len(content)} bytes, not {size}"))
     return content
-
-
-def _decompressed(frame: bytes, size: int) -> bytes:
-    """What a frame of a block of `size` bytes holds: at most a number for each of them."""
-    announced = zstandard.frame_content_size(frame)
-    if not 0 <= announced <= 8 * size:
-        raise zstandard.ZstdError(f"a frame announces {announced} bytes")
-    return zstandard.ZstdDecompressor().decompress(frame)
 
 
 def _damaged(path: Path, block: Block, at: int, error: object) -> str:
@@ -261,7 +272,8 @@ def _read_note(file: BinaryIO, at: int) -> dict[str, Any] | None:
     if len(head) < _HEAD.size:
         return None
     magic, size, check = _HEAD.unpack(head)
-    if magic != _MAGIC or size < 4:
+    rest = os.fstat(file.fileno()).st_size - file.tell()
+    if magic != _MAGIC or not 4 <= size <= rest + 4:  # else memory for up to 4 GB would be asked
         return None
     text = file.read(size - 4)
     if len(text) < size - 4 or zlib.crc32(text) != check:

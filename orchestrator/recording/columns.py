@@ -12,7 +12,6 @@ from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
-import zstandard
 
 from orchestrator.recording.filters import (
     Deltas,
@@ -25,6 +24,7 @@ from orchestrator.recording.filters import (
     Words,
     filter_of,
 )
+from orchestrator.zstd import Compressor
 
 LEVEL: Final = 3
 """The level of Zstandard: the higher, the smaller and slower."""
@@ -49,7 +49,7 @@ _SIMPLE: Final[tuple[Filter, ...]] = (Words(), Planes(), Deltas())
 _OF_BYTES: Final[tuple[Filter, ...]] = (Words(), Deltas())
 """Planes of bytes are the bytes."""
 _NONE: Final = Records()
-_COMPRESSOR: Final = zstandard.ZstdCompressor(level=LEVEL, write_checksum=True)
+_COMPRESSOR: Final = Compressor(LEVEL, checksum=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,7 +95,7 @@ def compress(stream: Stream) -> bytes:
     Args:
         stream: what is compressed, any shape.
     """
-    return _COMPRESSOR.compress(stream)  # type: ignore[arg-type]  # any buffer will do
+    return _COMPRESSOR.frame(stream)
 
 
 class Spare:
@@ -113,6 +113,27 @@ class Spare:
         return self._bytes[:size]
 
 
+class Room:
+    """Memory in which blocks are made, one after the other: that of all parts of a recording.
+
+    Were it that of each part, a recording would take the more memory the more of its parts have
+    filled a block.
+
+    Attributes:
+        rows: of a block.
+        rest, turned: for `Columns.split`.
+    """
+
+    __slots__ = ("rest", "rows", "turned")
+
+    def __init__(self) -> None:
+        self.release()
+
+    def release(self) -> None:
+        """Give the memory back."""
+        self.rows, self.rest, self.turned = Spare(), Spare(), Spare()
+
+
 class Columns:
     """Makes streams of bytes of the blocks of one file, one after the other.
 
@@ -120,20 +141,21 @@ class Columns:
 
     Args:
         form: of the rows; `None`: samples of bytes, whose lengths tell.
+        room: in which they are made.
     """
 
-    __slots__ = ("_cut", "_expected", "_filters", "_first", "_form", "_rest", "_stale", "_turned")
+    __slots__ = ("_cut", "_expected", "_filters", "_first", "_form", "_room", "_stale")
 
     WORSE: Final = 1.1
     """Filters are tried again when blocks have become so many times larger, compressed."""
 
-    def __init__(self, form: Form | None) -> None:
+    def __init__(self, form: Form | None, room: Room) -> None:
         self._form = form
+        self._room = room
         self._cut: Form | None = None
         self._filters: tuple[Filter, ...] = ()
         self._first = self._stale = True
         self._expected = math.inf
-        self._rest, self._turned = Spare(), Spare()
 
     def split(
         self, content: bytes | memoryview, lengths: Sequence[int]
@@ -146,7 +168,7 @@ class Columns:
 
         Returns:
             What to know, and the streams: bytes, or arrays of any shape in C order. They last
-            until the next block is split.
+            until the next block is split in the same room.
         """
         form = self._form or Form.of_samples(lengths)
         streams: list[Stream] = []
@@ -157,7 +179,7 @@ class Columns:
             heads = b"".join([content[at : at + form.head] for at in starts])
             counts = (some - form.head) // form.stride
             streams = [counts.astype("<i8"), heads]
-            rest = self._rest.take(len(content) - len(heads)).data
+            rest = self._room.rest.take(len(content) - len(heads)).data
             to = 0
             for at, end in zip(starts, ends.tolist(), strict=True):
                 begin, to = to, to + end - at - form.head
@@ -191,16 +213,30 @@ class Columns:
         self._first = False
         self._expected = min(self._expected, share)
 
-    def release(self) -> None:
-        """Give memory back after the last block."""
-        self._rest, self._turned = Spare(), Spare()
+    def memory(self) -> dict[str, Any]:
+        """What was found out, as `orchestrator.packing` takes it."""
+        return {
+            "cut": None
+            if self._cut is None
+            else [self._cut.stride, self._cut.word, self._cut.head],
+            "filters": [each.described() for each in self._filters],
+            "expected": [self._first, self._stale, self._expected],
+        }
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        """Know what `memory` told."""
+        if memory["cut"] is not None:
+            stride, word, head = memory["cut"]
+            self._cut = Form(stride=stride, word=word, head=head)
+        self._filters = tuple(map(filter_of, memory["filters"]))
+        self._first, self._stale, self._expected = memory["expected"]
 
     def _columns(self, data: "np.ndarray[Any, Any]", form: Form) -> list[Numbers]:
         """The numbers of `data`, shape (record,) each."""
         words = data.view(f"<u{form.word}").reshape(-1, form.stride // form.word).T
         if len(words) == 1:
             return [words[0]]
-        columns = self._turned.take(len(data)).view(words.dtype).reshape(words.shape)
+        columns = self._room.turned.take(len(data)).view(words.dtype).reshape(words.shape)
         columns[:] = words
         return list(columns)
 

@@ -1,5 +1,6 @@
 """A `.npy` file that grows along its first axis and can be read at any time."""
 
+import errno
 import io
 from functools import lru_cache
 from pathlib import Path
@@ -28,6 +29,15 @@ class GrowingArray:
         self._row_bytes = dtype.itemsize * int(np.prod(row_shape, dtype=np.int64))
         self._written = 0
 
+    def replace(self, rows: bytes | memoryview, count: int) -> None:
+        """Let the file, whatever was in it, have these rows; a reader finds either."""
+        path = self._path
+        self._path = path.with_name(f"{path.name}.draft")
+        self.append(rows, count)
+        with naming(path):
+            self._path.replace(path)
+        self._path = path
+
     def append(self, rows: bytes | memoryview, count: int) -> None:
         """Write `count` rows, given in C order."""
         header = self._header(self._written + count)
@@ -41,6 +51,22 @@ class GrowingArray:
             file.seek(0)
             write_all(file, header)
         self._written += count
+
+    def read_into(self, rows: memoryview) -> None:
+        """Read back what was written; `rows` has as many bytes.
+
+        Raises:
+            OSError: somebody has removed the file, or cut it.
+        """
+        header = len(self._header(self._written))
+        with naming(self._path), self._path.open("rb", buffering=0) as file:
+            file.seek(header)
+            rest = rows
+            while rest:
+                count = file.readinto(rest)
+                if not count:
+                    raise OSError(errno.EIO, "rows that were written are not there any more")
+                rest = rest[count:]
 
     def remove(self) -> None:
         """Remove the file."""

@@ -1,13 +1,16 @@
 """One part of a recording while it is written: rows arrive, and blocks of them are stored.
 
 Rows that do not fill a block yet are flushed, as they are, to a `.npy` file that grows beside the
-file of blocks. A block is on disk before that file goes, so that at no time less can be read
-than before.
+file of blocks, and read back from there when they do: what is in memory is what came since the last
+flush, however slowly a part grows. A block is on disk before that file goes, so that at no time
+less can be read than before.
 """
 
 import hashlib
 import io
+from array import array
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,13 +18,27 @@ import numpy as np
 import numpy.typing as npt
 
 from orchestrator.recording.blocks import BlockFile
-from orchestrator.recording.columns import Form
+from orchestrator.recording.columns import Form, Room
 from orchestrator.recording.fingerprint import PartDigest
 from orchestrator.recording.growing import GrowingArray
-from orchestrator.recording.layout import tail_of
+from orchestrator.recording.layout import tail_of, tails_of
+from orchestrator.recording.reopening import NOTHING, Again, Reopened
 
 BLOCK_BYTES: Final = 4 << 20
 """A block is stored when it has at least so many bytes; the fewer, the less there is to find."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shared:
+    """What the parts of a recording have in common.
+
+    Attributes:
+        again: what was there at a checkpoint, by name.
+        room: in which blocks are made.
+    """
+
+    again: Again = field(default_factory=lambda: NOTHING)
+    room: Room = field(default_factory=Room)
 
 
 class Part:
@@ -37,11 +54,15 @@ class Part:
         kind: the declared type of the signal; empty for times, row counts and shapes.
         samples: whether what is appended at once is a sample of bytes, whose lengths tell how to
             cut them.
+        shared: with the other parts of the recording; `None`: there are no others, and it is new.
+
+    Attributes:
+        name: as given.
     """
 
-    __slots__ = ("_buffer", "_dtype", "_flushed", "_held", "_kind", "_known", "_lengths", "_name",
-                 "_path", "_row_bytes", "_row_shape", "_rows", "_samples", "_sha256", "_stored",
-                 "_tail", "_write")  # fmt: skip
+    __slots__ = ("_buffer", "_dtype", "_flushed", "_held", "_kind", "_known", "_lengths",
+                 "_path", "_room", "_row_bytes", "_row_shape", "_rows", "_samples", "_sha256",
+                 "_stored", "_tail", "_write", "name")  # fmt: skip
 
     def __init__(
         self,
@@ -52,27 +73,67 @@ class Part:
         *,
         kind: str = "",
         samples: bool = False,
+        shared: Shared | None = None,
     ) -> None:
-        self._path, self._name, self._kind = path, name, kind
+        shared = shared or Shared()
+        self._path, self.name, self._kind = path, name, kind
+        self._room = shared.room
         self._dtype, self._row_shape = dtype, row_shape
         self._samples = samples
         self._row_bytes = dtype.itemsize * int(np.prod(row_shape, dtype=np.int64))
         form = None if samples else Form.of_rows(dtype.itemsize, self._row_bytes)
-        self._stored = BlockFile(path, dtype, row_shape, form)
         self._sha256 = hashlib.sha256()
         self._tail: GrowingArray | None = None
-        self._buffer = io.BytesIO()  # the next block; used again: new memory costs page faults
-        self._write = self._buffer.write
+        self._buffer = io.BytesIO()  # what came since the last flush; it is used again: new memory
+        self._write = self._buffer.write  # costs page faults
         self._held = 0  # bytes of the next block
-        self._known = 0  # of them flushed, and in the digest
+        self._known = 0  # of them in the tail, and in the digest
         self._rows = 0  # of the next block
         self._flushed = 0  # of them in the tail
-        self._lengths: list[int] = []  # of the samples in the next block
+        self._lengths = array("q")  # of the samples in the next block, but those without bytes
+        again = shared.again.get(name)
+        if again is None:
+            self._stored = BlockFile(path, dtype, row_shape, form, room=self._room)
+        else:
+            self._go_on(again, form)
+
+    def _go_on(self, again: Reopened, form: Form | None) -> None:
+        """Be where the part was; at no time is less on disk than there was."""
+        memory = again.memory
+        self._sha256 = again.sha256
+        self._lengths.extend(n for n in memory["lengths"].tolist() if n)
+        self._rows = self._flushed = memory["rows"]
+        self._held = self._known = len(again.held)
+        first = memory["stored"]["rows"]
+        if self._rows:
+            path = tail_of(self._path, first)
+            self._tail = GrowingArray(path, self._dtype, self._row_shape)
+            self._tail.replace(again.held, self._rows)
+        self._stored = BlockFile(
+            self._path,
+            self._dtype,
+            self._row_shape,
+            form,
+            memory=memory["stored"],
+            room=self._room,
+        )
+        for row, path in tails_of(self._path).items():
+            if row != first or not self._rows:
+                path.unlink()
+
+    def memory(self) -> dict[str, Any]:
+        """What it knows once all is flushed, as `orchestrator.packing` takes it."""
+        return {
+            "stored": self._stored.memory(),
+            "rows": self._rows,
+            "lengths": np.array(self._lengths, np.int64),
+            "sha256": self._sha256.hexdigest(),
+        }
 
     @property
     def digest(self) -> PartDigest:
         """The digest of all rows that were flushed or stored."""
-        return PartDigest(self._name, self._kind, self._sha256.hexdigest())
+        return PartDigest(self.name, self._kind, self._sha256.hexdigest())
 
     @property
     def size(self) -> int:
@@ -81,7 +142,7 @@ class Part:
 
     def append(self, rows: bytes, count: int = 1) -> None:
         """Append `count` rows, given in C order; no block ends between them."""
-        if self._samples:
+        if self._samples and rows:
             self._lengths.append(len(rows))
         self._take(rows, count)
 
@@ -93,10 +154,10 @@ class Part:
         """
         size = self._row_bytes
         if self._samples:
-            raise ValueError(f"`{self._name}` takes samples of bytes, not rows")
+            raise ValueError(f"`{self.name}` takes samples of bytes, not rows")
         if len(data) != count * size:
             what = f"{len(data)} bytes, not {count} rows of {size} bytes"
-            raise ValueError(f"`{self._name}` was given {what}")
+            raise ValueError(f"`{self.name}` was given {what}")
         if self._held + len(data) < BLOCK_BYTES:
             self._take(data, count)
             return
@@ -122,14 +183,15 @@ class Part:
         size = self._row_bytes
         if size == 0 or (each < 0).any() or (each % size).any() or each.sum() != len(data):
             what = f"{len(data)} bytes, not {len(each)} samples of rows of {size} bytes"
-            raise ValueError(f"`{self._name}` was given {what}")
+            raise ValueError(f"`{self.name}` was given {what}")
         rest, ends, first, start = memoryview(data), np.cumsum(each), 0, 0
         while first < len(each):
             full = start + BLOCK_BYTES - self._held
             until = min(int(np.searchsorted(ends, full)) + 1, len(each))
             end = int(ends[until - 1])
             if self._samples:
-                self._lengths += each[first:until].tolist()
+                some = each[first:until]
+                self._lengths.extend(some[some > 0].tolist())
             self._take(rest[start:end], (end - start) // size)
             first, start = until, end
 
@@ -141,9 +203,11 @@ class Part:
         if self._tail is None:
             path = tail_of(self._path, self._stored.rows)
             self._tail = GrowingArray(path, self._dtype, self._row_shape)
-        self._tail.append(self._buffer.getbuffer()[self._known : self._held], fresh)
-        self._flushed = self._rows
-        self._digest()
+        rows = self._fresh()
+        self._tail.append(rows, fresh)
+        self._sha256.update(rows)
+        self._forget()
+        self._flushed, self._known = self._rows, self._held
 
     def close(self) -> None:
         """Store what is left, and that this is all."""
@@ -162,17 +226,24 @@ class Part:
             self._store()
 
     def _store(self, *, is_last: bool = False) -> None:
-        content = self._buffer.getbuffer()[: self._held]
+        fresh = content = self._fresh()
+        if self._tail is not None and self._known:
+            content = self._room.rows.take(self._held).data
+            self._tail.read_into(content[: self._known])
+            content[self._known :] = fresh
         self._stored.append(content, self._rows, self._lengths, is_last=is_last)
-        self._digest()
+        self._sha256.update(fresh)
         if self._tail is not None:
             self._tail.remove()
             self._tail = None
-        self._buffer.seek(0)
-        self._lengths.clear()
+        self._forget()
+        del self._lengths[:]
         self._rows = self._flushed = self._held = self._known = 0
 
-    def _digest(self) -> None:
-        """Let what was appended since the last time count in the digest."""
-        self._sha256.update(self._buffer.getbuffer()[self._known : self._held])
-        self._known = self._held
+    def _fresh(self) -> memoryview:
+        """What came since the last flush."""
+        return self._buffer.getbuffer()[: self._held - self._known]
+
+    def _forget(self) -> None:
+        """Forget what came since the last flush."""
+        self._buffer.seek(0)

@@ -6,11 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from orchestrator.recording.crash import CRASHED, as_ended
+from orchestrator.recording.declared import declared_shape, element_type
 from orchestrator.recording.fingerprint import PartDigest, fingerprint
 from orchestrator.recording.layout import (
     INDEX,
@@ -21,12 +22,16 @@ from orchestrator.recording.layout import (
     SignalType,
     read_json,
 )
-from orchestrator.recording.samples import Samples, load, parts, read_samples
+from orchestrator.recording.samples import Samples, load, other, parts, read_samples
 from orchestrator.recording.stored import Stored, damage_of
 from orchestrator.signal import Array, Signal
 from orchestrator.suggestion import suggestion
 from orchestrator.system import Endpoint
 from orchestrator.timebase import Time, seconds
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
 
 logger = logging.getLogger(__name__)
 
@@ -77,10 +82,19 @@ class Series:
             raise RecordingError(f"`{self.name}` has no value at {seconds(t)} s; {first}")
         return self._samples[k]
 
+    @property
+    def lengths(self) -> Array:
+        """Rows of each sample along its first axis, or bytes or elements where more varies.
+
+        int64, shape (sample,); 1 for each sample of a signal of constant shape.
+        """
+        return np.diff(np.asarray(self._samples.ends, np.int64))[: len(self)]
+
     def between(self, first: int, end: int) -> Array:
         """Samples `first` to `end` - 1 of a signal of constant shape, shape (sample, ...).
 
-        Read in turn, a long series takes no more memory than a few blocks.
+        Of other signals they are joined, as in `values`. Read in turn, a long series takes no more
+        memory than a few blocks.
         """
         ends = self._samples.ends
         return self._samples.values[int(ends[first]) : int(ends[end])]
@@ -112,6 +126,8 @@ class Recording:
         try:
             index = read_json(path)
         except FileNotFoundError:
+            if not self._directory.is_dir():
+                raise RecordingError(f"there is no directory `{directory}`") from None
             raise RecordingError(f"`{directory}` holds no recording: no `{INDEX}`") from None
         self._types = {name: SignalType.read(path, name, fields) for name, fields in index.items()}
 
@@ -140,6 +156,14 @@ class Recording:
         """The declared type of a recorded signal, e.g. `float64[vehicle, 3]`."""
         return self._types[name].kind
 
+    def unit(self, name: str) -> str:
+        """The unit of a recorded signal."""
+        return self._types[name].unit
+
+    def is_fixed(self, name: str) -> bool:
+        """Whether a recorded signal is declared fixed, so that there is one sample only."""
+        return self._types[name].fixed
+
     def __getitem__(self, name: str) -> Series:
         """The series of the signal `component.connector`.
 
@@ -152,12 +176,50 @@ class Recording:
         kind = self._types[name]
         files = self._files(name)
         samples = read_samples(files, Layout(kind.layout))
+        _check_rows(files.values, samples.values, kind)
         times = load(files.times)
         count = min(len(samples), len(times))
         wrong = (*samples.values.damage, *samples.values.cut)
         if wrong and self._has_ended():
             logger.warning("%s", "; ".join(wrong))
         return Series(name, kind.kind, kind.unit, times[:count], samples)
+
+    def frame(self, *signals: str) -> "pd.DataFrame":
+        """Signals as a data frame of pandas: one row per time and element.
+
+        Signals of one component along the same axes are columns of one frame; elements along an
+        axis of constant length are columns, too, `place[0]`. The column `time` is in seconds: the
+        double that is nearest to the time, whose nanosecond it tells for 104 days; elements are
+        told apart by the numbers that their axis has (`id`), else by their index. Signals of
+        packets, receptions and other records have a row for each. Units are in
+        `frame.attrs["units"]`, by column.
+
+        Args:
+            signals: `component.connector`; `*` and `?` stand for any letters.
+
+        Raises:
+            RecordingError: one is not recorded, lost in part, or has no columns; they are along
+                different axes; or pandas is not installed.
+        """
+        from orchestrator.recording.frames import frame  # noqa: PLC0415 - needs this module
+
+        return frame(self, signals)
+
+    def dataset(self, *signals: str) -> "xr.Dataset":
+        """Signals as labelled arrays of xarray, with the axes of the signal and `time`.
+
+        Where an element is not there at a time is NaN. Coordinates are those of `frame`; units are
+        in the `attrs` of every variable, as `units`.
+
+        Args:
+            signals: as of `frame`.
+
+        Raises:
+            RecordingError: as of `frame`; or xarray is not installed.
+        """
+        from orchestrator.recording.frames import dataset  # noqa: PLC0415 - needs this module
+
+        return dataset(self, signals)
 
     @property
     def damage(self) -> tuple[str, ...]:
@@ -228,3 +290,18 @@ class Recording:
             digest.update(np.ascontiguousarray(rows).reshape(-1).view(np.uint8).data)
         name = Files(self._directory, "", "").name_of(path)
         return PartDigest(name, kind, digest.hexdigest())
+
+
+def _check_rows(path: Path, stored: Stored, kind: SignalType) -> None:
+    """Refuse the values of a signal that are not of its declared type.
+
+    Raises:
+        RecordingError: they are not; the file is another one's.
+    """
+    element, shape = element_type(kind.kind), declared_shape(kind.kind)
+    if element is None or shape is None:
+        return
+    rows = {Layout.UNIFORM: shape, Layout.RAGGED: shape[1:], Layout.FLAT: ()}
+    expected = rows.get(Layout(kind.layout), ())
+    if stored.row_shape != expected or stored.dtype.name != np.dtype(element).name:
+        raise other(path, stored)

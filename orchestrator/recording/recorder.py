@@ -23,13 +23,15 @@ from orchestrator.recording.layout import (
     write_json,
     write_manifest,
 )
-from orchestrator.recording.parts import Part
+from orchestrator.recording.parts import Part, Shared
+from orchestrator.recording.reopening import NOTHING, Again
 from orchestrator.recording.samples import SampleWriter, sample_writer, times_part
 from orchestrator.signal import Causality, Connector, Signals, Variability
 from orchestrator.stretch import Samples, Stretch
 from orchestrator.suggestion import suggestion
 from orchestrator.system import Endpoint, System
 from orchestrator.timebase import Time
+from orchestrator.wording import Openly, Wording
 
 FLUSH_INTERVAL: Final = 0.5
 """The longest time between two flushes while communication points go by, in wall time [s]."""
@@ -84,6 +86,8 @@ class Recorder(Observer):
         include: which outputs to record, see `select`.
         exclude: which of them not to.
         manifest: what the caller knows about the run; becomes part of the manifest.
+        again: the parts that are there, of a run that is gone on with; `None`: a new one.
+        wording: how the manifest says why the run ended; `None`: as it is.
     """
 
     sees_stretches = True
@@ -95,7 +99,12 @@ class Recorder(Observer):
         include: Sequence[str] = ("*",),
         exclude: Sequence[str] = (),
         manifest: Mapping[str, Any] | None = None,
+        again: Again | None = None,
+        wording: Wording | None = None,
     ) -> None:
+        self._is_new = again is None
+        self._shared = Shared(again=NOTHING if again is None else again)
+        self._wording = wording or Openly()
         self._directory = directory
         self._include = tuple(include)
         self._exclude = tuple(exclude)
@@ -122,10 +131,16 @@ class Recorder(Observer):
         }
         return dict(sorted(sizes.items(), key=lambda each: (-each[1], each[0])))
 
+    def memory(self) -> dict[str, Any]:
+        """What goes on from what is on disk now, as `orchestrator.packing` takes it."""
+        self._flush()
+        writers = self._components.values()
+        return {name: each for writer in writers for name, each in writer.memory()}
+
     @override
     def begin(self, system: System, start: Time, stop: Time) -> None:
         selected = select(system, self._include, self._exclude)
-        if (self._directory / INDEX).exists():
+        if self._is_new and (self._directory / INDEX).exists():
             raise RecordingError(f"`{self._directory}` holds a recording; choose another directory")
         self._begun = True
         types: dict[str, SignalType] = {}
@@ -133,7 +148,10 @@ class Recorder(Observer):
             connector = system.connectors[end.component][end.connector]
             types[str(end)] = SignalType.of(connector)
             if end.component not in self._components:
-                self._components[end.component] = _ComponentWriter(self._directory, end.component)
+                writer = _ComponentWriter(
+                    self._directory, end.component, self._shared, is_new=self._is_new
+                )
+                self._components[end.component] = writer
             self._components[end.component].add(end.connector, connector)
         self._interval = {"start_ns": start, "stop_ns": stop}
         (self._directory / INDEX).parent.mkdir(parents=True, exist_ok=True)
@@ -173,7 +191,7 @@ class Recorder(Observer):
             **self._manifest,
             **self._interval,
             "status": result.status if result.error is error else "failed",
-            "error": None if error is None else str(error),
+            "error": None if error is None else self._wording.text(str(error)),
             "reached_ns": result.time,
         }
         ended = {
@@ -194,7 +212,10 @@ class Recorder(Observer):
                 raise problem
             write_manifest(self._directory, ended)
         except OSError as hindrance:
-            said |= {"status": "failed", "error": said["error"] or str(hindrance)}
+            said |= {
+                "status": "failed",
+                "error": said["error"] or self._wording.text(str(hindrance)),
+            }
             rewrite_manifest(self._directory, said)
             raise
 
@@ -204,6 +225,7 @@ class Recorder(Observer):
         for component in self._components.values():
             hindrance = component.close()
             problem = problem or hindrance
+        self._shared.room.release()
         return problem
 
     def _flush_if_due(self) -> None:
@@ -222,12 +244,14 @@ class Recorder(Observer):
 class _ComponentWriter:
     """Writes the signals of one component and the times at which they were published."""
 
-    def __init__(self, directory: Path, component: str) -> None:
+    def __init__(self, directory: Path, component: str, shared: Shared, *, is_new: bool) -> None:
         self._directory = directory
         self._component = component
+        self._shared = shared
+        self._is_new = is_new
         files = Files(directory, component, "")
         files.folder.mkdir(parents=True, exist_ok=True)
-        self._times = times_part(files)
+        self._times = times_part(files, self._shared)
         self._parts: list[Part] = []
         self._writers: dict[str, SampleWriter] = {}
         self._once: list[tuple[str, SampleWriter]] = []
@@ -235,11 +259,15 @@ class _ComponentWriter:
 
     def add(self, name: str, connector: Connector) -> None:
         """Record `connector`, called `name`, too."""
-        writer = sample_writer(Files(self._directory, self._component, name), connector)
+        files = Files(self._directory, self._component, name)
+        writer = sample_writer(files, connector, self._shared)
         self._parts += writer.parts
         self._writers[name] = writer
         fixed = connector.variability is Variability.FIXED
-        (self._once if fixed else self._always).append((name, writer))
+        if not fixed:
+            self._always.append((name, writer))
+        elif self._is_new:  # else it is there
+            self._once.append((name, writer))
 
     def write(self, t: Time, values: Signals) -> None:
         """Write one sample of every signal."""
@@ -280,6 +308,11 @@ class _ComponentWriter:
         return {
             name: sum(part.size for part in writer.parts) for name, writer in self._writers.items()
         }
+
+    def memory(self) -> Iterator[tuple[str, dict[str, Any]]]:
+        """What goes on from what is on disk once all is flushed, by the name of the part."""
+        for part in (*self._parts, self._times):
+            yield part.name, part.memory()
 
     def digests(self) -> Iterator[PartDigest]:
         """The digests of all parts, as far as they were written out."""

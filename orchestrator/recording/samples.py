@@ -10,8 +10,8 @@ from typing import Any, Final
 import numpy as np
 from typing_extensions import override
 
-from orchestrator.recording.layout import Files, Layout
-from orchestrator.recording.parts import Part
+from orchestrator.recording.layout import Files, Layout, RecordingError
+from orchestrator.recording.parts import Part, Shared
 from orchestrator.recording.stored import Stored
 from orchestrator.signal import Array, Connector, Signal
 from orchestrator.stretch import Rows
@@ -46,9 +46,10 @@ class SampleWriter(abc.ABC):
 class _UniformWriter(SampleWriter):
     __slots__ = ("_append", "_append_rows")
 
-    def __init__(self, files: Files, connector: Connector) -> None:
+    def __init__(self, files: Files, connector: Connector, shared: Shared) -> None:
         shape = tuple(n for n in connector.shape if isinstance(n, int))
-        values = _part(files, files.values, np.dtype(connector.dtype), shape, kind=connector.kind())
+        dtype = np.dtype(connector.dtype)
+        values = _part(files, files.values, dtype, shape, shared, kind=connector.kind())
         self.parts = (values,)
         self._append = values.append
         self._append_rows = values.append_rows
@@ -67,8 +68,8 @@ class _RowsWriter(SampleWriter):
 
     __slots__ = ("_append", "_append_rows")
 
-    def __init__(self, files: Files, values: Part) -> None:
-        rows = _part(files, files.rows, INT64)
+    def __init__(self, files: Files, values: Part, shared: Shared) -> None:
+        rows = _part(files, files.rows, INT64, (), shared)
         self.parts = (values, rows)
         self._append = values.append
         self._append_rows = rows.append
@@ -81,10 +82,11 @@ class _RowsWriter(SampleWriter):
 class _RaggedWriter(_RowsWriter):
     __slots__ = ()
 
-    def __init__(self, files: Files, connector: Connector) -> None:
+    def __init__(self, files: Files, connector: Connector, shared: Shared) -> None:
         shape = tuple(n for n in connector.shape if isinstance(n, int))
-        values = _part(files, files.values, np.dtype(connector.dtype), shape, kind=connector.kind())
-        super().__init__(files, values)
+        dtype = np.dtype(connector.dtype)
+        values = _part(files, files.values, dtype, shape, shared, kind=connector.kind())
+        super().__init__(files, values, shared)
 
     @override
     def write(self, value: Array) -> None:
@@ -100,9 +102,10 @@ class _RaggedWriter(_RowsWriter):
 class _FlatWriter(SampleWriter):
     __slots__ = ("_append", "_append_shape")
 
-    def __init__(self, files: Files, connector: Connector) -> None:
-        values = _part(files, files.values, np.dtype(connector.dtype), kind=connector.kind())
-        shapes = _part(files, files.shapes, INT64, (len(connector.shape),))
+    def __init__(self, files: Files, connector: Connector, shared: Shared) -> None:
+        dtype = np.dtype(connector.dtype)
+        values = _part(files, files.values, dtype, (), shared, kind=connector.kind())
+        shapes = _part(files, files.shapes, INT64, (len(connector.shape),), shared)
         self.parts = (values, shapes)
         self._append = values.append
         self._append_shape = shapes.append
@@ -122,9 +125,9 @@ class _FlatWriter(SampleWriter):
 class _BinaryWriter(_RowsWriter):
     __slots__ = ()
 
-    def __init__(self, files: Files, connector: Connector) -> None:
-        kind = connector.kind()
-        super().__init__(files, _part(files, files.values, UINT8, kind=kind, samples=True))
+    def __init__(self, files: Files, connector: Connector, shared: Shared) -> None:
+        values = _part(files, files.values, UINT8, (), shared, kind=connector.kind(), samples=True)
+        super().__init__(files, values, shared)
 
     @override
     def write(self, value: bytes) -> None:
@@ -146,35 +149,36 @@ def _append_equal(values: Part, rows: Rows, count: int, each: int) -> None:
         values.append(b"", each)
 
 
-def times_part(files: Files) -> Part:
-    """Create the part with the times of a component."""
-    return _part(files, files.times, INT64)
+def times_part(files: Files, shared: Shared | None = None) -> Part:
+    """Create the part with the times of a component, or go on with what is there."""
+    return _part(files, files.times, INT64, (), shared)
 
 
 def _part(
     files: Files,
     path: Path,
     dtype: "np.dtype[Any]",
-    row_shape: tuple[int, ...] = (),
+    row_shape: tuple[int, ...],
+    shared: Shared | None,
     *,
     kind: str = "",
     samples: bool = False,
 ) -> Part:
     name = files.name_of(path)
-    return Part(path, name, dtype, row_shape, kind=kind, samples=samples)
+    return Part(path, name, dtype, row_shape, kind=kind, samples=samples, shared=shared)
 
 
-def sample_writer(files: Files, connector: Connector) -> SampleWriter:
-    """Create the files of one signal and the writer of its samples."""
+def sample_writer(files: Files, connector: Connector, shared: Shared) -> SampleWriter:
+    """Create the writer of the samples of one signal, and its files if none are there again."""
     match Layout.of(connector):
         case Layout.UNIFORM:
-            return _UniformWriter(files, connector)
+            return _UniformWriter(files, connector, shared)
         case Layout.RAGGED:
-            return _RaggedWriter(files, connector)
+            return _RaggedWriter(files, connector, shared)
         case Layout.FLAT:
-            return _FlatWriter(files, connector)
+            return _FlatWriter(files, connector, shared)
         case Layout.BINARY:
-            return _BinaryWriter(files, connector)
+            return _BinaryWriter(files, connector, shared)
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +217,7 @@ def read_samples(files: Files, layout: Layout) -> Samples:
         case Layout.RAGGED:
             return Samples(values, _ends(load(files.rows), values), lambda _, rows: rows)
         case Layout.FLAT:
-            shapes = load(files.shapes)
+            shapes = load(files.shapes, rank=1)
             ends = _ends(shapes.prod(axis=1), values)
             return Samples(values, ends, lambda k, rows: rows.reshape(shapes[k]))
         case Layout.BINARY:
@@ -231,14 +235,28 @@ def parts(files: Files, layout: Layout) -> tuple[Path, ...]:
             return (files.values, files.shapes)
 
 
-def load(path: Path) -> Array:
-    """All rows of the part in `path`, read-only, shape (row, ...).
+def load(path: Path, rank: int = 0) -> Array:
+    """All rows of the part in `path`, whole numbers, read-only, shape (row, ...).
+
+    Args:
+        path: of the part.
+        rank: how many axes a row has.
 
     Raises:
-        RecordingError: it is missing or damaged.
+        RecordingError: it is missing or damaged, or holds something else.
     """
     stored = Stored.open(path)
+    if stored.dtype.kind != "i" or len(stored.row_shape) != rank:
+        raise other(path, stored)
     return stored[0 : len(stored)]
+
+
+def other(path: Path, stored: Stored) -> RecordingError:
+    """What to raise of a sound part that is not the one that should be there."""
+    found = f"{stored.dtype}{list(stored.row_shape)}"
+    return RecordingError(
+        f"`{path}` is damaged: it holds rows of {found}, which are another file's"
+    )
 
 
 def _ends(lengths: Array, values: Stored) -> Array:

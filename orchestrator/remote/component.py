@@ -1,18 +1,9 @@
-"""Components in other processes: they look like any other component.
-
-    specs = [ComponentSpec(name="traffic", type="sumo-traffic", values={...}), ...]
-    with launch(specs, ZenohTransport()) as remote:
-        system = System({**local, **remote}, ...)
-        simulate(system, ...)
-
-Nothing started by `launch` outlives its `with` block.
-"""
+"""A component in another process: it looks like any other component."""
 
 import logging
 import weakref
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from functools import partial
+from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -23,6 +14,7 @@ from orchestrator.capabilities import (
     CourseFollowing,
     EndRequest,
     EndRequesting,
+    OutputSelection,
     OutputSlopes,
     PointEvaluation,
     PortableState,
@@ -30,21 +22,16 @@ from orchestrator.capabilities import (
 )
 from orchestrator.component import Capability, ConcurrentComponent, WrappedRestorableComponent
 from orchestrator.course import Course
-from orchestrator.errors import ComponentError, ComponentTypeError
-from orchestrator.limits import USUAL, Deadlines, Limits, OnFailure
+from orchestrator.errors import ComponentError
+from orchestrator.limits import Deadlines
 from orchestrator.remote.courses import courses_to_document, slopes_from_document
-from orchestrator.remote.dialogue import Company, Dialogue, HostLostError, Reply
+from orchestrator.remote.declarations import connectors_from_message
+from orchestrator.remote.dialogue import Dialogue, HostLostError, Reply
+from orchestrator.remote.ending import request_from_document
 from orchestrator.remote.journal import Journal, Step
-from orchestrator.remote.protocol import (
-    CAPABILITIES,
-    ComponentSpec,
-    Kind,
-    connectors_from_message,
-    generator_to_document,
-    grid_to_document,
-    request_from_document,
-)
-from orchestrator.remote.transport import Transport
+from orchestrator.remote.kept_state import RemoteState
+from orchestrator.remote.naming import Origins, Sites
+from orchestrator.remote.protocol import CAPABILITIES, Kind, generator_to_document, grid_to_document
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.timebase import CommunicationGrid, Duration, Time
@@ -54,26 +41,12 @@ _log = logging.getLogger(__name__)
 _Answer = TypeVar("_Answer")
 
 
-class RemoteState:
-    """The state of a remote component, which its host keeps.
-
-    Attributes:
-        number: by which the host knows it.
-        values: the outputs at that time.
-    """
-
-    __slots__ = ("__weakref__", "number", "values")
-
-    def __init__(self, number: int, values: Signals) -> None:
-        self.number = number
-        self.values = values
-
-
 class RemoteComponent(
     ConcurrentComponent,
     PointEvaluation,
     CourseFollowing,
     EndRequesting,
+    OutputSelection,
     OutputSlopes,
     PortableState,
     VariableSteps,
@@ -86,20 +59,25 @@ class RemoteComponent(
         created: Reply,
         deadlines: Deadlines,
         renew: Callable[[], None] | None = None,
+        sites: Sites | None = None,
     ) -> None:
         self._dialogue = dialogue
+        self._sites = Sites() if sites is None else sites
+        self._origins = Origins()
         self._deadlines = deadlines
         self._renew = renew
         self._journal = Journal()
-        found = connectors_from_message(created.message.document, created.raw, created.offset)
+        said = created.message.document
+        with dialogue.reading():
+            found = connectors_from_message(said, created.raw, created.offset)
+            self._capabilities = {CAPABILITIES[name] for name in said.get("capabilities", ())}
+            self._input_degree = int(said.get("input_degree", 0))
         self._connectors = MappingProxyType(found)
         self._inputs = SignalEncoder({})
         self._outputs = SignalDecoder({})
         self._values: Signals = {}
         self._end_request: EndRequest | None = None
-        said = created.message.document
-        self._capabilities = {CAPABILITIES[name] for name in said.get("capabilities", ())}
-        self._input_degree: int = said.get("input_degree", 0)
+        self._selection: list[str] | None = None
         self._courses: Mapping[str, Course] = {}
         self._is_set_up = False
         self._forgotten: list[int] = []
@@ -116,8 +94,7 @@ class RemoteComponent(
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
-        self._values = {}
-        self._forgotten = []
+        self._values, self._forgotten, self._selection = {}, [], None
         self._is_set_up = True
         document = {"rng": generator_to_document(rng), "grid": grid_to_document(self._grid)}
         self._journal = Journal(start=start, document=document)
@@ -125,10 +102,12 @@ class RemoteComponent(
 
     def _set_up(self, start: Time, document: Mapping[str, Any]) -> None:
         self._dialogue.epoch += 1
-        memory = self._dialogue.memory
-        self._inputs = SignalEncoder(self._only(Causality.INPUT), memory)
-        self._outputs = SignalDecoder(self._only(Causality.OUTPUT), memory)
-        self._dialogue.ask(Kind.SETUP, self._deadlines.create, t=start, document=document)
+        memory, outputs = self._dialogue.memory, self._only(Causality.OUTPUT)
+        self._origins = self._sites.come_to(self._dialogue.site, self._dialogue.name, outputs)
+        name_of = self._origins.name_of if self._dialogue.site else None
+        self._inputs = SignalEncoder(self._only(Causality.INPUT), memory, name_of)
+        self._outputs = SignalDecoder(outputs, memory)
+        self._dialogue.ask(Kind.SETUP, self._deadlines.setup, t=start, document=document)
         self._dialogue.answer()
 
     @override
@@ -140,10 +119,9 @@ class RemoteComponent(
         return self._surviving(lambda: self._evaluate(inputs))
 
     def _evaluate(self, inputs: Signals) -> Signals:
-        within = self._deadlines.create
-        self._dialogue.ask(Kind.EVALUATE, within, block=self._inputs.parts(inputs))
-        reply = self._dialogue.answer()
-        return self._outputs.decode(reply.raw, reply.offset)
+        block = self._inputs.parts(inputs)
+        self._dialogue.ask(Kind.EVALUATE, self._deadlines.setup, block=block)
+        return self._decoded(self._dialogue.answer())
 
     @property
     @override
@@ -153,6 +131,16 @@ class RemoteComponent(
     @override
     def follow(self, courses: Mapping[str, Course]) -> None:
         self._courses = courses
+
+    @override
+    def select(self, names: Collection[str] | None) -> None:
+        self._selection = None if names is None else sorted(names)
+        self._surviving(self._select)
+
+    def _select(self) -> None:
+        document = {"outputs": self._selection}
+        self._dialogue.ask(Kind.SELECT, self._deadlines.step, document=document)
+        self._accept(self._dialogue.answer())
 
     @override
     def slopes(self) -> Signals:
@@ -169,8 +157,8 @@ class RemoteComponent(
             self._journal.initial = inputs
 
     def _initialise(self, inputs: Signals) -> None:
-        within = self._deadlines.create
-        self._dialogue.ask(Kind.INITIALISE, within, block=self._inputs.parts(inputs))
+        block = self._inputs.parts(inputs)
+        self._dialogue.ask(Kind.INITIALISE, self._deadlines.setup, block=block)
         self._accept(self._dialogue.answer())
 
     @override
@@ -195,10 +183,10 @@ class RemoteComponent(
     @override
     def begin_step(self, inputs: Signals, t: Time, h: Duration) -> None:
         courses, self._courses = self._courses, {}
-        step = Step(inputs=inputs, t=t, h=h, courses=courses)
         if self._renew is None:
-            self._begin(step)
+            self._ask_step(inputs, t, h, courses)
             return
+        step = Step(inputs=inputs, t=t, h=h, courses=courses)
         if self._journal.is_due:
             self._journal.keep(self.dump())
         self._journal.current = step
@@ -208,14 +196,26 @@ class RemoteComponent(
             self._return(error)
 
     def _begin(self, step: Step) -> None:
-        said = {"courses": courses_to_document(step.courses)} if step.courses else {}
-        within, block = self._deadlines.step, self._inputs.parts(step.inputs)
-        self._dialogue.ask(Kind.STEP, within, t=step.t, h=step.h, document=said, block=block)
+        self._ask_step(step.inputs, step.t, step.h, step.courses)
+
+    def _ask_step(
+        self, inputs: Signals, t: Time, h: Duration, courses: Mapping[str, Course]
+    ) -> None:
+        said = {"courses": courses_to_document(courses)} if courses else {}
+        within, block = self._deadlines.step, self._inputs.parts(inputs)
+        self._dialogue.ask(Kind.STEP, within, t=t, h=h, document=said, block=block)
 
     @override
     def finish_step(self) -> None:
+        if self._renew is None:
+            self._accept(self._dialogue.answer())
+            return
         self._accept(self._surviving(self._dialogue.answer))
         self._journal.finish()
+
+    @override
+    def has_finished(self) -> bool:
+        return self._dialogue.has_answered()
 
     def _surviving(self, asked: Callable[[], _Answer]) -> _Answer:
         """What is asked of the host; if it is lost, of the one that takes its place."""
@@ -243,6 +243,8 @@ class RemoteComponent(
             self._initialise(journal.initial)
         if journal.state is not None:
             self._load(journal.state)
+        if self._selection is not None:
+            self._select()
         for step in journal.steps:
             self._begin(step)
             self._accept(self._dialogue.answer())
@@ -290,8 +292,16 @@ class RemoteComponent(
         return {n: c for n, c in self._connectors.items() if c.causality is causality}
 
     def _accept(self, reply: Reply) -> None:
-        self._end_request = request_from_document(reply.message.document)
-        self._values = self._outputs.decode(reply.raw, reply.offset)
+        said = reply.message.document
+        self._end_request = request_from_document(said) if said else None
+        self._values = self._decoded(reply)
+
+    def _decoded(self, reply: Reply) -> Signals:
+        """The outputs in a reply; its host may know them by name from now on."""
+        values = self._outputs.decode(reply.raw, reply.offset)
+        if self._dialogue.site:
+            self._origins.note(self._dialogue.name, values, reply.message)
+        return values
 
 
 class RestorableRemoteComponent(WrappedRestorableComponent[RemoteState], ConcurrentComponent):
@@ -309,75 +319,6 @@ class RestorableRemoteComponent(WrappedRestorableComponent[RemoteState], Concurr
     def finish_step(self) -> None:
         self._component.finish_step()
 
-
-@contextmanager
-def launch(
-    specs: Sequence[ComponentSpec],
-    transport: Transport,
-    *,
-    deadlines: Deadlines | None = None,
-    limits: Mapping[str, Limits] = MappingProxyType({}),
-) -> Iterator[Mapping[str, ConcurrentComponent]]:
-    """Create remote components, all at the same time, and end their hosts with the block.
-
-    Args:
-        specs: one per component; names are unique.
-        transport: closed with the block, too.
-        deadlines: when a silent host counts as hung.
-        limits: of single components by name, in place of `deadlines`.
-
-    Yields:
-        The components by name, in the order of `specs`.
-
-    Raises:
-        ComponentTypeError: types or parameters are wrong; all of these in one text.
-        ComponentError: a host did not start, or died.
-    """
-    common = USUAL if deadlines is None else Limits(deadlines=deadlines)
-    limited = {spec.name: limits.get(spec.name, common) for spec in specs}
-    documents = {spec.name: spec.to_document() for spec in specs}
-    longest = max((each.deadlines.create for each in limited.values()), default=0.0)
-    with transport:
-        links = transport.open(tuple(documents), longest)
-        company = Company()
-        dialogues = {name: Dialogue(name, links[name], company) for name in documents}
-        for name, dialogue in dialogues.items():
-            links[name].limit_memory(limited[name].memory)
-            create = limited[name].deadlines.create
-            dialogue.ask(Kind.CREATE, create, document=documents[name])
-
-        def renew(name: str) -> None:
-            """Start another host for the component, and have it created there."""
-            limits_of, dialogue = limited[name], dialogues[name]
-            create = limits_of.deadlines.create
-            link = transport.renew(name, create)
-            link.limit_memory(limits_of.memory)
-            dialogue.renew(link)
-            dialogue.ask(Kind.CREATE, create, document=documents[name])
-            dialogue.answer()
-
-        yield _created(dialogues, limited, renew)
-
-
-def _created(
-    dialogues: Mapping[str, Dialogue],
-    limits: Mapping[str, Limits],
-    renew: Callable[[str], None],
-) -> Mapping[str, ConcurrentComponent]:
-    components: dict[str, ConcurrentComponent] = {}
-    errors: list[str] = []
-    for name, dialogue in dialogues.items():
-        try:
-            created = dialogue.answer()
-            own = limits[name]
-            again = partial(renew, name) if own.on_failure is OnFailure.RESTART else None
-            dialogue.is_renewable = again is not None
-            remote = RemoteComponent(dialogue, created, own.deadlines, again)
-            # states that a host keeps go with it
-            is_restorable = again is None and created.message.document.get("restorable", False)
-            components[name] = RestorableRemoteComponent(remote) if is_restorable else remote
-        except ComponentTypeError as error:
-            errors.append(f"component `{name}`: {error}")
-    if errors:
-        raise ComponentTypeError("\n".join(errors))
-    return MappingProxyType(components)
+    @override
+    def has_finished(self) -> bool:
+        return self._component.has_finished()

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from orchestrator.course import Course
+from orchestrator.remote.block import element_type
 from orchestrator.signal import Array, Signals
 
 
@@ -15,7 +16,12 @@ def courses_to_document(courses: Mapping[str, Course]) -> dict[str, Any]:
 
 
 def courses_from_document(document: Mapping[str, Any]) -> dict[str, Course]:
-    """What `courses_to_document` described."""
+    """What `courses_to_document` described.
+
+    Raises:
+        WireError: an element type is none.
+        LookupError, TypeError, ValueError, AttributeError: the document is something else.
+    """
     return {name: Course(tuple(map(_array, each))) for name, each in document.items()}
 
 
@@ -25,7 +31,11 @@ def slopes_to_document(slopes: Signals) -> dict[str, Any]:
 
 
 def slopes_from_document(document: Mapping[str, Any]) -> dict[str, Array]:
-    """What `slopes_to_document` described, each of its own shape."""
+    """What `slopes_to_document` described, each of its own shape.
+
+    Raises:
+        WireError, LookupError, TypeError, ValueError, AttributeError: as `courses_from_document`.
+    """
     return {name: _array(each) for name, each in document["slopes"].items()}
 
 
@@ -35,5 +45,5 @@ def _plain(values: Array) -> dict[str, Any]:
 
 
 def _array(document: Mapping[str, Any]) -> Array:
-    flat = np.frombuffer(bytes.fromhex(document["data"]), np.dtype(document["type"]))
+    flat = np.frombuffer(bytes.fromhex(document["data"]), element_type(document["type"]))
     return flat.reshape(document["shape"])

@@ -1,47 +1,42 @@
 """Commands to the hosts of a run, and their replies; whoever waits for one host hears of all.
 
-Waiting is done in slices. Between two of them the other hosts are looked at, so that one that died
-is named at once and not when its turn comes. A slice that took much longer than it should is one in
-which this process did not run either (Ctrl-Z, a suspended machine): of it only a slice counts
-towards deadlines, because the hosts had no more than that, for all we know.
+Waiting is done in slices (`orchestrator.remote.patience`). Between two of them the other hosts are
+looked at, so that one that died is named at once and not when its turn comes.
 """
 
 import logging
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from time import monotonic
 from types import MappingProxyType
-from typing import Any, Final, NoReturn
+from typing import Any, Final, NamedTuple, NoReturn
 
 from typing_extensions import Buffer
 
 from orchestrator.errors import ComponentError, ComponentTypeError
+from orchestrator.remote.block import WireError
+from orchestrator.remote.patience import LONGEST_SLICE, SLICE
 from orchestrator.remote.protocol import Kind, Message
 from orchestrator.remote.sharing import SharedMemory
 from orchestrator.remote.transport import Link, LinkLostError
-from orchestrator.remote.wire import WireError
 from orchestrator.timebase import Duration, Time
 
 _log = logging.getLogger(__name__)
 
-SLICE: Final = 0.05
-"""How long to wait for one host before the others are looked at [s]."""
-
-_LONGEST_SLICE: Final = 0.1
-"""What of a slice counts at most [s]; whoever could not go on for longer was stopped, or had no
-processor, and so had the hosts."""
-
 _LIMITED: Final = {Kind.CREATE, Kind.SETUP, Kind.EVALUATE, Kind.INITIALISE, Kind.STEP}
 """Commands that users can give more time."""
+
+
+_MALFORMED: Final = (LookupError, TypeError, ValueError, AttributeError)
+"""What comes of reading a document that is not what was agreed."""
 
 
 class HostLostError(ComponentError):
     """The host of a component is gone, or does not answer; the component itself raised nothing."""
 
 
-@dataclass(frozen=True, slots=True)
-class Reply:
-    """The reply to a command.
+class Reply(NamedTuple):
+    """The reply to a command; a tuple, like the message in it.
 
     Attributes:
         message: its header and its document.
@@ -67,7 +62,7 @@ class Company:
     def spend(self, time: float) -> None:
         """Count `time` [s] that was waited towards the deadlines of all commands."""
         for each in self._members:
-            each.waited += min(time, _LONGEST_SLICE)
+            each.waited += min(time, LONGEST_SLICE)
 
     def look_around(self, waiting: "Dialogue", command: Message) -> None:
         """Raise what became of the others while `waiting` awaits the reply to `command`.
@@ -117,6 +112,11 @@ class Dialogue:
         return self._link.memory
 
     @property
+    def site(self) -> str:
+        """Where the host is, see `Link.site`."""
+        return self._link.site
+
+    @property
     def is_over(self) -> bool:
         """Whether the host can no longer be asked anything."""
         return self._is_over
@@ -137,9 +137,7 @@ class Dialogue:
         if self._is_over:
             raise ComponentError(self.name, None, "its process has ended")
         self._sequence += 1
-        command = Message(
-            kind=kind, epoch=self.epoch, sequence=self._sequence, t=t, h=h, document=document
-        )
+        command = Message(kind, self.epoch, self._sequence, t, h, document)
         self.awaiting, self._came = command, None
         self.waited, self._allowed = 0.0, within
         try:
@@ -174,12 +172,26 @@ class Dialogue:
                 self._company.look_around(self, command)
         return self._take(command)
 
+    def has_answered(self) -> bool:
+        """Whether `answer` would give a reply at once; a loss is told in its turn, or to others."""
+        command = self.awaiting
+        if command is None or self._loss is not None:
+            return False
+        if self._came is None:
+            try:
+                self._listen(command, 0.0)
+            except HostLostError as error:
+                self._loss = error
+        return self._came is not None and self._came.message.kind is Kind.DONE
+
     def overhear(self, other: Message) -> None:
         """Look what this host does while another one works on `other`; raise what went wrong.
 
         An error of the component itself is raised only if its step ends no later than that of
         the other one: what comes of a step beyond the end of the run is ignored.
         """
+        if not self.is_renewable:
+            self._tell_loss()
         if self._is_over:
             return
         try:
@@ -230,8 +242,8 @@ class Dialogue:
             self._fail(command, str(error))
         except WireError as error:
             self._fail(command, f"its process sent something unreadable: {error}")
-        sent = (command.epoch, command.sequence)
-        if command is self.awaiting and (message.epoch, message.sequence) == sent:
+        is_answer = message.sequence == command.sequence and message.epoch == command.epoch
+        if is_answer and command is self.awaiting:
             self._came = Reply(message, raw, offset)
         else:
             _log.debug("`%s`: dropped an earlier reply: %s", self.name, message)
@@ -239,11 +251,28 @@ class Dialogue:
     def _take(self, command: Message) -> Reply:
         reply, self._came, self.awaiting = self._came, None, None
         assert reply is not None  # noqa: S101 - whoever takes it knows that it came
-        if reply.message.document:
-            _replay(self.name, reply.message.document.get("logs", ()))
-            if reply.message.kind is Kind.FAILED:
-                self._raise(command, reply.message.document["failure"])
+        if reply.message.document or reply.message.kind is not Kind.DONE:
+            with self.reading(command):
+                _replay(self.name, reply.message.document.get("logs", ()))
+                if reply.message.kind is not Kind.DONE:
+                    self._raise(command, reply.message.document["failure"])
         return reply
+
+    @contextmanager
+    def reading(self, command: Message | None = None) -> Iterator[None]:
+        """Read what the host said; that it says what was agreed is not taken for granted.
+
+        Args:
+            command: what it answered, for the time in the message.
+
+        Raises:
+            HostLostError: it is not what was agreed; the host is ended.
+        """
+        try:
+            yield
+        except (WireError, *_MALFORMED) as error:
+            what = f"{type(error).__name__}: {error}" if isinstance(error, _MALFORMED) else error
+            self._fail(command, f"its process sent something unreadable: {what}")
 
     def _expire(self, command: Message) -> NoReturn:
         doing = command.kind.name.lower()
@@ -252,16 +281,18 @@ class Dialogue:
         what = f"did not answer within {self._allowed:g} s (to `{doing}`){allowed}{why}"
         self._fail(command, what)
 
-    def _fail(self, command: Message, text: str) -> NoReturn:
+    def _fail(self, command: Message | None, text: str) -> NoReturn:
         self.abandon()
-        raise HostLostError(self.name, _time_of(command), text) from None
+        time = None if command is None else _time_of(command)
+        raise HostLostError(self.name, time, text) from None
 
     def _raise(self, command: Message, failure: Mapping[str, Any]) -> NoReturn:
         _log.info("`%s`: traceback in its host:\n%s", self.name, failure["traceback"])
         if failure["is_type_error"]:
             raise ComponentTypeError(failure["text"])
         time = _time_of(command) if failure["time"] is None else failure["time"]
-        raise ComponentError(failure["component"] or self.name, time, failure["text"])
+        component = failure["component"] or self.name
+        raise ComponentError(component, time, failure["text"], failure.get("where", ""))
 
 
 def _time_of(command: Message) -> Time | None:

@@ -20,26 +20,31 @@ from orchestrator.capabilities import (
     CourseFollowing,
     EndRequesting,
     InitialEvaluation,
+    OutputSelection,
     OutputSlopes,
     PortableState,
 )
 from orchestrator.component import Component, RestorableComponent
-from orchestrator.errors import ComponentError, ComponentTypeError, CosimError
+from orchestrator.declared import declared, not_a_mapping
+from orchestrator.errors import DEFECTS, ComponentError, ComponentTypeError, CosimError
 from orchestrator.local_module import local_type
 from orchestrator.parameters import ComponentType, PythonComponentType
+from orchestrator.raised_at import raised_at
+from orchestrator.remote.admission import Admission, Anything
+from orchestrator.remote.block import WireError
 from orchestrator.remote.courses import courses_from_document, slopes_to_document
+from orchestrator.remote.declarations import connectors_to_message
+from orchestrator.remote.ending import request_to_document
 from orchestrator.remote.protocol import (
     CAPABILITIES,
-    ComponentSpec,
     Kind,
     Message,
-    connectors_to_message,
     generator_from_document,
     grid_from_document,
-    request_to_document,
 )
 from orchestrator.remote.sharing import NOTHING_SHARED, SharedMemory
-from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
+from orchestrator.remote.specification import ComponentSpec
+from orchestrator.remote.wire import SignalDecoder, SignalEncoder
 from orchestrator.signal import Causality, Connector, Signals
 
 _log = logging.getLogger(__name__)
@@ -99,13 +104,16 @@ class ComponentHost:
     Args:
         logs: gives the log records since it was called last, to travel with the reply.
         memory: shared with the orchestrator.
+        admission: what may be created.
     """
 
     def __init__(
         self,
         logs: Callable[[], list[tuple[str, int, str]]] = list,
         memory: SharedMemory = NOTHING_SHARED,
+        admission: Admission | None = None,
     ) -> None:
+        self._admission = Anything() if admission is None else admission
         self._logs = logs
         self._memory = memory
         self._component: Component | None = None
@@ -127,6 +135,7 @@ class ComponentHost:
             Kind.DUMP: self._dump,
             Kind.LOAD: self._load,
             Kind.SLOPES: self._slopes,
+            Kind.SELECT: self._select,
         }
 
     def handle(self, message: bytes) -> bytes:
@@ -138,9 +147,11 @@ class ComponentHost:
         command, offset = Message.decode(message)
         try:
             return self._actions[command.kind](command, message, offset)
-        # `exit()` in a component must not look like an orderly end of the host
-        except (Exception, SystemExit) as error:
-            document = {"failure": describe_failure(error), **self._log_document()}
+        except DEFECTS as error:
+            document = {
+                "failure": describe_failure(error, type(self._component)),
+                **self._log_document(),
+            }
             return command.reply(Kind.FAILED, document).encode()
 
     def close(self) -> None:
@@ -154,10 +165,13 @@ class ComponentHost:
 
     def _create(self, command: Message, message: bytes, offset: int) -> bytes:
         del message, offset
+        if self._component is not None:
+            raise WireError("the component was created already")
+        self._admission.check(command.document)
         spec = ComponentSpec.from_document(command.document)
         self._component = component_type_of(spec).create(spec.name, spec.values)
         self._asking = self._component.capability(EndRequesting)  # type: ignore[type-abstract]
-        connectors = dict(self._component.connectors)
+        connectors = declared(spec.name, self._component)
         self._connectors = {
             causality: {n: c for n, c in connectors.items() if c.causality is causality}
             for causality in Causality
@@ -210,14 +224,23 @@ class ComponentHost:
         document = {**slopes_to_document(source.slopes()), **self._log_document()}
         return command.reply(Kind.DONE, document).encode()
 
+    def _select(self, command: Message, message: bytes, offset: int) -> bytes:
+        del message, offset
+        selection = self._created().capability(OutputSelection)  # type: ignore[type-abstract]
+        if selection is None:
+            raise WireError("the component cannot leave outputs out")
+        selection.select(command.document["outputs"])
+        return self._reached(command).encode(self._output_block())
+
     def _step(self, command: Message, message: bytes, offset: int) -> bytes:
         if courses := command.document.get("courses"):
             follower = self._created().capability(CourseFollowing)  # type: ignore[type-abstract]
             if follower is None:
                 raise WireError("the component's inputs cannot change over a step")
             follower.follow(courses_from_document(courses))
-        self._created().step(self._inputs.decode(message, offset), command.t, command.h)
-        return self._reached(command).encode(self._output_block())
+        component = self._created()
+        component.step(self._inputs.decode(message, offset), command.t, command.h)
+        return self._reached(command).encode(self._block(component.outputs()))
 
     def _close(self, command: Message, message: bytes, offset: int) -> bytes:
         del message, offset
@@ -271,6 +294,8 @@ class ComponentHost:
         return self._block(self._created().outputs())
 
     def _block(self, outputs: Signals) -> list[Buffer]:
+        if wrong := not_a_mapping(outputs):
+            raise WireError(wrong)
         try:
             block = self._outputs.parts(outputs)
         except WireError as error:
@@ -285,25 +310,34 @@ class ComponentHost:
 
     def _reached(self, command: Message) -> Message:
         """`_done` behind a step, with what the component asks for."""
-        request = None if self._asking is None else self._asking.end_request
-        return command.reply(Kind.DONE, {**self._log_document(), **request_to_document(request)})
+        document = self._log_document()
+        if self._asking is not None:
+            document |= request_to_document(self._asking.end_request)
+        return command.reply(Kind.DONE, document)
 
     def _log_document(self) -> dict[str, Any]:
         records = self._logs()
         return {"logs": records} if records else {}
 
 
-def describe_failure(error: BaseException) -> dict[str, Any]:
-    """`error` as JSON: whose fault it is, what it says, and where it came from."""
-    component, time, text = "", None, str(error)
+def describe_failure(error: BaseException, owner: type | None = None) -> dict[str, Any]:
+    """`error` as JSON: whose fault it is, what it says, and where it came from.
+
+    Args:
+        error: that was raised.
+        owner: the class of the component.
+    """
+    component, time, text, where = "", None, str(error), ""
     if isinstance(error, ComponentError):
         component, time, text = error.component, error.time, error.message
+        where = error.where
     elif not isinstance(error, CosimError):
-        text = f"{type(error).__name__}: {error}"
+        text, where = f"{type(error).__name__}: {error}", raised_at(error, owner)
     return {
         "component": component,
         "time": time,
         "text": text,
+        "where": where,
         "is_type_error": isinstance(error, ComponentTypeError),
         "traceback": "".join(traceback.format_exception(error)),
     }

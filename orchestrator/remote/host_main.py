@@ -56,7 +56,8 @@ class RecordCollector(logging.Handler):
 def main() -> int:
     """Host one component until there are no more commands."""
     guarded(lifeline=0)
-    from orchestrator.remote.host import ComponentHost  # noqa: PLC0415 - the guard is small
+    from orchestrator.remote.admission import Exactly  # noqa: PLC0415 - the guard is small
+    from orchestrator.remote.host import ComponentHost  # noqa: PLC0415
 
     faulthandler.enable()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -67,7 +68,7 @@ def main() -> int:
     logs.setFormatter(logging.Formatter("%(message)s"))
     logging.basicConfig(level=instructions["log_level"], handlers=[logs])
     channel = _connect(instructions)
-    host = ComponentHost(logs.drain, channel.memory)
+    host = ComponentHost(logs.drain, channel.memory, Exactly(instructions["admits"]))
     try:
         while command := channel.receive():
             channel.send(host.handle(command))

@@ -24,16 +24,19 @@ from typing import Final
 from typing_extensions import override
 
 from orchestrator.errors import ComponentTypeError
+from orchestrator.remote.block import WireError
 from orchestrator.remote.host import HostChannel
 from orchestrator.remote.memory import Exchange, HostMemory, LinkMemory
 from orchestrator.remote.process import HostProcess
 from orchestrator.remote.segment import PlaceError, Segment, can_share
 from orchestrator.remote.sharing import NOTHING_SHARED, SharedMemory
 from orchestrator.remote.transport import Link, LinkLostError, ProcessLink, Transport, dismiss
-from orchestrator.remote.wire import WireError
 
 _HEAD: Final = struct.Struct("<Q")
 _BESIDE: Final = 1 << 63
+_SEGMENTS: Final = _BESIDE | 0xFFFF
+"""What says that there is something before a message, and how many segments of it."""
+
 _DESCRIPTORS: Final = 64
 """How many come with one message at most."""
 
@@ -97,8 +100,11 @@ class _Messages:
 
     def send(self, message: bytes) -> None:
         """Send `message`; `OSError` if the other end is gone."""
-        self._send_beside(*self._memory.leave())
         head = _HEAD.pack(len(message))
+        places, segments = self._memory.leave()
+        if places or segments:
+            head = self._beside_of(places, segments) + head
+        # in one piece, so that the other end is woken once
         if len(message) < _PIECE:
             self._socket.sendall(head + message)
         else:
@@ -118,22 +124,40 @@ class _Messages:
         if deadline is not None and not self._is_limited:
             _limit(self._socket, socket.SO_RCVTIMEO, _SLICE)
             self._is_limited = True
+        if self._length is None and not self._got:
+            start = self._next(_SMALL, deadline)
+            whole = self._whole(start)
+            if whole is not None:
+                return whole
+            self._keep(start)
         while self._length is None:
             if self._got < self._wanted:
                 self._read(_SMALL, deadline)
             else:
-                start = self._pieces[0] if len(self._pieces) == 1 else b"".join(self._pieces)
-                (head,) = _HEAD.unpack_from(start)
-                if len(start) == _HEAD.size + head:  # most are alone, and came at once
-                    self._keep(b"")
-                    return start[_HEAD.size :]
-                self._begin(start)
+                self._begin(self._pieces[0] if len(self._pieces) == 1 else b"".join(self._pieces))
         length = self._length
         while self._got < length:
             self._read(min(_PIECE, length - self._got), deadline)
         came, self._length = b"".join(self._pieces), None
         self._keep(came[length:])
         return came if len(came) == length else came[:length]
+
+    def _whole(self, start: bytes) -> bytes | None:
+        """The message, if that is what `start` is: most are alone, and come at once."""
+        length, offset = len(start), _HEAD.size
+        if length < offset:
+            return None
+        (head,) = _HEAD.unpack_from(start)
+        if head & _SEGMENTS == _BESIDE:
+            places = head >> 16 & 0xFFFFFFFF
+            after = offset + 8 * places
+            offset = after + _HEAD.size
+            if length < offset or _HEAD.unpack_from(start, after)[0] != length - offset:
+                return None
+            self._memory.arrive(struct.unpack_from(f"<{places}Q", start, _HEAD.size), ())
+        elif head != length - offset:
+            return None
+        return start[offset:]
 
     def _begin(self, start: bytes) -> None:
         """Read the length, and what there is before it once all of that is there."""
@@ -168,33 +192,37 @@ class _Messages:
         except OSError as error:
             raise PlaceError(f"no descriptors came: {error}") from None
 
-    def _send_beside(self, places: Sequence[int], segments: Sequence[Segment]) -> None:
-        if not places and not segments:
-            return
-        described = [number for segment in segments for number in (segment.number, segment.size)]
-        head = _HEAD.pack(_BESIDE | len(places) << 16 | len(segments))
-        head += struct.pack(f"<{len(places) + len(described)}Q", *places, *described)
+    def _beside_of(self, places: Sequence[int], segments: Sequence[Segment]) -> bytes:
+        """What is before a message, whose descriptors are sent."""
+        described = [number for each in segments for number in (each.number, each.size)]
+        count = _BESIDE | len(places) << 16 | len(segments)
+        head = struct.pack(f"<{1 + len(places) + len(described)}Q", count, *places, *described)
         if segments and self._beside is not None:
             descriptors = [segment.descriptor for segment in segments]
             socket.send_fds(self._beside, [b"\0"], descriptors)
-        self._socket.sendall(head)
+        return head
 
     def _keep(self, rest: bytes) -> None:
         self._pieces, self._got = ([rest] if rest else []), len(rest)
 
     def _read(self, most: int, deadline: float | None) -> None:
+        piece = self._next(most, deadline)
+        self._pieces.append(piece)
+        self._got += len(piece)
+
+    def _next(self, most: int, deadline: float | None) -> bytes:
+        """The next bytes, at least one and at most so many."""
         while True:
             is_over = deadline is not None and monotonic() >= deadline
             try:
                 piece = self._socket.recv(most, socket.MSG_DONTWAIT if is_over else 0)
-                break
             except BlockingIOError:
                 if is_over:
                     raise TimeoutError from None
-        if not piece:
-            raise EOFError
-        self._pieces.append(piece)
-        self._got += len(piece)
+                continue
+            if not piece:
+                raise EOFError
+            return piece
 
 
 class LocalChannel(HostChannel):
@@ -246,9 +274,10 @@ class LocalLink(ProcessLink):
         component: its name.
         number: of the host, from 1 on; 0: no memory is shared.
         exchange: of the values of all hosts.
+        admits: what the host may create.
     """
 
-    def __init__(self, component: str, number: int, exchange: Exchange) -> None:
+    def __init__(self, component: str, number: int, exchange: Exchange, admits: str) -> None:
         self._socket, theirs = socket.socketpair()
         _limit(self._socket, socket.SO_SNDTIMEO, _SEND_TIMEOUT)
         self._beside, theirs_beside = socket.socketpair()
@@ -263,6 +292,7 @@ class LocalLink(ProcessLink):
                 LocalChannel,
                 {"descriptor": descriptor, "beside": beside, "number": number},
                 self._disconnect,
+                admits=admits,
                 descriptors=(descriptor, beside),
             )
 
@@ -334,7 +364,12 @@ class LocalTransport(Transport):
         self._shares = shares and can_share()
         self._exchange = Exchange()
         self._count = 0
+        self._admitted: dict[str, str] = {}
         self._links: dict[str, LocalLink] = {}
+
+    @override
+    def admit(self, digests: Mapping[str, str]) -> None:
+        self._admitted.update(digests)
 
     @override
     def open(self, names: Sequence[str], timeout: float) -> Mapping[str, Link]:
@@ -352,7 +387,7 @@ class LocalTransport(Transport):
     def renew(self, name: str, timeout: float) -> Link:
         self._count += 1
         number = self._count if self._shares else 0
-        self._links[name] = LocalLink(name, number, self._exchange)
+        self._links[name] = LocalLink(name, number, self._exchange, self._admitted.get(name, ""))
         return self._links[name]
 
     @override

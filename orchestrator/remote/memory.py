@@ -104,7 +104,8 @@ class HostMemory(SharedMemory):
         return self._views.array(place, shape, dtype)
 
     @override
-    def read(self, place: int, length: int) -> bytes:
+    def read(self, place: int, length: int, signal: int) -> bytes:
+        del signal
         value = self._views.segment(place).read(place, length)
         self._ended.append(place)
         return value
@@ -113,7 +114,8 @@ class HostMemory(SharedMemory):
     def arrive(self, places: Sequence[int], segments: Sequence[tuple[int, int, int]]) -> None:
         for place in places:
             self._arena.free(place)
-        self._views.attach(segments)
+        if segments:
+            self._views.attach(segments)
 
     @override
     def leave(self) -> tuple[list[int], Sequence[Segment]]:
@@ -133,10 +135,11 @@ class Exchange:
         self._views = _Views(self._forget)
         self._segments: dict[int, Segment] = {}
         self._returned: dict[int, list[int]] = {}
+        self._copies: dict[int, tuple[bytes, int]] = {}
 
     def offer(self, value: Array | bytes) -> int:
         """The place of an array of any shape, or of bytes, that one more host will have."""
-        known = None if isinstance(value, bytes) else self._views.place_of(value)
+        known = self._copied(value) if isinstance(value, bytes) else self._views.place_of(value)
         place = self._own(value) if known is None else known
         self._holders[place] += 1
         return place
@@ -144,14 +147,23 @@ class Exchange:
     def array(self, place: int, shape: tuple[int, ...], dtype: "np.dtype[Any]") -> Array:
         """What a host made, to be held here: an array of `shape`."""
         array = self._views.array(place, shape, dtype)
-        self._holders[place] = 1
+        self._hold(place)
         return array
 
     def read(self, place: int, length: int) -> bytes:
-        """A copy of what a host made."""
+        """A copy of what a host made; who is offered this very object gets the place of that.
+
+        `forget` ends this: bytes do not tell when they end.
+        """
         value = self._views.segment(place).read(place, length)
-        self._returned.setdefault(place >> _OWNER_BITS, []).append(place)
+        self._hold(place)
+        self._copies[id(value)] = value, place
         return value
+
+    def forget(self, value: bytes) -> None:
+        """What `read` gave is not offered any more."""
+        _, place = self._copies.pop(id(value))
+        self._forget(place)
 
     def segment(self, place: int) -> Segment:
         """That of `place`, to be handed on."""
@@ -185,9 +197,17 @@ class Exchange:
 
     def close(self) -> None:
         """Close all descriptors; arrays stay as long as somebody has them."""
+        self._copies.clear()
         self._segments.clear()
         self._views.close()
         self._arena.close()
+
+    def _copied(self, value: bytes) -> int | None:
+        found = self._copies.get(id(value))
+        return None if found is None else found[1]
+
+    def _hold(self, place: int) -> None:
+        self._holders[place] = self._holders.get(place, 0) + 1
 
     def _own(self, value: Array | bytes) -> int:
         """Copy a value of this process to a place; that of an array is known while it lives."""
@@ -225,6 +245,7 @@ class LinkMemory(SharedMemory):
     def __init__(self, exchange: Exchange, owner: int) -> None:
         self._exchange = exchange
         self._owner = owner
+        self._copies: dict[int, bytes] = {}
         self._seen: set[int] = set()
         self._fresh: list[Segment] = []
 
@@ -243,13 +264,18 @@ class LinkMemory(SharedMemory):
         return self._exchange.array(place, shape, dtype)
 
     @override
-    def read(self, place: int, length: int) -> bytes:
+    def read(self, place: int, length: int, signal: int) -> bytes:
         self._check(place)
-        return self._exchange.read(place, length)
+        before = self._copies.pop(signal, None)
+        if before is not None:
+            self._exchange.forget(before)
+        value = self._copies[signal] = self._exchange.read(place, length)
+        return value
 
     @override
     def arrive(self, places: Sequence[int], segments: Sequence[tuple[int, int, int]]) -> None:
-        self._exchange.attach(self._owner, segments)
+        if segments:
+            self._exchange.attach(self._owner, segments)
         for place in places:
             self._exchange.release(place)
 

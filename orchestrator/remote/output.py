@@ -17,7 +17,10 @@ from orchestrator.byte_size import format_size
 if sys.platform == "linux":
     import fcntl
 
-_log = logging.getLogger(__name__)
+PRINTS: Final = __name__
+"""The logger of what components print."""
+
+_log = logging.getLogger(PRINTS)
 
 KEPT: Final = 1_000_000
 """What of a component's output goes to the log [byte]."""

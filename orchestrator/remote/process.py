@@ -3,8 +3,8 @@
 A host is spawned, never forked: a fork would share the sessions and threads of libraries that
 do not survive it. Parent and child agree on this:
 
-* The first line on the child's standard input is JSON: how to connect, and what to log. It is
-  not an argument because arguments can be read by every user of the machine.
+* The first line on the child's standard input is JSON: how to connect, what may be created there,
+  and what to log. It is not an argument because arguments can be read by every user of the machine.
 * Standard input then stays open and silent. Its end means that the parent is gone, however
   that came about, or wants the child to end, which it does at once, with all that it started.
 * The child has a folder for temporary files of its own, which the parent removes afterwards.
@@ -43,6 +43,14 @@ _THREAD_VARIABLES: Final = (
 )
 """Set to 1 unless the user set them: the processes share the cores among them already."""
 
+_KEPT_MEMORY: Final = {
+    "MALLOC_MMAP_THRESHOLD_": str(32 << 20),
+    "MALLOC_TRIM_THRESHOLD_": str(64 << 20),
+}
+"""What glibc keeps of memory that is freed, unless the user says so [byte]: the most that it comes
+to keep by itself. In a host, which has little else, the arrays of every step would go back to the
+system, and come from there in the next one, page by page."""
+
 _GUARD_TAKES: Final = 6.0
 """How long to leave the end of a host to its guard [s]."""
 
@@ -58,6 +66,7 @@ class HostProcess:
         channel: how the child connects; it is imported there by its name.
         options: arguments of `channel`, in terms of JSON.
         on_exit: called from another thread, once, after the child has ended.
+        admits: the digest of what it may create, see `orchestrator.remote.admission`.
         descriptors: that the child inherits, under the same numbers (POSIX).
     """
 
@@ -68,6 +77,7 @@ class HostProcess:
         options: Mapping[str, Any],
         on_exit: Callable[[], None],
         *,
+        admits: str,
         descriptors: Sequence[int] = (),
     ) -> None:
         self._component = component
@@ -82,7 +92,11 @@ class HostProcess:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            env={**child_environment(), **dict.fromkeys(_TEMPORARY, str(self._temporary))},
+            env={
+                **_KEPT_MEMORY,
+                **child_environment(),
+                **dict.fromkeys(_TEMPORARY, str(self._temporary)),
+            },
             # Ctrl-C in a terminal goes to all processes of its session; ours are ended in order
             start_new_session=True,
             pass_fds=tuple(descriptors),
@@ -94,6 +108,7 @@ class HostProcess:
             {
                 "channel": f"{channel.__module__}:{channel.__qualname__}",
                 "options": dict(options),
+                "admits": admits,
                 "log_level": logging.getLogger().getEffectiveLevel(),
             }
         )

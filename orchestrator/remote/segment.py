@@ -96,6 +96,8 @@ class Segment:
         Raises:
             PlaceError: it would reach beyond the segment.
         """
+        if dtype.hasobject:
+            raise PlaceError(f"elements of type {dtype} are addresses, which nobody shares")
         try:
             return np.ndarray(shape, dtype, self.memory, place & _MASK)
         except (TypeError, ValueError) as error:

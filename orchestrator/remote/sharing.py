@@ -66,8 +66,16 @@ class SharedMemory(abc.ABC):
         """What has to go beside the next message: places and segments, as for `arrive`."""
 
     @abc.abstractmethod
-    def read(self, place: int, length: int) -> bytes:
+    def read(self, place: int, length: int, signal: int) -> bytes:
         """A copy of `length` bytes that the peer has at `place`; call it once.
+
+        Handed on as the object that it is, it need not be copied again, until the next value of the
+        same signal comes.
+
+        Args:
+            place: where they are.
+            length: how many.
+            signal: the number of the signal of this link whose value they are.
 
         Raises:
             PlaceError: there is no such place.
@@ -96,7 +104,7 @@ class NothingShared(SharedMemory):
         return (), ()
 
     @override
-    def read(self, place: int, length: int) -> bytes:
+    def read(self, place: int, length: int, signal: int) -> bytes:
         raise PlaceError("no memory is shared with the peer")
 
 

@@ -34,6 +34,11 @@ class Link(abc.ABC):
         return NOTHING_SHARED
 
     @property
+    def site(self) -> str:
+        """Where the host is, if values that other hosts there gave can be named to it; or empty."""
+        return ""
+
+    @property
     def condition(self) -> str:
         """What is known to be wrong with the link, which may pass; empty if nothing is."""
         return ""
@@ -112,6 +117,14 @@ class Transport(abc.ABC):
     """
 
     makes_processes: ClassVar[bool] = True
+
+    def admit(self, digests: Mapping[str, str]) -> None:
+        """Say, before it is started, what a host may create; hosts in this process need not know.
+
+        Args:
+            digests: of what is to be created, by component, see `orchestrator.remote.admission`.
+                What was said of other components stays.
+        """
 
     @abc.abstractmethod
     def open(self, names: Sequence[str], timeout: float) -> Mapping[str, Link]:

@@ -4,58 +4,77 @@ A message carries values only; names, element types and contents are known to bo
 the connectors. A value that is *the same object* as the one sent before is not sent again: it
 is marked unchanged, and the receiver hands out the object it decoded before. Components that
 skip work for an unchanged input (`is`) therefore skip it in another process as well.
-Where both ends share memory, a large value is put there and its place travels.
-
-Layout of a block of signals; integers are unsigned and little-endian, every item is padded to
-16 bytes so that decoded arrays are aligned:
-
-    block: count u32 | 12 bytes zero | entry * count
-    entry: index u16 | form u8 | rank u8 | 0 u32 | data length u64
-           [16 bytes element type, NumPy's text, if form is FOREIGN]
-           length of each axis u64 * rank | padding
-           data | padding; if form is PLACED or PLACED_BINARY: place u64 | 8 bytes zero
+Where both ends share memory, a large value is put there and its place travels. How that is laid out
+says `orchestrator.remote.block`.
 """
 
-import math
-import re
 import struct
-from collections.abc import Mapping
-from typing import Any, Final
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from typing_extensions import Buffer
 
-from orchestrator.errors import CosimError
+from orchestrator.remote.block import (
+    BINARY,
+    COUNT,
+    DECLARED,
+    DECLARED_HEADS,
+    ENTRY,
+    FOREIGN,
+    NAMED,
+    PLACE,
+    PLACED,
+    PLACED_BINARY,
+    TIMES,
+    TYPE,
+    UNCHANGED,
+    WireError,
+    array_parts,
+    end_of,
+    padding,
+    read_array,
+    read_dtype,
+    read_shape,
+)
 from orchestrator.remote.segment import PlaceError
 from orchestrator.remote.sharing import NOTHING_SHARED, SharedMemory
 from orchestrator.signal import Array, Connector, Signal, Signals
 
-_COUNT: Final = struct.Struct("<I12x")
-_ENTRY: Final = struct.Struct("<HBBIQ")
-_TYPE: Final = struct.Struct("<16s")
-_PLACE: Final = struct.Struct("<Q8x")
-_MAX_RANK: Final = 32
-_PADDING: Final = tuple(bytes(-length % 16) for length in range(16))
-_TRAVELLING: Final = re.compile(r"[<>|][biufcSUmM][1-9]\d{0,8}(\[\d*[A-Za-z]+\])?")
-"""`dtype.str` of elements that are plain bytes and fully described by it."""
 
+class _Frame(NamedTuple):
+    """What is around the data of an array: most arrays are like the one before them.
 
-class WireError(CosimError):
-    """Bytes are not a message, or a value cannot become one."""
+    Attributes:
+        head: the entry, and the lengths of the axes.
+        shape: of the array.
+        dtype: of its elements, as declared.
+        size: of them all [1].
+        is_placed: whether their place follows, and not they.
+        padding: behind the data.
+    """
 
+    head: bytes
+    shape: tuple[int, ...]
+    dtype: "np.dtype[Any]"
+    size: int
+    is_placed: bool
+    padding: bytes
 
-# How an entry carries its value. Plain integers: an `Enum` costs more than the rest of an entry.
-_UNCHANGED: Final = 0  # not at all: it is the object that was sent last
-_DECLARED: Final = 1  # as an array of the element type that the connector declares
-_FOREIGN: Final = 2  # as an array of another element type; the receiver will want to complain
-_BINARY: Final = 3  # as bytes
-_PLACED: Final = 4  # as the place of an array of the declared element type in shared memory
-_PLACED_BINARY: Final = 5  # as the place of bytes in shared memory
+    @classmethod
+    def of(cls, head: bytes, value: Array, *, is_placed: bool = False) -> "_Frame":
+        """That of arrays like `value`, behind this head."""
+        return cls(head, value.shape, value.dtype, value.size, is_placed, padding(value.nbytes))
 
-
-def padding(length: int) -> bytes:
-    """The zeros that follow `length` bytes."""
-    return _PADDING[length % 16]
+    def read(self, message: bytes, offset: int, memory: SharedMemory) -> tuple[Array, int]:
+        """The array whose entry begins at `offset`, and the offset of what follows it."""
+        head, shape, dtype, size, is_placed, _ = self
+        begin = offset + len(head)
+        if is_placed:
+            return memory.array(PLACE.unpack_from(message, begin)[0], shape, dtype), begin + 16
+        after = end_of(message, begin, size * dtype.itemsize)
+        flat = np.frombuffer(message, dtype, size, begin)
+        return (flat if len(shape) == 1 else flat.reshape(shape)), after
 
 
 class SignalEncoder:
@@ -64,18 +83,25 @@ class SignalEncoder:
     Args:
         connectors: what may travel, by name; both ends need the same ones in the same order.
         memory: what the peer sees as well.
+        name_of: the name by which the peer knows a value; `None`: it does not. Without, it knows
+            no names.
     """
 
-    __slots__ = ("_index", "_last", "_memory", "_types", "_unchanged")
+    __slots__ = ("_frames", "_index", "_last", "_memory", "_name_of", "_types", "_unchanged")
 
     def __init__(
-        self, connectors: Mapping[str, Connector], memory: SharedMemory = NOTHING_SHARED
+        self,
+        connectors: Mapping[str, Connector],
+        memory: SharedMemory = NOTHING_SHARED,
+        name_of: Callable[[Signal], bytes | None] | None = None,
     ) -> None:
         self._memory = memory
+        self._name_of = name_of
         self._index = {name: index for index, name in enumerate(connectors)}
         self._types = _types(connectors)
         self._last: list[Signal | None] = [None] * len(connectors)
-        self._unchanged = [_ENTRY.pack(i, _UNCHANGED, 0, 0, 0) for i in range(len(connectors))]
+        self._frames: list[_Frame | None] = [None] * len(connectors)
+        self._unchanged = [ENTRY.pack(i, UNCHANGED, 0, 0, 0) for i in range(len(connectors))]
 
     def parts(self, signals: Signals) -> list[Buffer]:
         """The block that carries `signals`, as buffers to be joined once.
@@ -84,7 +110,7 @@ class SignalEncoder:
             WireError: a name is not declared, or a value is neither an array nor bytes. The
                 encoder cannot be used any more, because its peer did not see what it saw.
         """
-        block: list[Buffer] = [_COUNT.pack(len(signals))]
+        block: list[Buffer] = [COUNT.pack(len(signals))]
         for name, value in signals.items():
             index = self._index.get(name)
             if index is None:
@@ -93,36 +119,63 @@ class SignalEncoder:
                 block.append(self._unchanged[index])
                 continue
             self._last[index] = value
-            block += self._value_parts(index, name, value)
+            frame = self._frames[index]
+            if (
+                frame is not None
+                and type(value) is np.ndarray
+                and value.shape == frame.shape
+                and value.dtype is frame.dtype
+                and self._name_of is None
+                and (frame.is_placed or value.flags.c_contiguous)
+            ):
+                if frame.is_placed:
+                    block += frame.head, PLACE.pack(self._memory.place(value))
+                else:
+                    block += frame.head, value.data, frame.padding
+            else:
+                block += self._value_parts(index, name, value)
         return block
 
     def _value_parts(self, index: int, name: str, value: Any) -> tuple[Buffer, ...]:
+        named = None if self._name_of is None else self._name_of(value)
+        if named is not None and (isinstance(value, bytes) or value.dtype == self._types[index]):
+            return ENTRY.pack(index, NAMED, 0, 0, len(named)), named, padding(len(named))
         if isinstance(value, bytes):
             length = len(value)
             if length < self._memory.least:
-                return _ENTRY.pack(index, _BINARY, 0, 0, length), value, padding(length)
-            head = _ENTRY.pack(index, _PLACED_BINARY, 0, 0, length)
-            return head, _PLACE.pack(self._memory.place(value))
+                return ENTRY.pack(index, BINARY, 0, 0, length), value, padding(length)
+            head = ENTRY.pack(index, PLACED_BINARY, 0, 0, length)
+            return head, PLACE.pack(self._memory.place(value))
         if (
             isinstance(value, np.ndarray)
             and value.nbytes >= self._memory.least
             and value.dtype == self._types[index]
         ):
-            head = _DECLARED_HEADS[value.ndim].pack(
-                index, _PLACED, value.ndim, 0, value.nbytes, *value.shape
+            head = DECLARED_HEADS[value.ndim].pack(
+                index, PLACED, value.ndim, 0, value.nbytes, *value.shape
             )
-            return head, _PLACE.pack(self._memory.place(value))
-        return _array_parts(index, name, value, self._types[index])
+            if value.dtype is self._types[index]:
+                self._frames[index] = _Frame.of(head, value, is_placed=True)
+            return head, PLACE.pack(self._memory.place(value))
+        parts = array_parts(index, name, value, self._types[index])
+        dtype: np.dtype[Any] = value.dtype
+        self._frames[index] = (
+            _Frame.of(bytes(parts[0]), value)
+            if dtype is self._types[index] and dtype.kind not in TIMES
+            else None
+        )
+        return parts
 
 
 class SignalDecoder:
     """Decodes what a `SignalEncoder` with the same connectors encoded, message by message."""
 
-    __slots__ = ("_last", "_memory", "_names", "_types")
+    __slots__ = ("_frames", "_last", "_memory", "_names", "_types")
 
     def __init__(
         self, connectors: Mapping[str, Connector], memory: SharedMemory = NOTHING_SHARED
     ) -> None:
+        self._frames: list[_Frame | None] = [None] * len(connectors)
         self._memory = memory
         self._names = tuple(connectors)
         self._types = _types(connectors)
@@ -139,33 +192,19 @@ class SignalDecoder:
                 be used any more.
         """
         decoded: dict[str, Signal] = {}
-        value: Signal | None
+        value: Signal
         try:
-            (count,) = _COUNT.unpack_from(message, offset)
+            (count,) = COUNT.unpack_from(message, offset)
             offset += 16
             for _ in range(count):
-                index, form, rank, _reserved, length = _ENTRY.unpack_from(message, offset)
-                offset += 16
+                head = ENTRY.unpack_from(message, offset)
+                index = head[0]
                 name = self._name(index, decoded)
-                if form == _UNCHANGED:
-                    value = self._last[index]
-                    if value is None:
-                        raise WireError(f"signal `{name}` is unchanged, but was never sent")
-                elif form == _BINARY:
-                    after = _after(message, offset, length)
-                    value = message[offset : offset + length]
-                    offset = after
-                elif form == _PLACED_BINARY:
-                    (place,) = _PLACE.unpack_from(message, offset)
-                    value = self._memory.read(place, length)
-                    offset += 16
-                elif form == _PLACED:
-                    value, offset = self._placed_array(message, offset, index, rank, length)
+                frame = self._frames[index]
+                if frame is not None and message.startswith(frame.head, offset):
+                    value, offset = frame.read(message, offset, self._memory)
                 else:
-                    dtype = self._element_type(message, offset, index, form)
-                    if form == _FOREIGN:
-                        offset += _TYPE.size
-                    value, offset = _read_array(message, offset, dtype, rank, length)
+                    value, offset = self._value(message, offset + 16, head)
                 self._last[index] = decoded[name] = value
         except struct.error:
             raise WireError(f"a message of {len(message)} bytes ends too early") from None
@@ -175,25 +214,55 @@ class SignalDecoder:
             raise WireError(f"the signals end at byte {offset} of {len(message)}")
         return decoded
 
+    def _value(
+        self, message: bytes, offset: int, head: tuple[int, int, int, int, int]
+    ) -> tuple[Signal, int]:
+        """The value of the entry with this head, and the offset of what follows it."""
+        index, form, rank, _reserved, length = head
+        if form == UNCHANGED:
+            last = self._last[index]
+            if last is None:
+                raise WireError(f"signal `{self._names[index]}` is unchanged, but was never sent")
+            return last, offset
+        if form == BINARY:
+            after = end_of(message, offset, length)
+            return message[offset : offset + length], after
+        if form == PLACED_BINARY:
+            (place,) = PLACE.unpack_from(message, offset)
+            return self._memory.read(place, length, index), offset + 16
+        if form == PLACED:
+            return self._placed_array(message, offset, index, rank, length)
+        dtype = self._element_type(message, offset, index, form)
+        begin = offset + (TYPE.size if form == FOREIGN else 0)
+        value, after = read_array(message, begin, dtype, rank, length)
+        if form == DECLARED and length:
+            entry = message[offset - 16 : offset + ((8 * rank + 15) & -16)]
+            self._frames[index] = _Frame.of(entry, value)
+        return value, after
+
     def _placed_array(
         self, message: bytes, offset: int, index: int, rank: int, length: int
     ) -> tuple[Array, int]:
-        dtype = self._element_type(message, offset, index, _DECLARED)
-        shape, offset = _read_shape(message, offset, dtype, rank, length)
-        (place,) = _PLACE.unpack_from(message, offset)
-        return self._memory.array(place, shape, dtype), offset + 16
+        entry = offset - 16
+        dtype = self._element_type(message, offset, index, DECLARED)
+        shape, offset = read_shape(message, offset, dtype, rank, length)
+        (place,) = PLACE.unpack_from(message, offset)
+        value = self._memory.array(place, shape, dtype)
+        self._frames[index] = _Frame.of(message[entry:offset], value, is_placed=True)
+        return value, offset + 16
 
     def _name(self, index: int, decoded: Signals) -> str:
         if index >= len(self._names):
             raise WireError(f"signal {index} of {len(self._names)} does not exist")
-        if self._names[index] in decoded:
-            raise WireError(f"signal `{self._names[index]}` occurs twice")
-        return self._names[index]
+        name = self._names[index]
+        if name in decoded:
+            raise WireError(f"signal `{name}` occurs twice")
+        return name
 
     def _element_type(self, message: bytes, offset: int, index: int, form: int) -> "np.dtype[Any]":
-        if form == _FOREIGN:
-            return _read_dtype(message, offset)
-        if form != _DECLARED:
+        if form == FOREIGN:
+            return read_dtype(message, offset)
+        if form != DECLARED:
             raise WireError(f"signal `{self._names[index]}` has the unknown form {form}")
         dtype = self._types[index]
         if dtype is None:
@@ -203,88 +272,3 @@ class SignalDecoder:
 
 def _types(connectors: Mapping[str, Connector]) -> "list[np.dtype[Any] | None]":
     return [None if c.is_binary else np.dtype(c.dtype) for c in connectors.values()]
-
-
-def _heads(with_type: str) -> tuple[struct.Struct, ...]:
-    """Entry and lengths of the axes, for every rank."""
-    return tuple(
-        struct.Struct(f"<HBBIQ{with_type}{rank}Q{8 * (rank % 2)}x") for rank in range(_MAX_RANK + 1)
-    )
-
-
-_DECLARED_HEADS: Final = _heads("")
-_FOREIGN_HEADS: Final = _heads("16s")
-_SHAPES: Final = tuple(struct.Struct(f"<{rank}Q") for rank in range(_MAX_RANK + 1))
-
-
-def _array_parts(
-    index: int, name: str, value: Any, declared: "np.dtype[Any] | None"
-) -> tuple[Buffer, ...]:
-    if not isinstance(value, np.ndarray):
-        raise WireError(
-            f"`{name}` is {type(value).__name__}, neither an array nor bytes; "
-            "write `np.asarray(...)`"
-        )
-    # `ascontiguousarray` would turn rank 0 into rank 1
-    data = value if value.flags.c_contiguous else value.copy(order="C")
-    length = data.nbytes
-    rank = data.ndim
-    dtype = data.dtype
-    if dtype == declared:
-        head = _DECLARED_HEADS[rank].pack(index, _DECLARED, rank, 0, length, *data.shape)
-    else:
-        text = dtype.str.encode()
-        if not _TRAVELLING.fullmatch(dtype.str) or len(text) > _TYPE.size:
-            raise WireError(f"`{name}` has elements of type {dtype}, which cannot travel")
-        head = _FOREIGN_HEADS[rank].pack(index, _FOREIGN, rank, 0, length, text, *data.shape)
-    if dtype.kind in "mM":
-        data = data.view(np.int64)  # the buffer protocol does not know times
-    return head, data.data, _PADDING[length % 16]
-
-
-def _read_dtype(message: bytes, offset: int) -> "np.dtype[Any]":
-    (raw,) = _TYPE.unpack_from(message, offset)
-    text = raw.rstrip(b"\0").decode("latin-1")
-    try:
-        if _TRAVELLING.fullmatch(text):
-            dtype: np.dtype[Any] = np.dtype(text)
-            return dtype
-    except (TypeError, ValueError):
-        pass
-    raise WireError(f"{text!r} is not an element type")
-
-
-def _read_shape(
-    message: bytes, offset: int, dtype: "np.dtype[Any]", rank: int, length: int
-) -> tuple[tuple[int, ...], int]:
-    if rank > _MAX_RANK:
-        raise WireError(f"an array of rank {rank}")
-    shape = _SHAPES[rank].unpack_from(message, offset)
-    offset += (8 * rank + 15) & -16
-    if math.prod(shape) * dtype.itemsize != length:
-        raise WireError(f"{length} bytes cannot be an array of {dtype}{list(shape)}")
-    return shape, offset
-
-
-def _read_array(
-    message: bytes, offset: int, dtype: "np.dtype[Any]", rank: int, length: int
-) -> tuple[Array, int]:
-    shape, offset = _read_shape(message, offset, dtype, rank, length)
-    after = _after(message, offset, length)
-    try:
-        if length == 0:
-            empty = np.empty(shape, dtype)
-            empty.flags.writeable = False
-            return empty, after
-        flat = np.frombuffer(message, dtype, length // dtype.itemsize, offset)
-        return (flat if rank == 1 else flat.reshape(shape)), after
-    except ValueError as error:
-        raise WireError(f"an array of {dtype}{list(shape)}: {error}") from None
-
-
-def _after(message: bytes, offset: int, length: int) -> int:
-    """The offset of what follows `length` bytes and their padding."""
-    after = offset + ((length + 15) & -16)
-    if after > len(message):
-        raise WireError(f"a message of {len(message)} bytes ends too early")
-    return after

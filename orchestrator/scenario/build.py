@@ -8,15 +8,15 @@ from typing import Any, Final, TypeVar, cast
 
 from pydantic import ValidationError
 
-from orchestrator import registry
 from orchestrator.algorithm.base import CosimulationAlgorithm, algorithm_type
 from orchestrator.errors import ComponentTypeError, Problem, ScenarioError
 from orchestrator.limits import Deadlines, Limits, can_limit_memory
-from orchestrator.local_module import file_of, is_reference, local_type
 from orchestrator.measure import Measure, measure_type
-from orchestrator.parameters import ComponentType, Parameter, Parametrised, declared
+from orchestrator.parameters import Parameter, Parametrised, declared
 from orchestrator.report import Report, report_type
 from orchestrator.scenario import diagnosis, extension, routes, schema
+from orchestrator.scenario.absent import AbsentType, are_absent_files
+from orchestrator.scenario.component_types import module_of, type_of
 from orchestrator.scenario.conversion import Conversion
 from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.expansion import Expansion, overridden
@@ -48,8 +48,13 @@ def load_scenario(path: Path, overrides: Sequence[str] = ()) -> Scenario:
         ScenarioError: all problems, each at its place. Whether the connections fit is known
             only once the components exist; see `wiring.assemble`.
     """
-    expansion = overridden(extension.read(path), overrides)
-    return _Build(path, tuple(overrides), expansion.document, expansion).scenario()
+    return built(extension.read(path), path, overrides)
+
+
+def built(document: Document, path: Path, overrides: Sequence[str] = ()) -> Scenario:
+    """Do as `load_scenario` with a document that was read already."""
+    found = overridden(document, overrides)
+    return _Build(path, tuple(overrides), found.document, found).scenario()
 
 
 _P = TypeVar("_P", bound=Parametrised)
@@ -77,7 +82,11 @@ class _Build:
         components = self._components()
         self.problems += crowding(
             self.document,
-            {n: use for n, use in self.sound.items() if use.process is Isolation.NEVER},
+            {
+                name: use
+                for name, use in self.sound.items()
+                if use.process is Isolation.NEVER and use.host is None
+            },
         )
         self._check_sources()
         if file is None:
@@ -152,7 +161,7 @@ class _Build:
             use = self._component(name, entry)
             if use is not None:
                 found[name] = use
-                if len(self.problems) == before:
+                if len(self.problems) == before and not isinstance(use.type, AbsentType):
                     self.sound[name] = use
         return found
 
@@ -167,30 +176,48 @@ class _Build:
         if entry.fmu is not None:
             fmu = (self.document.folder((*address, "fmu")) / entry.fmu).absolute()
         try:
-            found = _type(entry.type, fmu, self.document.folder((*address, "type")))
+            found = type_of(entry.type, fmu, self.document.folder((*address, "type")))
         except ComponentTypeError as error:
-            self._add((*address, "type" if fmu is None else "fmu"), str(error))
-            return None
+            if entry.host is None:
+                self._add((*address, "type" if fmu is None else "fmu"), str(error))
+                return None
+            found = AbsentType(str(error), entry.parameters)
+        given = {} if isinstance(found, AbsentType) else entry.parameters
+        before = len(self.problems)
+        values = self._values((*address, "parameters"), found.parameters, given)
+        wrong = self.problems[before:]
+        if entry.host is not None and are_absent_files(wrong):
+            del self.problems[before:]
+            found, values = AbsentType(wrong[0].what, entry.parameters, wrong[0].where), {}
         return ComponentUse(
             name=name,
             type_name=entry.type,
             fmu=fmu,
             type=found,
-            module=_module(entry.type, self.document.folder((*address, "type"))),
+            module=module_of(entry.type, self.document.folder((*address, "type"))),
             step=entry.step,
             process=entry.process,
             limits=self._limits(address, entry),
-            values=self._values((*address, "parameters"), found.parameters, entry.parameters),
+            host=entry.host,
+            without=tuple(entry.without),
+            values=values,
         )
 
     def _limits(self, address: Address, entry: schema.ComponentEntry) -> Limits:
-        """What its process may take; a component without one has no limits."""
+        """What its process or host may take; a component without either has no limits."""
         said = entry.model_fields_set & {"deadline", "memory", "on_failure"}
-        for key in sorted(said) if entry.process is Isolation.NEVER else ():
+        is_here = entry.process is Isolation.NEVER and entry.host is None
+        for key in sorted(said) if is_here else ():
             self._add((*address, key), APART_ONLY, at_key=True)
         if entry.memory is not None and not can_limit_memory():
             self._add((*address, "memory"), "can be limited on Linux only", at_key=True)
-        times = Deadlines(create=seconds(entry.deadline.setup), step=seconds(entry.deadline.step))
+        deadline = entry.deadline
+        create = deadline.setup if deadline.create is None else deadline.create
+        times = Deadlines(
+            create=seconds(create),
+            setup=seconds(deadline.setup),
+            step=seconds(deadline.step),
+        )
         return Limits(deadlines=times, memory=entry.memory, on_failure=entry.on_failure)
 
     def _coupling(
@@ -371,17 +398,3 @@ class _Build:
     def _check_name(self, address: Address, name: str, names: Sequence[str]) -> None:
         if name not in names:
             self._add(address, f"there is no component `{name}`; {suggestion(name, names)}")
-
-
-def _module(name: str | None, folder: Path) -> Path | None:
-    """The file of a type that is named by a class in it."""
-    return file_of(name, folder) if name is not None and is_reference(name) else None
-
-
-def _type(name: str | None, fmu: Path | None, folder: Path) -> ComponentType:
-    if fmu is not None:
-        return registry.fmu_type(fmu)
-    assert name is not None  # noqa: S101 - one of the two is given, checked by the caller
-    if is_reference(name):
-        return local_type(name, folder)
-    return registry.component_type(name)

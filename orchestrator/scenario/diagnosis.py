@@ -22,6 +22,9 @@ _KINDS = {
     "list_type": "a list, `[a, b]` or lines that begin with `- `",
 }
 
+_ARROW = re.compile(r"\s*(\S+)\s*(?:->|=>|→)\s*(\S+)\s*")
+"""A connection as many would write it."""
+
 
 def problems(
     document: Document,
@@ -56,7 +59,20 @@ def _problem(
         hint = suggestion(str(key), _keys(model, parent))
         what = f"`{key}` is not a key here; {hint}"
         return Problem(document.key(address), f"{spell(parent, whole)}: {what}")
-    return Problem(document.value(address), f"{spell(address, whole)}: {_describe(error)}")
+    what = _describe(error) + _written(address, error["input"])
+    return Problem(document.value(address), f"{spell(address, whole)}: {what}")
+
+
+def _written(address: Address, said: object) -> str:
+    """How to write a whole connection or component; the only thing wrong with one is its kind."""
+    match address:
+        case ("connections", int()):
+            ends = _ARROW.fullmatch(said) if isinstance(said, str) else None
+            source, target = ends.groups() if ends else ("one.output", "other.input")
+            return f"; write `{{from: {source}, to: {target}}}`"
+        case ("components", str()):
+            return "; write `{type: ..., step: ...}`"
+    return ""
 
 
 def once(document: Document, problems: Iterable[Problem]) -> list[Problem]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
@@ -23,6 +24,9 @@ MAXIMUM_DEPTH: Final = 60
 
 MAXIMUM_BYTES: Final = 16 * 1024 * 1024
 """A file may have so many bytes: more than `MAXIMUM_VALUES` of a hundred bytes each."""
+
+_KEPT: Final = 100_000
+"""The nodes of a text with so many characters are kept for the next who reads it."""
 
 _ARCHIVE: Final = b"PK\x03\x04"
 """How ZIP archives begin."""
@@ -143,7 +147,7 @@ def _failure(file: str, line: int, column: int, what: str) -> ScenarioError:
 def _compose(text: str, file: str, offset: int) -> yaml.Node:
     """Parse `text` into nodes, or say where it stops being YAML."""
     try:
-        root = yaml12.Parsing(text).get_single_node()
+        root = _nodes(text) if len(text) <= _KEPT else _nodes.__wrapped__(text)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = _location(file, mark, offset) if mark else Location(file, 1, 1)
@@ -160,6 +164,13 @@ def _compose(text: str, file: str, offset: int) -> yaml.Node:
         what = "the file is empty; see docs/scenario-reference.md for what a scenario contains"
         raise _failure(file, 1, 1, what)
     return root
+
+
+@lru_cache(maxsize=64)
+def _nodes(text: str) -> yaml.Node | None:
+    """The nodes of `text`, which nobody changes: an experiment reads a scenario many times."""
+    found: yaml.Node | None = yaml12.Parsing(text).get_single_node()
+    return found
 
 
 def _location(file: str, mark: yaml.Mark, offset: int) -> Location:

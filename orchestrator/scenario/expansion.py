@@ -137,9 +137,10 @@ class _Expanding:
 
     def _same(self, value: Any, address: Address) -> Any:
         """A part in which braces mean nothing."""
-        for old, place in self.source.places.items():
-            if old[: len(address)] == address:
-                self.places[old] = place
+        self._put(address, address)
+        inner = value.items() if isinstance(value, dict) else ()
+        for key, each in enumerate(value) if isinstance(value, list) else inner:
+            self._same(each, (*address, key))
         return value
 
     def _names(self, value: Any, address: Address) -> Any:
@@ -232,10 +233,11 @@ class _Expanding:
             family, old = self.families.components.get(name), (*address, name)
             bare = _without_family(entry)
             if family is None:
-                is_lost = name in self.families.lost
-                copies[name] = (
-                    self._same(bare, old) if is_lost else self._copied(bare, old, old, {})
-                )
+                if name in self.families.lost:
+                    self._same(entry, old)
+                    copies[name] = bare
+                else:
+                    copies[name] = self._copied(bare, old, old, {})
                 continue
             for member in self.families.members[family]:
                 copy = instance(name, member)

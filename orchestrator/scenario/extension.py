@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.errors import Location, Problem, ScenarioError
+from orchestrator.regular_files import why_no_file
 from orchestrator.scenario.conversion import DISTRIBUTIONS
 from orchestrator.scenario.diagnosis import show
 from orchestrator.scenario.document import Address, Document, Place
@@ -53,14 +54,8 @@ def _base(document: Document) -> Path | None:
     if not isinstance(name, str) or not name:
         raise _error(where, f"{KEY}: expected the path of a scenario file, got {show(name)}")
     path = document.folder((KEY,)) / name
-    try:
-        is_there = path.is_file()
-    except (OSError, ValueError):  # too long, or a null byte
-        is_there = False
-    if not is_there:
-        absolute = os.path.normpath(path.absolute())
-        what = f"{KEY}: there is no file {absolute} (the path is relative to this file)"
-        raise _error(where, what)
+    if what := why_no_file(path):
+        raise _error(where, f"{KEY}: {what}")
     return path
 
 

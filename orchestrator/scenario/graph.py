@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from orchestrator.algorithm.age import Age
-from orchestrator.algorithm.base import Pattern
+from orchestrator.algorithm.base import Pattern, ages_of
 from orchestrator.constant import shown
 from orchestrator.feedthrough import describe_outcome, is_within, loops
+from orchestrator.gaps import Gap, gaps
 from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.wiring import Assembly
@@ -30,6 +31,7 @@ class Node:
         layer: the number of components before it on the longest chain without delay.
         feedthrough: for each output that has any, the inputs it depends on at the same time.
         lag: how old these inputs are when the output is published [ns].
+        host: on which it is, where a hosts file says how to get there.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Node:
     layer: int
     feedthrough: Mapping[str, tuple[str, ...]]
     lag: StepSize = 0
+    host: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,12 +78,14 @@ class Graph:
             sample time of their own have an edge of their own.
         constants: inputs, or elements of them, with their values.
         loops: one sentence per algebraic loop.
+        gaps: inputs that nothing drives.
     """
 
     nodes: tuple[Node, ...]
     edges: tuple[Edge, ...]
     constants: tuple[tuple[str, str], ...]
     loops: tuple[str, ...]
+    gaps: tuple[Gap, ...] = ()
 
 
 class _Key(NamedTuple):
@@ -108,6 +113,7 @@ def graph_of(scenario: Scenario, assembly: Assembly) -> Graph:
             layer=layers[name],
             feedthrough=_feedthrough(assembly, name),
             lag=lags.get(name, 0),
+            host=scenario.components[name].host,
         )
         for name in assembly.turns
     )
@@ -118,7 +124,9 @@ def graph_of(scenario: Scenario, assembly: Assembly) -> Graph:
     constants = tuple(
         (f"{each.target}{each.placed}", shown(each.value)) for each in assembly.system.constants
     )
-    return Graph(nodes, edges, constants, tuple(sentences))
+    without = {name: use.without for name, use in scenario.components.items()}
+    left_open = gaps(assembly.system, without)
+    return Graph(nodes, edges, constants, tuple(sentences), left_open)
 
 
 def _edges(assembly: Assembly, turn: Mapping[str, int]) -> tuple[Edge, ...]:
@@ -126,7 +134,7 @@ def _edges(assembly: Assembly, turn: Mapping[str, int]) -> tuple[Edge, ...]:
     for link in system.connections:
         way = link.way
         links[_Key(link.source.component, link.target.component, way.delay, way.sample)] += [link]
-    ages = assembly.algorithm.ages(system)
+    ages = ages_of(assembly.algorithm, system)
     reads_at_start = assembly.algorithm.pattern is Pattern.PARALLEL
     edges = []
     for key in sorted(links, key=lambda k: (turn[k.source], turn[k.target], k.delay, k.sample)):
@@ -212,7 +220,7 @@ def folded(graph: Graph) -> Graph:
         replace(alike[0], name=entry, copies=len(alike), layer=layers[entry])
         for entry, alike in instances.items()
     )
-    return Graph(nodes, edges, graph.constants, graph.loops)
+    return Graph(nodes, edges, graph.constants, graph.loops, graph.gaps)
 
 
 def grouped(

@@ -17,6 +17,7 @@ from orchestrator.measure import Measure, defaults
 from orchestrator.parameters import DRAWN, REQUIRED, ComponentType, declared
 from orchestrator.questions import Questions
 from orchestrator.report import Report
+from orchestrator.scenario.absent import AbsentType
 from orchestrator.scenario.document import Address, Document
 from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.units import format_duration
@@ -41,7 +42,9 @@ class ComponentUse:
         type: what creates it.
         step: communication step size [ns].
         process: whether it runs in a process of its own.
-        limits: of that process.
+        limits: of that process, or of the host.
+        host: on which it is, where a hosts file says how to get there.
+        without: inputs, or groups of them, that nothing shall drive.
         values: the parameters that the scenario sets, in their declared type and unit.
     """
 
@@ -54,6 +57,8 @@ class ComponentUse:
     values: Mapping[str, Any]
     module: Path | None = None
     limits: Limits = USUAL
+    host: str | None = None
+    without: tuple[str, ...] = ()
 
     def reference(self) -> str | None:
         """The type's name, which for a class in a file has the whole path of it."""
@@ -247,19 +252,28 @@ def _source(use: ConnectionUse) -> dict[str, Any]:
 
 def _resolved(use: ComponentUse) -> dict[str, Any]:
     declared = use.type.parameters
+    said = {n: written(declared[n], v) for n, v in use.all_values().items()}
+    if isinstance(use.type, AbsentType):
+        said = dict(use.type.said)
     return {
         **({"type": use.reference()} if use.fmu is None else {"fmu": str(use.fmu)}),
         "step": format_duration(use.step),
         "process": use.process.value,
+        **({} if use.host is None else {"host": use.host}),
         **_limits(use.limits),
-        "parameters": {n: written(declared[n], v) for n, v in use.all_values().items()},
+        **({"without": list(use.without)} if use.without else {}),
+        "parameters": said,
     }
 
 
 def _limits(limits: Limits) -> dict[str, Any]:
     """What differs from the defaults."""
     own, usual = limits.deadlines, USUAL.deadlines
-    times = {"setup": (own.create, usual.create), "step": (own.step, usual.step)}
+    times = {
+        "create": (own.create, own.setup),
+        "setup": (own.setup, usual.setup),
+        "step": (own.step, usual.step),
+    }
     changed = {key: f"{value:g} s" for key, (value, default) in times.items() if value != default}
     return {
         **({"deadline": changed} if changed else {}),

@@ -36,10 +36,11 @@ def belonging_here(document: Document, uses: Mapping[str, ComponentUse]) -> Iter
         uses: by name; those that are not marked are left out.
     """
     for name, use in uses.items():
-        is_marked = use.process is not Isolation.NEVER
+        key = "process" if use.host is None else "host"
+        is_marked = use.process is not Isolation.NEVER or use.host is not None
         if is_marked and any(not path.is_absolute() for path in _files(use)):
-            what = "writes into the directory of the run, which is here; remove `process`"
-            where = document.value(("components", name, "process"))
+            what = f"writes into the directory of the run, which is here; remove `{key}`"
+            where = document.value(("components", name, key))
             yield Problem(where, f"{spell(('components', name))}: {what}")
 
 

@@ -1,8 +1,10 @@
-"""What scenario files say of processes: who has one, and what it may take."""
+"""What scenario files say of processes and hosts: who has one, and what it may take."""
 
-from typing import Annotated, Any
+import re
+from typing import Annotated, Any, Final
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -37,6 +39,21 @@ def _isolation(value: object) -> Isolation:
     return ISOLATIONS[value]
 
 
+_HOST: Final = r"^[A-Za-z0-9_{][A-Za-z0-9_{}-]*$"
+
+
+def _host(text: str) -> str:
+    if re.fullmatch(_HOST, text) is None:
+        rest = "write letters, digits, `_` and `-` (not first)"
+        raise ValueError(f"`{text}` cannot be the name of a host; {rest}")
+    return text
+
+
+HostName = Annotated[
+    str, AfterValidator(_host), WithJsonSchema({"type": "string", "pattern": _HOST})
+]
+
+
 def _shown(default: JsonValue) -> Any:
     """What the JSON Schema calls the default: as a file writes it."""
     return Field(json_schema_extra={"default": default})
@@ -49,8 +66,12 @@ class DeadlineEntry(BaseModel):
         extra="forbid", frozen=True, strict=True, use_attribute_docstrings=True
     )
 
+    create: Annotated[_WallTime | None, Field(examples=["2 min"])] = None
+    """The time to start the process and to create the component; that of `setup`, unless it is
+    said."""
+
     setup: Annotated[_WallTime, _shown("60 s")] = 60_000_000_000
-    """The time to start the process, to create the component, to set it up, to initialise it."""
+    """The time to set the component up, and to initialise it."""
 
     step: Annotated[_WallTime, _shown("30 s")] = 30_000_000_000
     """The time for one step."""

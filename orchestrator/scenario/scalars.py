@@ -15,6 +15,13 @@ from orchestrator.units import Unit, UnitError, parse_quantity, parse_unit
 
 _N = TypeVar("_N", int, float)
 
+_LEAST: Final = -(1 << 63)
+_MOST: Final = (1 << 64) - 1
+"""Whole numbers are those that 64 bits hold, with a sign or without."""
+
+NO_FILE: Final = "there is no file"
+"""How the message about a path that leads nowhere begins."""
+
 
 class ScalarProblem(ValueError):  # noqa: N818 - one sentence, to be located by the caller
     """A value that a parameter cannot take; the message says what to write instead."""
@@ -55,7 +62,7 @@ def _existing(parameter: Parameter, value: Any, folder: Path) -> Path:
     try:
         kind = endless(path)
     except (OSError, ValueError):  # there is none; the path is too long, or has a null byte
-        what = f"there is no file {path} (paths are relative to the scenario file)"
+        what = f"{NO_FILE} {path} (paths are relative to the scenario file)"
         raise ScalarProblem(what) from None
     if kind:
         raise ScalarProblem(f"{path} is {kind}, not a file")
@@ -82,7 +89,10 @@ def _whole(parameter: Parameter, value: Any) -> int:
     exact = _number(parameter, value, "a whole number")
     if exact.denominator != 1:
         raise ScalarProblem(f"expected a whole number{_in_unit(parameter)}, got {show(value)}")
-    return _bounded(parameter, int(exact), value)
+    number = int(exact)
+    if not _LEAST <= number <= _MOST:
+        raise ScalarProblem(f"{show(value)} is too large")
+    return _bounded(parameter, number, value)
 
 
 def _real(parameter: Parameter, value: Any) -> float:
@@ -96,7 +106,7 @@ def _real(parameter: Parameter, value: Any) -> float:
 def _number(parameter: Parameter, value: Any, expected: str) -> Fraction:
     """The exact number in the unit of `parameter`."""
     if isinstance(value, int | float) and not isinstance(value, bool):
-        if not math.isfinite(value):
+        if isinstance(value, float) and not math.isfinite(value):
             raise ScalarProblem(f"must be finite, got {value}")
         return Fraction(value)
     unit = parse_unit(parameter.unit)

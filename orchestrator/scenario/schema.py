@@ -17,7 +17,14 @@ from pydantic import (
 
 from orchestrator.limits import OnFailure
 from orchestrator.scenario.isolation import Isolation
-from orchestrator.scenario.process_schema import Deadline, DeadlineEntry, Failure, Memory, Process
+from orchestrator.scenario.process_schema import (
+    Deadline,
+    DeadlineEntry,
+    Failure,
+    HostName,
+    Memory,
+    Process,
+)
 from orchestrator.scenario.time_schema import (
     Moment,
     StepSize,
@@ -135,10 +142,14 @@ class ComponentEntry(_Mapping):
     """Whether the component runs in a process of its own: `true`, `false`, or `on-request`, which
     means: where `nlosim run --transport` names a transport. The results are the same bytes."""
 
+    host: Annotated[HostName | None, Field(examples=["gpu"])] = None
+    """The host on which `nlosim serve` has the component, where `nlosim run --hosts` names a hosts
+    file; without one the component runs here. The results are the same bytes."""
+
     deadline: Deadline = DeadlineEntry()
-    """How long a component in a process of its own may take, in wall time: a mapping of `setup` and
-    `step`, or a time, which is that of `step`. What takes longer is ended, and so is the run, with
-    a message."""
+    """How long a component in a process of its own, or on a host, may take, in wall time: a mapping
+    of `create`, `setup` and `step`, or a time, which is that of `step`. What takes longer is ended,
+    and so is the run, with a message."""
 
     memory: Memory = None
     """How much memory a component in a process of its own may have for itself. What has more is
@@ -148,6 +159,10 @@ class ComponentEntry(_Mapping):
     """What is done when the process of a component is lost. `restart` starts another one, which
     goes on from the last checkpoint to the same results; the component must be able to hand its
     state over. An error that the component reports ends the run all the same."""
+
+    without: Annotated[list[Text], Field(examples=[["building", "road"]])] = []
+    """Inputs, or groups of them, that nothing shall drive. An input that the component needs must
+    be connected or named here; `nlosim graph` says what its absence means."""
 
     parameters: dict[str, Any] = {}
     """Parameters by name; `nlosim components TYPE` lists them. A number is in the unit of the

@@ -23,7 +23,7 @@ def duration(value: str | float) -> Duration:
     """A time as scenario files write it, in nanoseconds: `50 ms`, or a number of seconds.
 
     Raises:
-        UnitError: it is not a time, or not a whole number of nanoseconds.
+        UnitError: it is not a time, not a whole number of nanoseconds, or longer than 292 years.
     """
     if isinstance(value, str):
         quantity = parse_quantity(value)
@@ -31,7 +31,7 @@ def duration(value: str | float) -> Duration:
         if quantity.unit.symbol == "1":
             raise UnitError(f"`{shown}` has no unit; write `{shown} s`")
     else:
-        if not math.isfinite(value):
+        if not isinstance(value, int) and not math.isfinite(value):
             raise UnitError(f"expected a time such as `50 ms`, got {value}")
         # the shortest decimal that reads as this float is what the author wrote
         quantity = Quantity(Fraction(repr(value)), parse_unit("s"))
@@ -39,7 +39,14 @@ def duration(value: str | float) -> Duration:
     exact = quantity.into(parse_unit("s")) * NANOSECONDS_PER_SECOND
     if exact.denominator != 1:
         raise UnitError(f"{shown} is not a whole number of nanoseconds")
+    _check_length(exact, shown)
     return int(exact)
+
+
+def _check_length(nanoseconds: Fraction, shown: str) -> None:
+    """Refuse a time that a signed integer of 64 bits does not hold."""
+    if abs(nanoseconds) >= 1 << 63:
+        raise UnitError(f"{shown:.40} is longer than 292 years, the nanoseconds of 64 bits")
 
 
 def span(value: str | float) -> StepSize:
@@ -65,6 +72,7 @@ def span(value: str | float) -> StepSize:
     exact = whole / denominator * NANOSECONDS_PER_SECOND
     if 0 < exact < 1:
         raise UnitError(f"`{value}` is shorter than a nanosecond")
+    _check_length(exact, match[0].strip())
     return as_step_size(exact)
 
 

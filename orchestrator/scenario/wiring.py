@@ -5,12 +5,14 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.algorithm.base import CosimulationAlgorithm, turns_of
 from orchestrator.branching import branching_problems
 from orchestrator.capabilities import PortableState
 from orchestrator.component import Component
+from orchestrator.declared import declared
 from orchestrator.ending import ending_problem
 from orchestrator.errors import (
+    DEFECTS,
     ComponentError,
     ComponentTypeError,
     CosimError,
@@ -21,9 +23,11 @@ from orchestrator.errors import (
     SystemStructureError,
 )
 from orchestrator.feedthrough import describe_outcome, is_within, loops
+from orchestrator.gaps import Gap, gaps
 from orchestrator.input_files import Finding
 from orchestrator.limits import OnFailure
 from orchestrator.measure import Planned
+from orchestrator.raised_at import raised_at
 from orchestrator.recording.recorder import select
 from orchestrator.scenario.diagnosis import once, spell
 from orchestrator.scenario.document import Address, Document
@@ -31,6 +35,7 @@ from orchestrator.scenario.isolation import Isolation
 from orchestrator.scenario.model import ComponentUse, ConnectionUse, ConstantUse, Scenario
 from orchestrator.scenario.outputs import belonging_here, sharing
 from orchestrator.scenario.paths import anchored
+from orchestrator.scenario.without import wrong_words
 from orchestrator.system import Connection, Constant, Endpoint, System, elements, expand
 
 Place: TypeAlias = Callable[[ComponentUse], Component]
@@ -45,8 +50,8 @@ class Assembly:
         system: the components, connected.
         algorithm: checked against `system`.
         turns: the components in the order in which `algorithm` lets them step.
-        remarks: what is not wrong, but may not be meant: inputs that need a source and have none,
-            and algebraic loops that the algorithm leaves with a delay.
+        remarks: what is not wrong, but may not be meant: inputs that a parameter asked for and
+            nothing drives, and algebraic loops that the algorithm leaves with a delay.
     """
 
     system: System
@@ -107,7 +112,7 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
         if problems:
             raise _error(scenario, problems)
         try:
-            turns = scenario.coupling.made.turns(system)
+            turns = turns_of(scenario.coupling.made, system)
         except SystemStructureError as error:
             raise scenario_error(scenario, ("coupling",), error) from error
         try:
@@ -115,7 +120,10 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
         except SystemStructureError as error:
             raise scenario_error(scenario, ("recording",), error) from error
         always = {n: u for n, u in scenario.components.items() if u.process is Isolation.ALWAYS}
+        open_ends = gaps(system, {name: use.without for name, use in scenario.components.items()})
         problems = [
+            *wrong_words(scenario.document, scenario.components, system),
+            *_undriven(scenario.document, open_ends, needed=True),
             *sharing(scenario.document, scenario.components),
             *belonging_here(scenario.document, always),
             *_unanswered(scenario, system, recorded),
@@ -124,7 +132,7 @@ def assemble(scenario: Scenario, place: Place = in_process) -> Assembly:
         if problems:
             raise _error(scenario, problems)
         remarks = (
-            *_undriven(scenario.document, system),
+            *_undriven(scenario.document, open_ends, needed=False),
             *_unsolved(scenario.document, system, scenario.coupling.made),
         )
         return Assembly(system, scenario.coupling.made, turns, remarks)
@@ -161,15 +169,13 @@ def _unanswered(
         yield from located(scenario.document, ("measures", name), use.made.check(planned))
 
 
-def _undriven(document: Document, system: System) -> Iterator[Problem]:
-    """Remarks on inputs that need a source and have none, where the scenario asks for them."""
-    for name, connectors in system.connectors.items():
-        driven = system.driven(name)
-        for key, connector in connectors.items():
-            if connector.needed and key not in driven:
-                address = ("components", name, "parameters", *connector.parameter)
-                what = f"nothing drives `{name}.{key}`: {connector.needed}"
-                yield Problem(document.key(address), f"{spell(address)}: {what}")
+def _undriven(document: Document, found: Iterable[Gap], *, needed: bool) -> Iterator[Problem]:
+    """Inputs that nothing drives: those that are needed, or those that a parameter asked for."""
+    for gap in found:
+        if gap.is_needed is needed and (needed or (gap.undriven and gap.parameter)):
+            inner = ("parameters", *gap.parameter) if gap.parameter else ()
+            address = ("components", gap.component, *inner)
+            yield Problem(document.key(address), f"{spell(address)}: {gap.message()}")
 
 
 def _error(scenario: Scenario, problems: Sequence[Problem]) -> ScenarioError:
@@ -231,13 +237,14 @@ def _create(
     for name, use in uses.items():
         try:
             components[name] = place(use)
+            declared(name, components[name])
         except (ComponentTypeError, ValueError) as error:
             problems += refusals(document, use, error)
         except CosimError:
             raise
-        except Exception as error:  # anything else is a defect of the component
+        except DEFECTS as error:  # anything else is a defect of the component
             reason = f"cannot be created: {type(error).__name__}: {error}"
-            raise ComponentError(name, None, reason) from error
+            raise ComponentError(name, None, reason, raised_at(error)) from error
     return problems
 
 

@@ -4,13 +4,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.markers import CARETDOWN
 
-from orchestrator.drawing import styled, write
+from orchestrator.drawing import WIDTH, legend_of, styled, write
 from orchestrator.intervals import Estimate
+from orchestrator.palette import BLACK, BLUE, DARK, VERMILLION
 from studies.collision.claims import (
     COMPRESSION_32_RATE,
     COOPERNAUT,
@@ -28,16 +28,21 @@ from studies.collision.conditions import (
 from studies.collision.statistics import Result
 from studies.method.style import Look, bars, looks
 
-_COLOURS: Final = {16: "#0072B2", 32: "#D55E00"}
+_COLOURS: Final = {16: BLUE, 32: VERMILLION}
 """The colour of every compression."""
 
-_OTHER: Final = "#666666"
-_OURS: Final = "#0072B2"
-_THEIRS: Final = "#D55E00"
+_FILLS: Final = {16: "white"}
+"""What marks of a compression are filled with, if not with its colour."""
+
+_OTHER: Final = DARK
+_OURS: Final = BLUE
+_THEIRS: Final = VERMILLION
 
 _DODGE: Final = 0.8
 """The distance between compressions at the same packet error rate [points], so that no bar hides
 another."""
+
+_ONE: Final = "paper: 1 %"
 
 _RANGES: Final = ((-3.0, 103.0), (-0.3, 10.3))
 """The ranges of the collision rate [%]: all, and those that a good method is about."""
@@ -67,7 +72,7 @@ def draw_over_per(rows: Rows, path: Path) -> None:
     speeds = sorted({row.speed_kmh for row in rows}, reverse=True)
     relays = list(dict.fromkeys(r.relay for r in rows if r.channel != CONSTANT))
     with styled():
-        figure = Figure(figsize=(2.4 + 4.0 * len(speeds), 6.4), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 6.8), layout="constrained")
         panels = figure.subplots(
             len(_RANGES), len(speeds), sharex=True, sharey="row", squeeze=False,
             height_ratios=(3, 2),
@@ -79,13 +84,19 @@ def draw_over_per(rows: Rows, path: Path) -> None:
                 axes.set_ylim(*limits)
             row[0].set_ylabel("collision rate [%]")
         for axes, speed in zip(panels[0], speeds, strict=True):
-            axes.set_title(f"ego at {speed:g} km/h", fontsize=9)
+            axes.set_title(f"ego at {speed:g} km/h, {_runs(rows, speed)}")
         for axes in panels[-1]:
-            axes.axhline(100 * MOHED_RATE, color="black", lw=0.8, ls=":", zorder=1)
+            axes.axhline(100 * MOHED_RATE, color=BLACK, lw=0.8, ls=":", zorder=1, label=_ONE)
             axes.set_xlabel("packet error rate, end to end [%]")
             axes.set_xlim(*_SHARES)
-        _legend(figure, panels[0])
+        legend_of(figure, panels[-1], loc="outside lower left", ncols=2)
         write(figure, path)
+
+
+def _runs(rows: Rows, speed: float) -> str:
+    counts = [row.runs for row in rows if row.speed_kmh == speed]
+    least, most = min(counts), max(counts)
+    return f"{most} runs each" if least == most else f"{least} to {most} runs each"
 
 
 def _draw_speed(axes: Axes, rows: Rows, relays: list[str]) -> None:
@@ -99,17 +110,20 @@ def _draw_speed(axes: Axes, rows: Rows, relays: list[str]) -> None:
             curve = [r for r in own if r.channel == CONSTANT and r.maximum_age == age]
             label = f"constant PER, compression {compression}"
             if age == USUAL_AGE:
-                _draw_constant(axes, curve, colour=colour, line="-", label=label)
+                line = "-" if compression not in _FILLS else "-."
+                _draw_constant(axes, curve, compression, line=line, label=label)
             else:
-                label = f"{label},\nscans of the last {age:g} s"
-                _draw_constant(axes, curve, colour=colour, line="--", label=label)
+                label = f"{label}, scans of the last {age:g} s"
+                _draw_constant(axes, curve, compression, line="--", label=label)
         for relay, look in looks(relays).items():
             points = [r for r in own if r.channel != CONSTANT and r.relay == relay]
             name = f"{look.name}, compression {compression}"
-            _draw_points(axes, points, shift, Look(name, colour, look.marker))
+            fill = _FILLS.get(compression, colour)
+            _draw_points(axes, points, shift, Look(name, colour, look.marker), fill)
 
 
-def _draw_constant(axes: Axes, rows: Rows, *, colour: str, line: str, label: str) -> None:
+def _draw_constant(axes: Axes, rows: Rows, compression: int, *, line: str, label: str) -> None:
+    colour = _COLOURS.get(compression, _OTHER)
     known = sorted(_known(rows, _per), key=lambda each: each[0].value)
     if not known:
         return
@@ -123,7 +137,7 @@ def _draw_constant(axes: Axes, rows: Rows, *, colour: str, line: str, label: str
     )
 
 
-def _draw_points(axes: Axes, rows: Rows, shift: float, look: Look) -> None:
+def _draw_points(axes: Axes, rows: Rows, shift: float, look: Look, fill: str) -> None:
     known = _known(rows, _per)
     if not known:
         return
@@ -135,7 +149,7 @@ def _draw_points(axes: Axes, rows: Rows, shift: float, look: Look) -> None:
         color=look.colour,
         marker=look.marker,
         markersize=6.0,
-        markeredgecolor="white",
+        markerfacecolor=fill,
         linestyle="",
         elinewidth=1.0,
         capsize=2.5,
@@ -156,20 +170,11 @@ def _draw_published(axes: Axes) -> None:
             [100 * rate],
             marker=marker,
             label=label,
-            color="black",
+            color=BLACK,
             linestyle="",
             fillstyle="none",
             zorder=4,
         )
-
-
-def _legend(figure: Figure, panels: Sequence[Axes]) -> None:
-    """One for all panels."""
-    entries: dict[str, Artist] = {}
-    for axes in panels:
-        handles, labels = axes.get_legend_handles_labels()
-        entries |= dict(zip(labels, handles, strict=True))
-    figure.legend(entries.values(), entries.keys(), loc="outside right upper", fontsize=8)
 
 
 def draw_policies(rows: Rows, path: Path) -> None:
@@ -189,16 +194,18 @@ def draw_policies(rows: Rows, path: Path) -> None:
         ("collision rate [%]", _rate, lambda p: (p.collisions, p.collisions_sd)),
     )
     with styled():
-        figure = Figure(figsize=(9.0, 1.3 + 0.34 * len(rows)), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 1.3 + 0.34 * len(rows)), layout="constrained")
         all_axes = figure.subplots(1, len(panels), sharey=True)
         for axes, (title, ours, theirs) in zip(all_axes, panels, strict=True):
             _draw_ours(axes, rows, ours)
             _draw_theirs(axes, rows, theirs)
             axes.set_xlabel(title)
             axes.set_xlim(*_SHARES)
+            axes.set_xticks([0, 50, 100])
         names = [policy_name(row.policy, row.compression) for row in rows]
         all_axes[0].set_yticks(range(len(rows)), names)
         all_axes[0].set_ylim(len(rows) - 0.4, -0.6)
+        all_axes[0].set_ylabel("driving policy")
         handles, labels = all_axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper right", ncols=2)
         write(figure, path)
@@ -240,7 +247,7 @@ def draw_radio(rows: Rows, constant: Rows, path: Path) -> None:
     like = {(row.compression, row.speed_kmh) for row in rows}
     alike = [row for row in constant if (row.compression, row.speed_kmh) in like]
     with styled():
-        figure = Figure(figsize=(8.0, 3.6), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2, sharey=True)
         for relay, look in looks(list(dict.fromkeys(row.relay for row in rows))).items():
             own = [row for row in rows if row.relay == relay]
@@ -248,6 +255,7 @@ def draw_radio(rows: Rows, constant: Rows, path: Path) -> None:
             _draw_rates(right, _known(own, _per), 100.0, look, line="")
         look = Look("constant PER", _OTHER, ".")
         _draw_rates(right, _known(alike, _per), 100.0, look, line="-")
+        left.set_xticks(sorted({r.transmit_power for r in rows if r.transmit_power is not None}))
         left.set_xlabel("transmit power [dBm]")
         right.set_xlabel("packet error rate of what was sent [%]")
         left.set_ylabel("collision rate [%]")
@@ -284,7 +292,7 @@ def draw_load(rows: Rows, path: Path) -> None:
     relays = list(dict.fromkeys(row.relay for row in rows))
     panels = ((_per, "packet error rate [%]"), (_rate, "collision rate [%]"))
     with styled():
-        figure = Figure(figsize=(8.0, 1.2 + 0.45 * len(cases)), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 1.2 + 0.45 * len(cases)), layout="constrained")
         both = figure.subplots(1, 2, sharey=True)
         for axes, (quantity, title) in zip(both, panels, strict=True):
             for k, (relay, look) in enumerate(looks(relays).items()):
@@ -299,6 +307,7 @@ def draw_load(rows: Rows, path: Path) -> None:
             axes.set_xlim(*_SHARES)
         both[0].set_yticks(range(len(cases)), cases)
         both[0].set_ylim(len(cases) - 0.5, -0.5)
+        both[0].set_ylabel("load of the channel,\nwhat is lost at once")
         figure.legend(*both[0].get_legend_handles_labels(), loc="outside upper right", ncols=4)
         write(figure, path)
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from orchestrator.experiment.report import Results
+from orchestrator.experiment.report import Results, Row
+from orchestrator.experiment.tables import TIMES
 from studies.collision.conditions import (
     CONSTANT,
     COOPERATIVE,
@@ -74,6 +75,7 @@ class RunRow:
         min_gap_m: the smallest distance to the collision vehicle [m].
         wall_s: the wall time of the run [s].
         error: why it failed; `None` if it did not.
+        cpu_s: the processor time of the run [s]; `None` if it was not noted.
     """
 
     condition: Condition
@@ -91,6 +93,7 @@ class RunRow:
     min_gap_m: float | None
     wall_s: float
     error: str | None
+    cpu_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -160,19 +163,26 @@ def run_rows(results: Results, policy: str) -> list[RunRow]:
         results: what the experiment found.
         policy: the name of the driving policy if no factor is.
     """
+    names = ("seed", *METRICS, *TIMES, "error")
+    return [
+        RunRow(condition=condition, **{name: row[name] for name in names})
+        for condition, row in with_conditions(results, policy)
+    ]
+
+
+def with_conditions(results: Results, policy: str) -> list[tuple[Condition, Row]]:
+    """Every run of an experiment as a row of its table, with the condition it was made under.
+
+    Args:
+        results: what the experiment found.
+        policy: the name of the driving policy if no factor is.
+    """
     conditions = {
         tuple(each.levels.values()): condition_of(each.levels, each.resolved, policy)
         for each in results.experiment.combinations
     }
     factors = results.experiment.factors
-    names = ("seed", *METRICS, "wall_s", "error")
-    return [
-        RunRow(
-            condition=conditions[tuple(row[factor] for factor in factors)],
-            **{name: row[name] for name in names},
-        )
-        for row in results.rows
-    ]
+    return [(conditions[tuple(row[factor] for factor in factors)], row) for row in results.rows]
 
 
 def points(experiment: str, rows: Sequence[RunRow]) -> list[Point]:

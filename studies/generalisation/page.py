@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from orchestrator.intervals import Estimate
+from studies.generalisation.campaign import EXPERIMENT as CAMPAIGN
 from studies.generalisation.published import COOPERNAUT, MODELS
 from studies.generalisation.report import PROVENANCE, TABLE, read_campaign
 from studies.generalisation.runs import ENCOUNTERS, PREFIX, SUFFIX
@@ -35,6 +36,12 @@ who stands still does not collide. A star: the network was trained in such scene
 speeds, queues and places.
 """
 
+_CAMPAIGN: Final = """\
+*As trained* is the scene of the [collision campaign](collision-study.md) without losses; the runs
+are those of its experiment `collision_policies`. Where both experiments made a run it came out
+equal: this page is not made otherwise.
+"""
+
 _TARGETS: Final = """\
 Wanted with perfect communication: collisions in less than 1 % of the runs where a network was
 trained, in less than 5 % where it was not, by the upper bound of the interval. Without any
@@ -53,6 +60,9 @@ _TRAINED: Final = """\
 Drives of the network at the end of its [training](training.md), in scenes that it never learned
 from. Variants that are held out were never in it, not even with other seeds.
 """
+
+CAMPAIGN_RUNS: Final = f"{CAMPAIGN}{SUFFIX}"
+"""The file of the runs of the collision campaign."""
 
 LIMITS: Final = {True: 0.01, False: 0.05}
 """Wanted bounds of the collision rate, by whether the network was trained in such scenes."""
@@ -79,6 +89,8 @@ def page(folder: Path, link: str, analysis: Path | None) -> str:
     for encounter in dict.fromkeys(row.encounter for row in table):
         rows = [row for row in table if row.encounter == encounter]
         parts += [f"### {encounter.capitalize()}", _rates(rows)]
+        if encounter == ENCOUNTERS["red_light"] and (folder / CAMPAIGN_RUNS).is_file():
+            parts += [_CAMPAIGN]
     parts += ["## Beside COOPERNAUT", _BESIDE, _beside(table), "## Targets", _TARGETS]
     parts += [_targets(table)]
     for path in sorted((folder / "training").glob("*-evaluation.csv")):
@@ -162,7 +174,7 @@ def _targets(table: Sequence[Result]) -> str:
         if row.policy not in NETWORKS or row.policy == "blind" or row.rate is None:
             continue
         found = verdict(row.rate, trained=row.trained)
-        shown = percent_shown(row.rate)
+        shown = percent_shown(row.rate, ".2f")
         wanted = f"< {100 * found.limit:g}"
         body += [[row.policy, row.encounter, row.variation, shown, wanted, found.word]]
     return markdown(("network", "encounter", "variation", "collisions [%]", "wanted", ""), body)
@@ -199,3 +211,7 @@ def _made(folder: Path, link: str) -> Iterator[str]:
             origin = records.read_json(path, Origin)
             yield f"### {shown.capitalize()}"
             yield made(origin, f"{link}/{experiment}{SUFFIX}")
+    path = folder / f"{CAMPAIGN}{PROVENANCE}"
+    if path.is_file():
+        yield "### Red light as trained"
+        yield made(records.read_json(path, Origin), f"{link}/{CAMPAIGN_RUNS}")

@@ -20,6 +20,7 @@ from orchestrator.experiment.plan import Experiment
 from orchestrator.experiment.report import ExperimentFindings, ExperimentReport, Results
 from orchestrator.parameters import ParameterProblem
 from orchestrator.recording.layout import write_json
+from studies.generalisation.campaign import with_campaign
 from studies.generalisation.runs import (
     ENCOUNTERS,
     METRICS,
@@ -41,6 +42,9 @@ PROVENANCE: Final = "_provenance.json"
 
 TABLE: Final = "generalisation.csv"
 """The table of all experiments."""
+
+RED_LIGHT: Final = f"{PREFIX}red_light"
+"""The experiment that the collision campaign has runs of."""
 
 TRAINED: Final = "trained"
 """The parameter that says who was trained in what: by variation, levels of the factor `policy`."""
@@ -87,9 +91,12 @@ def read_campaign(folder: Path) -> list[Result]:
     there = [name for name in names if (folder / f"{name}{SUFFIX}").is_file()]
     if not there:
         raise FileNotFoundError(2, "nothing", str(folder / f"{names[0]}{SUFFIX}"))
-    return [
-        row for name in there for row in _of(name, records.read(folder / f"{name}{SUFFIX}", Run))
-    ]
+    return [row for name in there for row in _of(name, _runs(folder, name))]
+
+
+def _runs(folder: Path, name: str) -> list[Run]:
+    runs = records.read(folder / f"{name}{SUFFIX}", Run)
+    return with_campaign(folder, runs) if name == RED_LIGHT else runs
 
 
 def write_campaign(folder: Path) -> None:

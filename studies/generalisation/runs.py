@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from orchestrator.experiment.report import Results
+from orchestrator.experiment.tables import TIMES
 
 METRICS: Final = ("collision", "collision_partner", "success", "completion_time", "min_gap_m")
 """Columns that an experiment needs; the metrics of a run that they usually are have these names."""
@@ -45,6 +46,7 @@ class Run:
         min_gap_m: the smallest distance to the danger [m].
         wall_s: the wall time of the run [s].
         error: why it failed; `None` if it did not.
+        cpu_s: the processor time of the run [s]; `None` if it was not noted.
     """
 
     policy: str
@@ -58,6 +60,7 @@ class Run:
     min_gap_m: float | None
     wall_s: float
     error: str | None
+    cpu_s: float | None = None
 
 
 def runs_of(results: Results, trained: Mapping[str, Sequence[str]]) -> list[Run]:
@@ -67,7 +70,7 @@ def runs_of(results: Results, trained: Mapping[str, Sequence[str]]) -> list[Run]
         results: what the experiment found.
         trained: by variation, the networks that were trained in it.
     """
-    names = ("seed", *METRICS, "wall_s", "error")
+    names = ("seed", *METRICS, *TIMES, "error")
     return [
         Run(
             policy=row[POLICY],

@@ -1,5 +1,6 @@
 """What was there when the ego vehicle had to decide, run by run and under every condition."""
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -8,7 +9,8 @@ from typing import Final, TypeVar
 
 from orchestrator.experiment.report import Results
 from orchestrator.intervals import Estimate
-from studies.collision.conditions import Condition, condition_of
+from studies.collision.conditions import Condition
+from studies.collision.runs import with_conditions
 from studies.method import records
 from studies.method.estimates import mean_of, share_of
 
@@ -29,9 +31,13 @@ METRICS: Final = {
 SUFFIX: Final = "_decisions.csv"
 """The end of the name of the file of decisions, after the name of the experiment."""
 
-BINS: Final = (0.0, 0.001, 0.25, 0.5, 0.75, 1.001)
-"""Bounds of the shares of scans that are counted together: none, and four quarters."""
-
+THERE: Final = "there"
+AGE: Final = "age"
+BINS: Final[Mapping[str, tuple[float, ...]]] = {
+    THERE: (0.0, 0.001, 0.25, 0.5, 0.75, 1.001),
+    AGE: (0.0, 0.2, 0.5, 1.0, 1.2, 1.5, 2.0, math.inf),
+}
+"""Bounds of what is counted together: shares of scans (none, and four quarters), and ages [s]."""
 
 Key = TypeVar("Key")
 
@@ -114,13 +120,15 @@ class Had:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dose:
-    """How many collide of the runs that had a certain share of the last second's scans.
+    """How many collide of the runs that had a certain share of the last second's scans, or news.
 
     Attributes:
         experiment: the name of the experiment.
         policy, compression, maximum_age, channel: what they are in the `Condition`.
-        low, high: the bounds of the share; `high` is not among it.
-        runs: how many had such a share.
+        measure: `there`, that share, or `age`, the age of the newest scan [s], which has no end
+            where none came.
+        low, high: the bounds of it; `high` is not among it, unless it has no end.
+        runs: how many had such a share, or age.
         collisions: the share of them with a collision.
     """
 
@@ -129,6 +137,7 @@ class Dose:
     compression: int | None
     maximum_age: float | None
     channel: str
+    measure: str
     low: float
     high: float
     runs: int
@@ -142,17 +151,11 @@ def decisions(results: Results, policy: str) -> list[Decision]:
         results: what the experiment found.
         policy: the name of the driving policy if no factor is.
     """
-    conditions = {
-        tuple(each.levels.values()): condition_of(each.levels, each.resolved, policy)
-        for each in results.experiment.combinations
-    }
-    factors = results.experiment.factors
     return [
         Decision(
-            condition=conditions[tuple(row[factor] for factor in factors)],
-            **{name: row[name] for name in ("seed", "collision", *METRICS)},
+            condition=condition, **{name: row[name] for name in ("seed", "collision", *METRICS)}
         )
-        for row in results.rows
+        for condition, row in with_conditions(results, policy)
     ]
 
 
@@ -176,17 +179,13 @@ def had(found: Mapping[str, Sequence[Decision]]) -> list[Had]:
 
 
 def doses(found: Mapping[str, Sequence[Decision]]) -> list[Dose]:
-    """How many collide with which share of the scans, whatever brought or lost them."""
+    """How many collide with which share of the scans, and with how old ones, whatever lost any."""
     rows = []
     for experiment, every in found.items():
         groups = _grouped(every, lambda one: _who(one.condition))
         for (policy, compression, age, channel), own in groups.items():
-            for low, high in pairwise(BINS):
-                hit = [
-                    bool(one.collision)
-                    for one in own
-                    if one.there is not None and low <= one.there < high
-                ]
+            for measure, low, high in ((each, *pair) for each in BINS for pair in bounds(each)):
+                hit = [bool(one.collision) for one in own if _is_in(one, measure, low, high)]
                 rows.append(
                     Dose(
                         experiment=experiment,
@@ -194,6 +193,7 @@ def doses(found: Mapping[str, Sequence[Decision]]) -> list[Dose]:
                         compression=compression,
                         maximum_age=age,
                         channel=channel,
+                        measure=measure,
                         low=low,
                         high=high,
                         runs=len(hit),
@@ -201,6 +201,20 @@ def doses(found: Mapping[str, Sequence[Decision]]) -> list[Dose]:
                     )
                 )
     return rows
+
+
+def bounds(measure: str) -> list[tuple[float, float]]:
+    """What is counted together: the bounds of every bin of `there`, or of `age`."""
+    return list(pairwise(BINS[measure]))
+
+
+def _is_in(one: Decision, measure: str, low: float, high: float) -> bool:
+    """Whether a run with a point of no return had so much, or such news."""
+    if one.there is None:
+        return False
+    age = math.inf if one.age is None else one.age
+    value = one.there if measure == THERE else age
+    return low <= value < high or value == high == math.inf
 
 
 def _who(condition: Condition) -> tuple[str, int | None, float | None, str]:

@@ -9,7 +9,9 @@ NAME_decisions.csv      every run: condition, seed, what was there at the point 
 
 lasting.csv             per condition of all scenes: collisions with intervals, and more
 lasting_had.csv         per condition: what was there at the point of no return
-lasting_doses.csv       collisions over the share of the last second's scans that was there
+lasting_doses.csv       collisions over the share of the last second's scans that was there, and
+                        over the age of the newest one
+lasting_pairs.csv       pairs of relay methods by the same seeds
 lasting_claims.csv      the paper's claims and ours, with verdicts
 lasting_critical.csv    packet error rates at which the collision rate crosses 1, 10 and 50 %
 lasting_partners.csv    with whom the ego collided
@@ -32,6 +34,7 @@ from studies.collision.curves import CriticalPoint, critical_points, curves
 from studies.collision.statistics import Partner, Result, partners
 from studies.lasting.claims import claims
 from studies.lasting.decisions import METRICS, SUFFIX, Dose, Had, decisions, doses, had, read
+from studies.lasting.pairs import Pair, pairs
 from studies.lasting.scenes import EXPERIMENTS, SCENES, TURNING
 from studies.method import records
 from studies.method.claims import Judgement, judge
@@ -52,6 +55,7 @@ _TABLES: Final[Mapping[type, str]] = {
     Judgement: "lasting_claims",
     CriticalPoint: "lasting_critical",
     Partner: "lasting_partners",
+    Pair: "lasting_pairs",
 }
 """The names of the tables of all experiments together, by the type of their rows."""
 
@@ -114,6 +118,7 @@ def write_study(folder: Path) -> None:
         _TABLES[Dose]: dosed,
         _TABLES[Judgement]: judge(claims(campaigns)),
         _TABLES[CriticalPoint]: [one for one in critical_points(first) if one.seeds >= FEWEST],
+        _TABLES[Pair]: pairs(found),
         _TABLES[Partner]: [row for each in campaigns.values() for row in partners(each.points)],
         FIGURE: over_per,
     }

@@ -36,14 +36,31 @@ def bin_of(distance: Array, edges: Sequence[float]) -> Array:
 
 def spread(values: Array, name: str, unit: Literal["s", "ms", "m", ""]) -> dict[str, float | None]:
     """Mean, median, 95th and 99th percentile of `values`, shape (n,), by name; `None` of none."""
+    return spread_of(np.sort(values), name, unit)
+
+
+def spread_of(
+    ordered: Array, name: str, unit: Literal["s", "ms", "m", ""]
+) -> dict[str, float | None]:
+    """`spread` of values that ascend, shape (n,), without another copy of them."""
     ending = f"_{unit}" if unit else ""
     labels = ("mean", "median", "p95", "p99")
-    if len(values) == 0:
+    if len(ordered) == 0:
         return {f"{name}_{label}{ending}": None for label in labels}
-    found = (values.mean(), *np.quantile(values, (0.5, 0.95, 0.99)))
+    found = _spread(ordered)
     return {
         f"{name}_{label}{ending}": float(each) for label, each in zip(labels, found, strict=True)
     }
+
+
+def _spread(ordered: Array) -> tuple[float, ...]:
+    """Mean, median, 95th and 99th percentile of values that ascend.
+
+    The mean is that of ordered values, so that it does not depend on the order in which they were
+    found, not even in its last digit. `np.quantile` may reorder what it is given, and finds in
+    order what is.
+    """
+    return ordered.mean(), *np.quantile(ordered, (0.5, 0.95, 0.99), overwrite_input=True)
 
 
 def spread_by_bin(bins: Array, values: Array, edges: Sequence[float]) -> dict[str, Array]:
@@ -62,8 +79,7 @@ def spread_by_bin(bins: Array, values: Array, edges: Sequence[float]) -> dict[st
     table = np.full((len(edges) - 1, 4), np.nan)
     for k, (start, end) in enumerate(itertools.pairwise(ends)):
         if end > start:
-            own = values[order[start:end]]
-            table[k] = own.mean(), *np.quantile(own, (0.5, 0.95, 0.99))
+            table[k] = _spread(np.sort(values[order[start:end]]))
     mean, median, p95, p99 = table.T
     quantiles = {"mean_s": mean, "median_s": median, "p95_s": p95, "p99_s": p99}
     return {**bin_columns(edges), "count": np.diff(ends), **quantiles}

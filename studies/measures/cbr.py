@@ -14,6 +14,7 @@ from orchestrator.parameters import parameter
 from orchestrator.recording.reader import Recording, Series
 from orchestrator.signal import Array
 from studies.measures.bins import spread
+from studies.measures.style import LINES
 from studies.measures.vehicles import Vehicles, beneath, vehicles_in
 
 if TYPE_CHECKING:
@@ -104,9 +105,9 @@ def _over_time(times: Array, found: list[Array]) -> dict[str, Array]:
 
 
 def _draw(axes: "Axes", table: dict[str, Array]) -> None:
-    for name, colour in zip(("mean", "p95", "max"), COLOURS, strict=False):
-        axes.plot(table["time_s"], table[name], color=colour, label=name, lw=1.0)
+    for name, colour, line in zip(("mean", "p95", "max"), COLOURS, LINES, strict=False):
+        axes.plot(table["time_s"], table[name], line, color=colour, label=name, lw=1.0)
     axes.set_xlabel("time [s]")
     axes.set_ylabel("channel busy ratio")
     axes.set_ylim(0.0, 1.02)
-    axes.legend(fontsize="small")
+    axes.legend()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from typing_extensions import override
 
-from fmus.messages.records import NO_VEHICLE, SENSOR_DATA
+from fmus.messages.records import NO_VEHICLE, RECEPTION, SENSOR_DATA
 from orchestrator import Measure
 from orchestrator.measure import Answer
 from orchestrator.palette import COLOURS
@@ -18,7 +18,7 @@ from orchestrator.suggestion import suggestion
 from studies.measures.delivery import unique_packets
 from studies.measures.knowledge import NEVER, from_others, from_sensors
 from studies.measures.no_return import Body, conflict
-from studies.measures.radio import received
+from studies.measures.radio import plain, received
 from studies.measures.sight import LOS, Bodies, Walls
 from studies.measures.vehicles import ABSENT, Vehicles, beneath, vehicles_in
 
@@ -236,8 +236,7 @@ class _Scans:
         sent = unique_packets(recording, asked.packets)
         for_ego = np.isin(sent["destination"], (ego, NO_VEHICLE)) & (sent["source"] == source)
         sent = sent[for_ego & (sent["kind"] == SENSOR_DATA) & (sent["time"] <= moment)]
-        heard = received(recording, asked.receptions, "sensor_data").records
-        heard = heard[heard["receiver"] == ego]
+        heard = _received_by(recording, asked.receptions, ego)
         when = _first_time(sent["id"], heard[heard["addressed"] == 1])
         direct = np.isin(sent["id"], heard["packet"][heard["hop"] == 0])
         at, message = np.unique(sent["time"], return_inverse=True)
@@ -291,11 +290,12 @@ class _Scans:
     def draw(self, axes: "Axes") -> None:
         """Draw which scans of the window were there."""
         table = self.table()
-        for is_there, colour, label in ((True, COLOURS[0], "there"), (False, COLOURS[1], "not")):
+        looks = ((True, COLOURS[0], "o", "there"), (False, COLOURS[1], "x", "not"))
+        for is_there, colour, mark, label in looks:
             own = table["is_there"] == is_there
-            axes.plot(-table["before_s"][own], own[own] * is_there, "o", color=colour, label=label)
+            axes.plot(-table["before_s"][own], own[own] * is_there, mark, color=colour, label=label)
         axes.axvline(0.0, color="black", lw=0.8)
-        axes.set_xlabel("scan, before the point of no return [s]")
+        axes.set_xlabel("scan, relative to the point of no return [s]")
         axes.set_yticks([0, 1], ["not there", "there"])
         axes.set_ylim(-0.5, 1.5)
 
@@ -318,6 +318,16 @@ def _knowledge(
     known = [time for time in first.values() if time != NEVER]
     found = {"known_before_s": min(known, default=NEVER), **first}
     return {n: None if t == NEVER else (moment - t) * 1e-9 for n, t in found.items()}
+
+
+def _received_by(recording: Recording, receptions: str, receiver: int) -> Array:
+    """The receptions of sensor data by one vehicle, shape (reception,)."""
+    found = (
+        batch.records[batch.records["receiver"] == receiver]
+        for batch in received(recording, receptions).batches("sensor_data")
+    )
+    parts = (np.empty(0, RECEPTION), *found)
+    return np.concatenate([plain(each) for each in parts]).view(RECEPTION)
 
 
 def _first_time(packets: Array, heard: Array) -> Array:

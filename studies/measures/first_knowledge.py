@@ -115,13 +115,13 @@ def meetings(rows: Meetings, is_known: Array, sources: Sequence[Knowledge]) -> F
     is_gap = np.zeros(len(order), bool)
     is_gap[1:] = instant[1:] != instant[:-1] + 1
     hidden = np.flatnonzero(link != LOS)
-    pair = np.cumsum(is_other) - 1
+    pair = np.cumsum(is_other, dtype=np.int32) - 1
     first = hidden[np.unique(pair[hidden], return_index=True)[1]]
     breaks = np.append(np.flatnonzero(is_other | is_gap | (link == LOS)), len(order))
     after = breaks[np.searchsorted(breaks, first, side="right")]
     end, until = _censored(after, is_other | is_gap, instant, rows.times)
     since = rows.times[instant[first]]
-    ids = observer[first], road_user[first]
+    ids = observer[first].astype(np.int64), road_user[first].astype(np.int64)
     soonest = np.full(len(first), np.iinfo(np.int64).max)
     for source in sources:
         found = source.next(*ids, since)

@@ -8,7 +8,8 @@ import numpy as np
 
 from orchestrator.recording.reader import Recording
 from orchestrator.signal import Array
-from studies.measures.delivery import unique_packets
+from studies.measures.delivery import sent_as, unique_packets
+from studies.measures.links import UNKNOWN, Links, lengthened, link
 from studies.measures.radio import KINDS, Kind, received
 from studies.measures.vehicles import Vehicles, near_pairs, plane_distance
 
@@ -75,6 +76,7 @@ def neighbours_at(
             generated=generated,
             heard=heard,
         )
+    newest.finish()
 
 
 def instants_between(times: Sequence[int] | Array, interval: float) -> Array:
@@ -93,29 +95,43 @@ class _Newest:
 
     def __init__(self, recording: Recording, packets: str, receptions: str, kind: Kind) -> None:
         sent = unique_packets(recording, packets)
-        sent = sent if kind == "any" else sent[sent["kind"] == KINDS[kind]]
-        rows = received(recording, receptions, kind).records
-        packet = np.searchsorted(sent["id"], rows["packet"])
-        packet[packet == len(sent)] = 0
-        is_known = sent["id"][packet] == rows["packet"] if len(sent) else np.zeros(len(rows), bool)
-        if not is_known.all():
-            unknown = rows["packet"][~is_known][0]
-            raise ValueError(f"`{receptions}` has packet {unknown}, which nobody sent")
-        order = np.argsort(rows["time"], kind="stable")
-        link = _link(rows["receiver"], sent["source"][packet])[order]
-        self._links, self._rank = np.unique(link, return_inverse=True)
-        self._times, self._made = rows["time"][order], sent["time"][packet][order]
-        self._generated = np.full(len(self._links), NEVER, np.int64)
-        self._heard = np.full(len(self._links), NEVER, np.int64)
-        self._done = 0
+        self._sent = sent if kind == "any" else sent[sent["kind"] == KINDS[kind]]
+        self._receptions = receptions
+        self._batches = received(recording, receptions).batches(kind)
+        self._links = Links()
+        self._generated = self._heard = np.empty(0, np.int64)
+        self._rows = self._times = self._made = np.empty(0, np.int64)  # of the batch
+        self._done = 0  # of it
 
     def advance(self, time: int) -> None:
         """Take into account what was received up to and at `time` [ns]."""
-        end = int(np.searchsorted(self._times, time, side="right"))
-        new = slice(self._done, end)
-        np.maximum.at(self._generated, self._rank[new], self._made[new])
-        np.maximum.at(self._heard, self._rank[new], self._times[new])
-        self._done = end
+        while True:
+            end = int(np.searchsorted(self._times, time, side="right"))
+            new = slice(self._done, end)
+            np.maximum.at(self._generated, self._rows[new], self._made[new])
+            np.maximum.at(self._heard, self._rows[new], self._times[new])
+            self._done = end
+            if end < len(self._times) or not self._next():
+                return
+
+    def finish(self) -> None:
+        """Look at what was received since, too: whether it was sent."""
+        while self._next():
+            pass
+
+    def _next(self) -> bool:
+        """Take the next batch; whether there is one."""
+        batch = next(self._batches, None)
+        if batch is None:
+            return False
+        order = np.argsort(batch.records["time"], kind="stable")
+        rows = batch.records[order]
+        packet = sent_as(self._sent, rows["packet"], self._receptions)
+        self._rows = self._links.meet(link(rows["receiver"], self._sent["source"][packet]))
+        self._generated = lengthened(self._generated, len(self._links), NEVER)
+        self._heard = lengthened(self._heard, len(self._links), NEVER)
+        self._times, self._made, self._done = rows["time"], self._sent["time"][packet], 0
+        return True
 
     def of(self, receiver: Array, source: Array) -> tuple[Array, Array]:
         """What receivers have of sources, `NEVER` if nothing.
@@ -130,16 +146,9 @@ class _Newest:
         never = np.full(len(receiver), NEVER, np.int64)
         if len(self._links) == 0:
             return never, never
-        wanted = _link(receiver, source)
-        rank = np.searchsorted(self._links, wanted)
-        rank[rank == len(self._links)] = 0
-        is_known = self._links[rank] == wanted
+        rows = self._links.rows(link(receiver, source))
+        is_known = rows != UNKNOWN
         return (
-            np.where(is_known, self._generated[rank], never),
-            np.where(is_known, self._heard[rank], never),
+            np.where(is_known, self._generated[rows], never),
+            np.where(is_known, self._heard[rows], never),
         )
-
-
-def _link(receiver: Array, source: Array) -> Array:
-    """One number for a receiver and a source; vehicles are below 2^31."""
-    return np.asarray((np.asarray(receiver, np.int64) << 32) + source)

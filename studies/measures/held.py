@@ -1,7 +1,6 @@
 """Recorded numbers that hold from one communication point to the next, read block by block."""
 
 import math
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
@@ -9,14 +8,13 @@ from typing import Any, Final
 import numpy as np
 
 from orchestrator.elements import WHOLE, Elements
+from orchestrator.recording.declared import declared_shape
 from orchestrator.recording.reader import Recording, Series
 from orchestrator.signal import Array
 from orchestrator.suggestion import suggestion
 
 BLOCK: Final = 1 << 14
 """Samples that are in memory at once."""
-
-_KIND: Final = re.compile(r"(?:bool|u?int\d+|float\d+)\[(?P<axes>.*)\]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,12 +131,3 @@ def no_number(kind: str, elements: Elements) -> str | None:
         return None
     example = f"[{', '.join('0' for _ in shape)}]"
     return f"has {math.prod(map(int, rest))} elements; name one of them, such as `{example}`"
-
-
-def declared_shape(kind: str) -> tuple[int | str, ...] | None:
-    """The shape of a declared type, `float64[vehicle, 3]`; `None` if it is none of numbers."""
-    match = _KIND.fullmatch(kind)
-    if match is None:
-        return None
-    axes = [axis.strip() for axis in match["axes"].split(",") if axis.strip()]
-    return tuple(int(axis) if axis.isdigit() else axis for axis in axes)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 from typing_extensions import override
@@ -26,10 +26,12 @@ from studies.measures.first_knowledge import Meetings, meetings
 from studies.measures.knowledge import (
     NEVER,
     Knowledge,
+    Windows,
     from_messages,
     from_others,
     from_sensors,
 )
+from studies.measures.links import Links, lengthened, link as pair_of
 from studies.measures.radio import Kind
 from studies.measures.sight import LOS, Bodies, Walls
 from studies.measures.style import draw_shares, draw_survival
@@ -41,6 +43,16 @@ if TYPE_CHECKING:
 _EDGES: Final = tuple(20.0 * k for k in range(6))
 _HIDDEN: Final = "hidden"
 _GROUPS: Final = (_HIDDEN, *LINKS)
+_BLOCK: Final = 500_000
+"""Rows that are looked at together."""
+_COLUMNS: Final[Mapping[str, type[np.signedinteger[Any]]]] = {
+    "instant": np.int32,
+    "observer": np.int32,
+    "road_user": np.int32,
+    "place": np.int16,
+    "link": np.int8,
+}
+"""Columns of `_Looks`; vehicles are below 2^31."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,13 +111,10 @@ class HiddenRoadUsers(Measure):
         vehicles = vehicles_in(recording, self.vehicle)
         bodies = Bodies.of(recording, vehicles, self.vehicle)
         looks = _Looks.of(self, recording, bodies)
-        sources, missing = self._sources(recording, bodies)
-        times = looks.times[looks.instant]
-        known = {}
-        for name, source in sources.items():
-            latest = source.latest(looks.observer, looks.road_user, times)
-            known[name] = (latest != NEVER) & (latest > times - round(self.memory * 1e9))
-        is_known = np.any([np.zeros(len(times), bool), *known.values()], axis=0)
+        memory = round(self.memory * 1e9)
+        sources, missing = self._sources(recording, bodies, looks.windows(memory))
+        known = {name: looks.known(source, memory) for name, source in sources.items()}
+        is_known = np.any([np.zeros(len(looks.instant), bool), *known.values()], axis=0)
         found = meetings(looks.sequence(), is_known, list(sources.values()))
         table = self._table(looks, is_known, known)
         return Answer(
@@ -121,7 +130,7 @@ class HiddenRoadUsers(Measure):
         )
 
     def _sources(
-        self, recording: Recording, bodies: Bodies
+        self, recording: Recording, bodies: Bodies, windows: Windows
     ) -> tuple[dict[str, Knowledge], list[str]]:
         """The sources of knowledge that were recorded, and the signals that were not."""
         needs = {
@@ -134,7 +143,9 @@ class HiddenRoadUsers(Measure):
         if not missing["sensing"]:
             found["sensing"] = from_sensors(recording, self.objects, bodies)
         if not missing["messages"]:
-            found["messages"] = from_messages(recording, self.packets, self.receptions, self.kind)
+            found["messages"] = from_messages(
+                recording, self.packets, self.receptions, self.kind, windows
+            )
         if not missing["others"]:
             found["others"] = from_others(recording, self.received, self.ego, bodies)
         return found, [name for names in missing.values() for name in names]
@@ -143,7 +154,7 @@ class HiddenRoadUsers(Measure):
         self, looks: "_Looks", is_known: Array, known: Mapping[str, Array]
     ) -> dict[str, Array]:
         """A row for every group, those who are hidden first, and bin of distance."""
-        place, bins = bin_of(looks.distance, self.edges), len(self.edges) - 1
+        place, bins = looks.place, len(self.edges) - 1
         rows: dict[str, list[Array]] = {}
         for group in _GROUPS:
             own = looks.group(group) & (place >= 0)
@@ -168,20 +179,22 @@ class HiddenRoadUsers(Measure):
 class _Looks:
     """Whom observers had around them at each instant, a row for each.
 
+    There are millions of rows, so that their columns are of small types.
+
     Attributes:
         times: the instants, which are communication points of traffic [ns], shape (instant,).
-        instant: the index of each row, shape (row,).
-        observer: who looks, shape (row,).
-        road_user: who is looked for, shape (row,).
-        distance: in the plane [m], shape (row,).
-        link: `LOS`, `NLOSV` or `NLOSB`, shape (row,).
+        instant: the index of each row, ascending, int32, shape (row,).
+        observer: who looks, int32, shape (row,).
+        road_user: who is looked for, int32, shape (row,).
+        place: bin of the distance in the plane, int16, shape (row,).
+        link: `LOS`, `NLOSV` or `NLOSB`, int8, shape (row,).
     """
 
     times: Array
     instant: Array
     observer: Array
     road_user: Array
-    distance: Array
+    place: Array
     link: Array
 
     @classmethod
@@ -190,7 +203,7 @@ class _Looks:
         has_body = bodies.size[:, 0] > 0  # roadside units have none
         observes = has_body & _observes(asked, recording, bodies)
         points = _spaced(vehicles.times, round(asked.interval * 1e9))
-        parts: list[tuple[Array, ...]] = [tuple(np.empty((5, 0), np.int64))]
+        columns: dict[str, list[Array]] = {n: [np.empty(0, t)] for n, t in _COLUMNS.items()}
         for k, point in enumerate(points.tolist()):
             present = slice(int(vehicles.first[point]), int(vehicles.first[point + 1]))
             rows = np.flatnonzero(has_body[present]) + present.start
@@ -198,20 +211,53 @@ class _Looks:
             counts = observes[a] | observes[b]
             a, b = a[counts], b[counts]
             link, distance = bodies.links(walls, present, a, b), plane_distance(vehicles, a, b)
+            place = bin_of(distance, asked.edges)
             for who, whom in ((a, b), (b, a)):  # the line is the same
                 own = observes[who]
-                ids = vehicles.ids[who[own]], vehicles.ids[whom[own]]
-                parts.append((np.full(own.sum(), k), *ids, distance[own], link[own]))
-        columns = [np.concatenate(part) for part in zip(*parts, strict=True)]
-        instant, observer, road_user, distance, link = columns
-        return cls(
-            times=vehicles.times[points],
-            instant=instant,
-            observer=observer,
-            road_user=road_user,
-            distance=distance,
-            link=link,
+                row = {
+                    "instant": np.full(own.sum(), k),
+                    "observer": vehicles.ids[who[own]],
+                    "road_user": vehicles.ids[whom[own]],
+                    "place": place[own],
+                    "link": link[own],
+                }
+                for name, kind in _COLUMNS.items():
+                    columns[name].append(row[name].astype(kind))
+        whole = {name: np.concatenate(columns.pop(name)) for name in _COLUMNS}
+        return cls(times=vehicles.times[points], **whole)
+
+    def known(self, source: Knowledge, memory: int) -> Array:
+        """Whether a source told of each road user within `memory` [ns] before, bool, (row,)."""
+        found = np.zeros(len(self.instant), bool)
+        for rows in self._blocks():
+            times = self.times[self.instant[rows]]
+            latest = source.latest(self.observer[rows], self.road_user[rows], times)
+            found[rows] = (latest != NEVER) & (latest > times - memory)
+        return found
+
+    def windows(self, memory: int) -> Windows:
+        """What is asked of each pair: until the instant after it was last there together.
+
+        Args:
+            memory: how long before the first instant it matters, too [ns].
+        """
+        links, first, last = Links(), np.empty(0, np.int64), np.empty(0, np.int64)
+        for rows in self._blocks():
+            pair = links.meet(pair_of(self.observer[rows], self.road_user[rows]))
+            first = lengthened(first, len(links), len(self.times))
+            last = lengthened(last, len(links), 0)
+            np.minimum.at(first, pair, self.instant[rows])
+            np.maximum.at(last, pair, self.instant[rows])
+        return Windows(
+            links=links,
+            since=self.times[first] - memory,
+            until=self.times[np.minimum(last + 1, len(self.times) - 1)],
         )
+
+    def _blocks(self) -> Iterator[slice]:
+        """All rows, in blocks of which some columns more fit into memory."""
+        for start in range(0, len(self.instant), _BLOCK):
+            yield slice(start, start + _BLOCK)
 
     def group(self, name: str) -> Array:
         """The rows of a class of links, or of all who are hidden, bool, shape (row,)."""

@@ -45,6 +45,6 @@ def intended_ratio(
     intended = int(counts.sum())
     if intended == 0:
         return {**share(0, 0, "prr2"), "intended": 0}
-    _, packet = deliveries(recording, receptions, sent)
-    served = int(counts[packet].sum())
+    found = deliveries(recording, receptions, sent)
+    served = sum(int(counts[packet].sum()) for _, packet in found)
     return {**share(served, intended, "prr2"), "intended": intended}

@@ -1,6 +1,7 @@
 """What road users come to know of each other, from which source and when."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -10,6 +11,7 @@ from fmus.physics.boxes import in_boxes
 from orchestrator.recording.reader import Recording
 from orchestrator.signal import Array
 from studies.measures.delivery import unique_packets
+from studies.measures.links import UNKNOWN, Links, link
 from studies.measures.radio import KINDS, Kind, plain, received
 from studies.measures.sight import Bodies
 
@@ -21,19 +23,44 @@ MARGIN: Final = 0.5
 between a scan and the communication point that it is compared with."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Windows:
+    """From when until when it matters what an observer learns of a road user.
+
+    Attributes:
+        links: from observers to road users.
+        since: of each link [ns], shape (link,).
+        until: of each link [ns], shape (link,).
+    """
+
+    links: Links
+    since: Array
+    until: Array
+
+
 class Knowledge:
     """When observers learned of road users, from one source.
 
     Args:
-        observer: numbers of those who learned, shape (n,).
-        road_user: numbers of those of whom, shape (n,).
-        time: when [ns], shape (n,).
+        links: from observers to road users.
+        rows: the link of each time, shape (n,).
+        times: when [ns], shape (n,).
     """
 
-    def __init__(self, observer: Array, road_user: Array, time: Array) -> None:
-        self._links, rank = np.unique(_link(observer, road_user), return_inverse=True)
-        self._span = int(time.max()) + 2 if len(time) else 1
-        self._when = np.sort(rank * self._span + time)
+    def __init__(self, links: Links, rows: Sequence[Array], times: Sequence[Array]) -> None:
+        self._links = links
+        self._span = max((int(each.max()) for each in times if len(each)), default=-1) + 2
+        parts = [
+            row.astype(np.int64) * self._span + time for row, time in zip(rows, times, strict=True)
+        ]
+        self._when = np.concatenate([np.empty(0, np.int64), *parts])
+        self._when.sort()
+
+    @classmethod
+    def of(cls, observer: Array, road_user: Array, time: Array) -> "Knowledge":
+        """That of numbers of observers and road users, and times [ns], shape (n,) each."""
+        links = Links()
+        return cls(links, [links.meet(link(observer, road_user))], [time])
 
     def latest(self, observer: Array, road_user: Array, time: Array) -> Array:
         """The last time at or before each `time` [ns], or `NEVER`, shape (n,)."""
@@ -47,16 +74,17 @@ class Knowledge:
         never = np.full(len(time), NEVER, np.int64)
         if len(self._when) == 0:
             return never
-        wanted = _link(observer, road_user)
-        rank = np.minimum(np.searchsorted(self._links, wanted), len(self._links) - 1)
+        row = self._links.rows(link(observer, road_user))
         newest = np.minimum(time, self._span - 1)
-        place = np.searchsorted(self._when, rank * self._span + newest, side="right") + step
-        is_inside = (place >= 0) & (place < len(self._when)) & (self._links[rank] == wanted)
+        place = np.searchsorted(self._when, row * self._span + newest, side="right") + step
+        is_inside = (row != UNKNOWN) & (place >= 0) & (place < len(self._when))
         owner, when = np.divmod(self._when[np.clip(place, 0, len(self._when) - 1)], self._span)
-        return np.where(is_inside & (owner == rank), when, never)
+        return np.where(is_inside & (owner == row), when, never)
 
 
-def from_messages(recording: Recording, packets: str, receptions: str, kind: Kind) -> Knowledge:
+def from_messages(
+    recording: Recording, packets: str, receptions: str, kind: Kind, windows: Windows
+) -> Knowledge:
     """What those know who received messages of a kind: of their sources.
 
     Args:
@@ -64,19 +92,26 @@ def from_messages(recording: Recording, packets: str, receptions: str, kind: Kin
         packets: `component.connector`.
         receptions: likewise.
         kind: of the messages.
+        windows: what is asked for; the rest is left out.
 
     Raises:
         RecordingError: a signal was not recorded.
     """
     sent = unique_packets(recording, packets)
     sent = sent if kind == "any" else sent[sent["kind"] == KINDS[kind]]
-    rows = received(recording, receptions, kind).records
-    if len(sent) == 0:
-        return Knowledge(*np.empty((3, 0), np.int64))
-    packet = np.minimum(np.searchsorted(sent["id"], rows["packet"]), len(sent) - 1)
-    is_known = sent["id"][packet] == rows["packet"]
-    rows, packet = rows[is_known], packet[is_known]
-    return Knowledge(rows["receiver"], sent["source"][packet], rows["time"])
+    found: list[Array] = []
+    times: list[Array] = []
+    for batch in received(recording, receptions).batches(kind) if len(sent) else ():
+        time = batch.records["time"]
+        packet = np.minimum(np.searchsorted(sent["id"], batch.records["packet"]), len(sent) - 1)
+        is_known = sent["id"][packet] == batch.records["packet"]
+        rows = windows.links.rows(link(batch.records["receiver"], sent["source"][packet]))
+        counts = np.flatnonzero(is_known & (rows != UNKNOWN))
+        rows, time = rows[counts], time[counts]
+        counts = np.flatnonzero((time >= windows.since[rows]) & (time <= windows.until[rows]))
+        found.append(rows[counts].astype(np.int32))
+        times.append(time[counts])
+    return Knowledge(windows.links, found, times)
 
 
 def from_sensors(recording: Recording, objects: str, bodies: Bodies) -> Knowledge:
@@ -115,7 +150,7 @@ def from_others(recording: Recording, received_objects: str, ego: str, bodies: B
 
 def _known(observer: Array, road_user: Array, time: Array) -> Knowledge:
     counts = (road_user != NEVER) & (observer != NEVER)
-    return Knowledge(observer[counts], road_user[counts], time[counts])
+    return Knowledge.of(observer[counts], road_user[counts], time[counts])
 
 
 def _objects(recording: Recording, name: str) -> tuple[Array, Array]:
@@ -160,8 +195,3 @@ def _scenes(points: Array, bodies: Bodies) -> Iterator[tuple[Array, slice]]:
     for point, start, end in zip(known.tolist(), starts, ends[: len(starts)], strict=True):
         if point >= 0 and first[point + 1] > first[point]:
             yield order[start:end], slice(int(first[point]), int(first[point + 1]))
-
-
-def _link(observer: Array, road_user: Array) -> Array:
-    """One number for both; they are below 2^31."""
-    return np.asarray((np.asarray(observer, np.int64) << 32) + road_user)

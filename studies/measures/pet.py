@@ -13,7 +13,7 @@ from orchestrator.parameters import parameter
 from orchestrator.recording.reader import Recording
 from orchestrator.signal import Array
 from studies.measures.passes import Passes, passes_of
-from studies.measures.style import draw_distribution
+from studies.measures.style import distribution, draw_distribution
 from studies.measures.vehicles import beneath, vehicles_in
 
 
@@ -63,7 +63,7 @@ class PostEncroachment(Measure):
             },
             tables={"pairs": table},
             panel=lambda axes: draw_distribution(
-                axes, {"pairs": found}, "post-encroachment time [s]"
+                axes, {"pairs": distribution(np.sort(found))}, "post-encroachment time [s]"
             ),
         )
 

@@ -12,7 +12,15 @@ from orchestrator.errors import ParameterProblem
 from orchestrator.measure import Answer
 from orchestrator.parameters import parameter
 from orchestrator.recording.reader import Recording
-from studies.measures.bins import bin_of, edges_parameter, edges_problems, spread, spread_by_bin
+from orchestrator.signal import Array
+from studies.measures.bins import (
+    bin_of,
+    edges_parameter,
+    edges_problems,
+    spread_by_bin,
+    spread_of,
+)
+from studies.measures.links import Links, lengthened, link
 from studies.measures.radio import Kind, received
 from studies.measures.style import draw_quantiles
 from studies.measures.vehicles import ABSENT, beneath, plane_distance, vehicles_in
@@ -48,29 +56,65 @@ class PacketInterReception(Measure):
     @override
     def compute(self, recording: Recording) -> Answer:
         vehicles = vehicles_in(recording, self.vehicle)
-        batch = received(recording, self.receptions, self.kind)
-        rows = batch.records
-        link = (rows["transmitter"] << 32) + rows["receiver"]
-        order = np.lexsort((rows["time"], link))
-        link, times = link[order], rows["time"][order]
-        is_next = link[1:] == link[:-1]
-        later = order[1:][is_next]
-        gaps = np.diff(times)[is_next] * 1e-9  # [s]
-        points = vehicles.at(batch.times[later])
-        a = vehicles.rows(points, rows["transmitter"][later])
-        b = vehicles.rows(points, rows["receiver"][later])
-        place = bin_of(plane_distance(vehicles, a, b), self.edges)
-        place[(a == ABSENT) | (b == ABSENT)] = -1
-        counts = place >= 0
-        table = spread_by_bin(place[counts], gaps[counts], self.edges)
-        _, per_link = np.unique(link, return_counts=True)
+        last = _Last()
+        gaps, places = [np.empty(0)], [np.empty(0, np.int16)]
+        for batch in received(recording, self.receptions).batches(self.kind):
+            later, gap = last.gaps(batch.records)
+            points = vehicles.at(batch.times[later])
+            a = vehicles.rows(points, batch.records["transmitter"][later])
+            b = vehicles.rows(points, batch.records["receiver"][later])
+            place = bin_of(plane_distance(vehicles, a, b), self.edges)
+            counts = (place >= 0) & (a != ABSENT) & (b != ABSENT)
+            gaps.append(gap[counts])
+            places.append(place[counts].astype(np.int16))
+        found = np.concatenate(gaps)
+        gaps.clear()
+        table = spread_by_bin(np.concatenate(places), found, self.edges)
+        found *= 1e3  # [ms]
+        found.sort()
         return Answer(
             numbers={
-                **spread(gaps[counts] * 1e3, "pir", "ms"),
-                "gaps": int(counts.sum()),
-                "links": len(per_link),
-                "links_once": int((per_link == 1).sum()),
+                **spread_of(found, "pir", "ms"),
+                "gaps": len(found),
+                "links": len(last.counts),
+                "links_once": int((last.counts == 1).sum()),
             },
             tables={"distance": table},
             panel=lambda axes: draw_quantiles(axes, table, "inter-reception time"),
         )
+
+
+class _Last:
+    """The last reception over every link until now.
+
+    Attributes:
+        counts: how many there were of each, shape (link,).
+    """
+
+    def __init__(self) -> None:
+        self.counts = np.empty(0, np.int64)
+        self._times = np.empty(0, np.int64)
+        self._links = Links()
+
+    def gaps(self, rows: Array) -> tuple[Array, Array]:
+        """The receptions that follow one over the same link, and how long after it.
+
+        Args:
+            rows: the next receptions, shape (n,).
+
+        Returns:
+            Indices into `rows`, and times since the reception before [s], shape (gap,) each.
+        """
+        links = self._links.meet(link(rows["transmitter"], rows["receiver"]))
+        self.counts = lengthened(self.counts, len(self._links), 0)
+        self._times = lengthened(self._times, len(self._links), 0)
+        order = np.lexsort((rows["time"], links))
+        links, times = links[order], rows["time"][order]
+        is_first = np.concatenate([[True], links[1:] != links[:-1]])[: len(order)]
+        is_last = np.concatenate([is_first[1:], [True]])[: len(order)]
+        before = np.concatenate([[0], times[:-1]])[: len(order)]
+        before[is_first] = self._times[links[is_first]]
+        follows = ~is_first | (self.counts[links] > 0)
+        self._times[links[is_last]] = times[is_last]
+        self.counts += np.bincount(links, minlength=len(self.counts))
+        return order[follows], (times - before)[follows] * 1e-9

@@ -32,6 +32,9 @@ UNNOTICED: Final = OUTCOMES.index("U")
 _BATCH: Final = 500_000
 """Records of a batch, or a few more."""
 
+_KEPT: Final = 1_000_000
+"""Most receptions that are kept in memory; more are read again."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Batch:
@@ -99,36 +102,75 @@ def table_of(
     )
 
 
-def received(recording: Recording, signal: str, kind: Kind) -> Batch:
+class Received:
+    """All receptions with the outcome `R`, batch by batch.
+
+    Of a long run they do not fit into memory, so that they are read again whenever they are asked
+    for; those of a short one are kept.
+
+    Attributes:
+        returning: numbers of the packets that were received in more than one batch, ascending,
+            shape (packet,).
+    """
+
+    def __init__(self, recording: Recording, signal: str) -> None:
+        self._recording, self._signal = recording, signal
+        self._kept: list[Batch] | None = []
+        numbers, latest, ascends, size = [np.empty(0, np.int64)], None, True, 0
+        for batch in self._read():
+            times = batch.records["time"]
+            numbers.append(np.unique(batch.records["packet"]))
+            if len(times):
+                ascends &= latest is None or int(times.min()) >= latest
+                latest = int(times.max())
+            size += len(times)
+            if self._kept is not None:
+                self._kept.append(batch)
+            if size > _KEPT and ascends:
+                self._kept = None
+        found, counts = np.unique(np.concatenate(numbers), return_counts=True)
+        self.returning = found[counts > 1]
+        if not ascends:
+            self._kept = [_in_order(list(self._read()))]
+
+    def batches(self, kind: Kind) -> Iterator[Batch]:
+        """Those of a kind; in no batch is one that came before one of an earlier batch."""
+        for batch in self._read() if self._kept is None else self._kept:
+            wanted = np.True_ if kind == "any" else batch.records["kind"] == KINDS[kind]
+            if np.all(wanted):
+                yield batch
+            else:
+                yield Batch(records=batch.records[wanted], times=batch.times[wanted])
+
+    def _read(self) -> Iterator[Batch]:
+        for batch in batches(self._recording, self._signal, "RCPT", RECEPTION):
+            rows = np.flatnonzero(batch.records["outcome"] == RECEIVED)
+            records, times = batch.records[rows], batch.times[rows]
+            for array in (records, times):
+                array.flags.writeable = False
+            yield Batch(records=records, times=times)
+
+
+def _in_order(found: Sequence[Batch]) -> Batch:
+    """All of them in one, by their times."""
+    records = np.concatenate([plain(each.records) for each in found]).view(RECEPTION)
+    order = np.argsort(records["time"], kind="stable")
+    times = np.concatenate([each.times for each in found])
+    return Batch(records=records[order], times=times[order])
+
+
+def received(recording: Recording, signal: str) -> Received:
     """All receptions with the outcome `R`.
 
-    Several measures ask for them, so they are read once and kept as long as `recording` is.
+    Several measures ask for them, so what is known of them is kept as long as `recording` is.
     """
     known = _RECEIVED.setdefault(recording, {})
     if signal not in known:
-        known[signal] = _received(recording, signal)
-    every = known[signal]
-    if kind == "any":
-        return every
-    wanted = every.records["kind"] == KINDS[kind]
-    if wanted.all():
-        return every
-    return Batch(records=every.records[wanted], times=every.times[wanted])
+        known[signal] = Received(recording, signal)
+    return known[signal]
 
 
-_RECEIVED: Final[WeakKeyDictionary[Recording, dict[str, Batch]]] = WeakKeyDictionary()
-
-
-def _received(recording: Recording, signal: str) -> Batch:
-    found = []
-    for batch in batches(recording, signal, "RCPT", RECEPTION):
-        rows = np.flatnonzero(batch.records["outcome"] == RECEIVED)
-        found.append((batch.records[rows], batch.times[rows]))
-    records = np.concatenate([plain(records) for records, _ in found]).view(RECEPTION)
-    times = np.concatenate([times for _, times in found])
-    for array in (records, times):
-        array.flags.writeable = False
-    return Batch(records=records, times=times)
+_RECEIVED: Final[WeakKeyDictionary[Recording, dict[str, Received]]] = WeakKeyDictionary()
 
 
 def plain(records: Array) -> Array:

@@ -14,10 +14,12 @@ from orchestrator.elements import Elements
 from orchestrator.measure import Answer, Panel
 from orchestrator.palette import COLOURS
 from orchestrator.parameters import parameter
+from orchestrator.recording.declared import declared_shape
 from orchestrator.recording.reader import Recording
 from orchestrator.signal import Array
 from orchestrator.table_files import Table
-from studies.measures.held import BLOCK, Held, declared_shape
+from studies.measures.held import BLOCK, Held
+from studies.measures.style import LINES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -172,10 +174,11 @@ def _panel(members: Sequence[Held]) -> Panel:
 
 def _draw(members: Sequence[Held], axes: "Axes") -> None:
     names = dict.fromkeys(each.name.partition(".")[0] for each in members)
-    for each, colour in zip(members, COLOURS, strict=False):
+    for k, (each, colour) in enumerate(zip(members, COLOURS, strict=False)):
         label = each.name if len(names) > 1 else each.name.partition(".")[2]
         style = "steps-post" if each.series.kind.startswith(("bool", "int", "uint")) else "default"
-        axes.plot(*curve(each), color=colour, label=label, lw=1.0, drawstyle=style)
+        line = LINES[k % len(LINES)]
+        axes.plot(*curve(each), line, color=colour, label=label, lw=1.0, drawstyle=style)
     axes.set_xlabel("time [s]")
     unit = "" if members[0].unit == "1" else f"[{members[0].unit}]"
     if len(members) == 1:
@@ -183,7 +186,7 @@ def _draw(members: Sequence[Held], axes: "Axes") -> None:
         return
     axes.set_ylabel(unit)
     # beside the curves, which may be everywhere
-    axes.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
 
 
 def curve(column: Held) -> tuple[Array, Array]:

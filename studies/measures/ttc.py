@@ -13,7 +13,7 @@ from orchestrator.parameters import parameter
 from orchestrator.recording.reader import Recording
 from orchestrator.signal import Array
 from studies.measures.boxes import time_to_contact
-from studies.measures.style import draw_distribution
+from studies.measures.style import distribution, draw_distribution
 from studies.measures.vehicles import Vehicles, beneath, near_pairs, vehicles_in
 
 
@@ -76,7 +76,9 @@ class TimeToCollision(Measure):
             },
             tables={"vehicles": table},
             panel=lambda axes: draw_distribution(
-                axes, {"least of each vehicle": known[known <= 10.0]}, "time to collision [s]"
+                axes,
+                {"least of each vehicle": distribution(np.sort(known[known <= 10.0]))},
+                "time to collision [s]",
             ),
         )
 

@@ -1,16 +1,10 @@
 """Estimates of means and of paired differences."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
-from orchestrator.intervals import Estimate, mean, share
+from orchestrator.intervals import Estimate, Sample, differences, mean, share
 
-Sample = Mapping[int, float]
-"""A metric by seed, of the runs that did not fail and had something to measure."""
-
-
-def differences(a: Sample, b: Sample) -> list[float]:
-    """`a` minus `b` for every seed that both have, by seed (common random numbers)."""
-    return [a[seed] - b[seed] for seed in sorted(a.keys() & b.keys())]
+__all__ = ["Sample", "differences", "mean_of", "percent", "share_of"]
 
 
 def mean_of(values: Sequence[float]) -> Estimate | None:

@@ -1,56 +1,38 @@
-"""One figure of a red-light run: the scene at the decisive moment, time lines under it."""
+"""One figure of a red-light run: the scene at the decisive moment, time lines beside it."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final, TypeAlias
+from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Polygon, Rectangle
-from matplotlib.transforms import Bbox
 
-from fmus.messages.apm import Apm, decode, split
-from fmus.messages.records import LINKS, NO_VEHICLE, OUTCOMES
-from orchestrator.drawing import styled, write
-from orchestrator.palette import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    GROUND,
-    LIGHT,
-    LINK_COLOURS,
-    PURPLE,
-    SKY,
-    VERMILLION,
-)
+from fmus.messages.records import LINKS
+from orchestrator.drawing import SMALL, styled, write
+from orchestrator.palette import BLACK, BLUE, GREEN, LINK_COLOURS, VERMILLION
+from orchestrator.signal import Array
 from studies.red_light.metrics import Metrics
-from studies.red_light.roles import BLOCKING, COLLISION, EGO, ROADSIDE, SHARING
-from studies.red_light.traces import Scene, Traces
+from studies.red_light.roles import EGO
+from studies.red_light.top_view import RECEIVED, draw_scene, links_before, view_of
+from studies.red_light.traces import Traces
 
-ROLE_COLOURS: Final = {
-    EGO: BLUE,
-    COLLISION: VERMILLION,
-    SHARING: GREEN,
-    BLOCKING: GREY,
-}
-ROLE_NAMES: Final = {
-    EGO: "ego",
-    COLLISION: "collision vehicle",
-    SHARING: "lidar sharing node",
-    BLOCKING: "blocking vehicle",
-}
-ROADSIDE_MARKER: Final[Mapping[str, Any]] = {"marker": "^", "color": PURPLE, "markersize": 9}
-_LINK_COLOURS: Final = tuple(LINK_COLOURS[name] for name in LINKS)
-_RECEIVED: Final = OUTCOMES.index("R")
-_DPI: Final = 110
-_VIEW: Final = 60.0  # drawn at least around the ego [m]
+_DPI: Final = 150
+_WIDE: Final = 8.2
+"""The width of the figure [inch]."""
 
-Links: TypeAlias = Mapping[tuple[int, int], np.void]
-"""Receptions by transmitter and receiver."""
+_HIGH: Final = 6.6
+"""The height of a scene that has the time lines beside it, and of the time lines [inch]."""
+
+_LOW: Final = 5.6
+"""The height of time lines below a scene [inch]."""
+
+_LINES: Final = 4
+_FILLS: Final = ("full", "none", "bottom")
+"""How marks of each of `LINKS` are filled, for readers without colours."""
+
+_APART: Final = 0.07
+"""Names of relays nearer than this share of the axis are not written twice."""
 
 
 def draw(traces: Traces, metrics: Metrics, path: Path) -> None:
@@ -61,25 +43,42 @@ def draw(traces: Traces, metrics: Metrics, path: Path) -> None:
 
 def _drawn(traces: Traces, metrics: Metrics) -> Figure:
     moment = decisive_moment(metrics, traces)
-    links = _links(traces, moment)
-    view = _view(traces.scene(moment), links)
-    height = 10.0 * view.height / view.width
-    figure = Figure(figsize=(11.0, height + 6.0), layout="constrained")
-    grid = figure.add_gridspec(4, 1, height_ratios=(height, 1.6, 1.6, 1.6))
-    axes = figure.add_subplot(grid[0])
-    _draw_scene(axes, traces, moment, links)
-    axes.set_xlim(*view.intervalx)
-    axes.set_ylim(*view.intervaly)
-    axes.set_title(_title(metrics, moment))
-    lines = [figure.add_subplot(grid[row]) for row in (1, 2, 3)]
-    _draw_motion(lines[0], traces)
-    _draw_power(lines[1], traces, traces.vehicle_with(EGO))
-    _draw_packets(lines[2], traces, traces.vehicle_with(EGO))
+    links = links_before(traces, moment)
+    view = view_of(traces.scene(moment), links)
+    figure, scene, lines = _layout(view.width / view.height)
+    draw_scene(scene, traces, moment, links)
+    figure.suptitle(_title(metrics, moment), fontsize=10.0)
+    ego = traces.vehicle_with(EGO)
+    _draw_speed(lines[0], traces)
+    _draw_gap(lines[1], traces, metrics)
+    _draw_power(lines[2], traces, ego)
+    _draw_packets(lines[3], traces, ego)
     for axes in lines:
         axes.axvline(moment / 1e9, color=BLACK, linewidth=0.8, linestyle=":")
         axes.set_xlim(0.0, traces.end / 1e9)
-    lines[-1].set_xlabel("simulated time [s]")
+        axes.tick_params(labelbottom=axes is lines[-1])
+    lines[-1].set_xlabel("simulated time [s]; dotted: the moment of the picture")
+    figure.align_ylabels(lines)
     return figure
+
+
+def _layout(shape: float) -> tuple[Figure, Axes, Sequence[Axes]]:
+    """A figure with room for a scene and time lines: side by side if the scene is upright.
+
+    Args:
+        shape: width over height of the scene.
+    """
+    if shape < 1.2:
+        figure = Figure(figsize=(_WIDE, _HIGH), layout="constrained")
+        wide = min(max(shape, 0.65), 0.95)
+        grid = figure.add_gridspec(_LINES, 2, width_ratios=(wide, 1.0))
+        scene = figure.add_subplot(grid[:, 0], anchor="N")
+        return figure, scene, [figure.add_subplot(grid[row, 1]) for row in range(_LINES)]
+    height = max(_WIDE / shape, 1.5)
+    figure = Figure(figsize=(_WIDE, height + _LOW), layout="constrained")
+    grid = figure.add_gridspec(1 + _LINES, 1, height_ratios=(height, *[_LOW / _LINES] * _LINES))
+    scene = figure.add_subplot(grid[0])
+    return figure, scene, [figure.add_subplot(grid[1 + row]) for row in range(_LINES)]
 
 
 def decisive_moment(metrics: Metrics, traces: Traces) -> int:
@@ -103,181 +102,82 @@ def _title(metrics: Metrics, moment: int) -> str:
     return f"t = {moment / 1e9:.2f} s: {what}"
 
 
-def _view(now: Scene, links: Links) -> Bbox:
-    """The part of the scene to draw: around the ego, with the ends of links unless far."""
-    row = now.row(EGO)
-    middle = now.position[row, :2] if row is not None else np.zeros(2)
-    linked = {vehicle for ends in links for vehicle in ends}
-    points = [p[:2] for v, p in zip(now.ids, now.position, strict=True) if int(v) in linked]
-    wide, most = _VIEW * np.array([1.2, 1.0]), _VIEW * np.array([1.6, 1.2])
-    low = np.min([middle - wide, *points], axis=0) - 5.0
-    high = np.max([middle + wide, *points], axis=0) + 5.0
-    return Bbox([np.maximum(low, middle - most), np.minimum(high, middle + most)])
-
-
-def _draw_scene(axes: Axes, traces: Traces, moment: int, links: Links) -> None:
-    now = traces.scene(moment)
-    matched = _matched_apm(traces, moment)
-    if matched is not None:
-        _draw_apm(axes, matched)
-    _draw_buildings(axes, traces, moment)
-    _draw_blind_zones(axes, traces, now, moment)
-    _draw_vehicles(axes, now, {vehicle for ends in links for vehicle in ends})
-    _draw_links(axes, now, links)
-    axes.set_aspect("equal")
-    axes.grid(visible=False)
-    axes.set_xlabel("x, east [m]")
-    axes.set_ylabel("y, north [m]")
-    axes.legend(
-        handles=_legend(now), loc="upper left", fontsize="small", frameon=True, framealpha=0.9
-    )
-
-
-def _legend(now: Scene) -> list[Patch | Line2D]:
-    vehicles: list[Patch | Line2D] = [
-        Patch(facecolor=colour, label=ROLE_NAMES[role]) for role, colour in ROLE_COLOURS.items()
-    ]
-    if ROADSIDE in now.role:
-        vehicles.append(Line2D([], [], linestyle="", label="roadside unit", **ROADSIDE_MARKER))
-    links = [
-        Line2D([], [], color=colour, label=f"link {name}")
-        for name, colour in zip(LINKS, _LINK_COLOURS, strict=True)
-    ]
-    zones = [
-        Patch(facecolor=SKY, alpha=0.5, label="APM of the matched sharer"),
-        Patch(fill=False, edgecolor=PURPLE, hatch="///", label="blind zone of the ego"),
-    ]
-    return [*vehicles, *links, *zones]
-
-
-def _draw_buildings(axes: Axes, traces: Traces, moment: int) -> None:
-    vertex = np.asarray(traces.at("traffic.building.vertex", moment))
-    index = np.asarray(traces.at("traffic.building.index", moment))
-    rings = [Polygon(vertex[index == building]) for building in np.unique(index)]
-    axes.add_collection(PatchCollection(rings, facecolor=LIGHT, edgecolor=GROUND))
-
-
-def _draw_vehicles(axes: Axes, now: Scene, linked: set[int]) -> None:
-    for corners, role, vehicle in zip(now.corners(), now.role, now.ids, strict=True):
-        if int(role) == ROADSIDE:
-            axes.plot(*corners.mean(axis=0), **ROADSIDE_MARKER)
-            continue
-        colour = ROLE_COLOURS.get(int(role), LIGHT)
-        axes.add_patch(Polygon(corners, facecolor=colour, edgecolor=BLACK, linewidth=0.5))
-        if int(role) in {EGO, COLLISION, SHARING} or int(vehicle) in linked:
-            axes.annotate(str(vehicle), corners.mean(axis=0), ha="center", va="center", fontsize=6)
-
-
-def _matched_apm(traces: Traces, moment: int) -> Apm | None:
-    """The APM that the best sharer last sent, if there is a match."""
-    sharer = int(np.asarray(traces.at("perception.match.sharer", moment))[0])
-    for message in split(bytes(traces.at("perception.apms", moment))):
-        apm = decode(message)
-        if apm.vehicle == sharer:
-            return apm
-    return None
-
-
-def _draw_apm(axes: Axes, apm: Apm) -> None:
-    indices = np.moveaxis(np.indices(apm.cells.shape), 0, -1)[..., None, :]
-    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    corners = apm.world(indices + square).reshape(-1, 4, 2)
-    cells = PatchCollection([Polygon(c) for c in corners], cmap="Blues", alpha=0.5)
-    cells.set_array(np.log1p(apm.cells.ravel().astype(float)))
-    axes.add_collection(cells)
-
-
-def _draw_blind_zones(axes: Axes, traces: Traces, now: Scene, moment: int) -> None:
-    """The squares lie along the ego's heading."""
-    (heading,) = now.heading[now.ids == traces.vehicle_with(EGO)]
-    centers = np.asarray(traces.at("perception.blind_zone.center", moment))
-    ranges = np.asarray(traces.at("perception.blind_zone.range", moment))
-    for center, half in zip(centers[ranges > 0], ranges[ranges > 0], strict=True):
-        axes.add_patch(
-            Rectangle(
-                tuple(center - half),
-                2 * half,
-                2 * half,
-                angle=np.degrees(heading),
-                rotation_point="center",
-                fill=False,
-                edgecolor=PURPLE,
-                hatch="///",
-                linewidth=0.6,
-                alpha=0.5,
-            )
-        )
-
-
-def _links(traces: Traces, moment: int) -> Links:
-    """The links of sensor data in the second before `moment`: the last reception on each."""
-    heard = traces.receptions
-    heard = heard[(heard["time"] <= moment) & (heard["time"] > moment - 1_000_000_000)]
-    heard = heard[(heard["addressed"] == 1) | (heard["receiver"] == traces.vehicle_with(EGO))]
-    return {(int(event["transmitter"]), int(event["receiver"])): event for event in heard}
-
-
-def _draw_links(axes: Axes, now: Scene, links: Links) -> None:
-    place = {int(v): p[:2] for v, p in zip(now.ids, now.position, strict=True)}
-    for (transmitter, receiver), event in links.items():
-        if transmitter in place and receiver in place:
-            ends = np.stack([place[transmitter], place[receiver]])
-            axes.plot(
-                *ends.T,
-                color=_LINK_COLOURS[int(event["link"])],
-                linewidth=2.0,
-                linestyle="-" if event["outcome"] == _RECEIVED else "--",
-            )
-            if not np.isnan(event["power_dbm"]):  # known; a replayed recording need not say it
-                axes.annotate(
-                    f"{event['power_dbm']:.0f} dBm",
-                    ends.mean(axis=0),
-                    fontsize=7,
-                    bbox={"boxstyle": "round,pad=0.1", "facecolor": "white", "alpha": 0.7},
-                    annotation_clip=True,
-                )
-
-
-def _draw_motion(axes: Axes, traces: Traces) -> None:
+def _draw_speed(axes: Axes, traces: Traces) -> None:
     times, speed = traces.scalars("traffic.ego.speed")
-    axes.plot(times, speed * 3.6, color=ROLE_COLOURS[EGO], label="ego speed [km/h]")
+    axes.plot(times, speed * 3.6, color=BLUE)
+    axes.set_ylim(bottom=0.0)
+    axes.set_ylabel("speed of\nthe ego [km/h]")
+
+
+def _draw_gap(axes: Axes, traces: Traces, metrics: Metrics) -> None:
     gap = traces.gap_to_hidden
-    axes.plot(
-        gap[:, 0],
-        gap[:, 1],
-        color=ROLE_COLOURS[COLLISION],
-        label="gap to the collision vehicle [m]",
-    )
-    axes.set_ylim(0.0, 60.0)
-    axes.legend(loc="upper left", fontsize="small")
+    axes.plot(gap[:, 0], gap[:, 1], color=VERMILLION)
+    axes.set_ylim(bottom=0.0)
+    axes.set_ylabel("gap to the\ncollider [m]")
+    if metrics.min_gap_m is not None and metrics.min_gap_time is not None:
+        place = (metrics.min_gap_time, metrics.min_gap_m)
+        axes.plot(*place, "o", color=VERMILLION, markersize=4.0)
+        axes.annotate(
+            f"least: {metrics.min_gap_m:.2f} m", place, xytext=(0, 14), textcoords="offset points",
+            ha="center" if place[0] < 0.9 * traces.end / 1e9 else "right", fontsize=SMALL,
+        )  # fmt: skip
 
 
 def _draw_power(axes: Axes, traces: Traces, ego: int | None) -> None:
+    """Powers at the ego: the mark says by which way, its filling and colour the class of link."""
     heard = traces.receptions
     direct = heard[(heard["hop"] == 0) & (heard["receiver"] == ego)]
     relayed = heard[(heard["hop"] == 1) & (heard["receiver"] == ego) & (heard["addressed"] == 1)]
-    for rows, marker, name in ((direct, "o", "direct link"), (relayed, "^", "from the relay")):
-        colours = [_LINK_COLOURS[link] for link in rows["link"]]
-        axes.scatter(
-            rows["time"] / 1e9, rows["power_dbm"], c=colours, marker=marker, s=10, label=name
-        )
-    axes.set_ylabel("at the ego [dBm]")
-    if len(heard):
-        axes.legend(loc="upper left", fontsize="small")
+    for rows, marker, way in ((direct, "o", "direct"), (relayed, "^", "by relay")):
+        for k, name in enumerate(LINKS):
+            own = rows[rows["link"] == k]
+            if len(own):
+                axes.plot(
+                    own["time"] / 1e9, own["power_dbm"], marker, color=LINK_COLOURS[name],
+                    fillstyle=_FILLS[k], markersize=3.5, markeredgewidth=0.7,
+                    label=f"{way}, {name}",
+                )  # fmt: skip
+    axes.set_ylabel("power at\nthe ego [dBm]")
+    _legend_above(axes)
 
 
 def _draw_packets(axes: Axes, traces: Traces, ego: int | None) -> None:
     """Sensor data that the ego got and did not get, on its own and over the relay."""
     heard = traces.receptions
     heard = heard[heard["receiver"] == ego]
-    for level, rows in enumerate((heard[heard["hop"] == 0], heard[heard["hop"] > 0])):
-        good = rows["outcome"] == _RECEIVED
-        axes.plot(rows["time"][good] / 1e9, np.full(good.sum(), level), "|", color=GREEN)
-        axes.plot(rows["time"][~good] / 1e9, np.full((~good).sum(), level), "x", color=VERMILLION)
-    times, relay = traces.scalars("relay.relay")
-    changes = np.flatnonzero(np.diff(relay, prepend=NO_VEHICLE))
-    for k in changes:
-        name = "direct" if relay[k] == NO_VEHICLE else f"relay {relay[k]}"
-        axes.annotate(name, (times[k], 1.4), fontsize=7)
-    axes.set_yticks([0, 1], ["direct", "relayed"])
-    axes.set_ylim(-0.5, 2.0)
+    relayed = heard[heard["hop"] > 0]
+    level = np.where(heard["hop"] > 0, 1.0, 0.0)
+    good = heard["outcome"] == RECEIVED
+    time = heard["time"] / 1e9
+    if good.any():
+        axes.plot(time[good], level[good], "|", color=GREEN, markersize=7.0, label="received")
+    if not good.all():
+        axes.plot(time[~good], level[~good], "x", color=VERMILLION, markersize=5.0, label="lost")
+    _name_relays(axes, relayed, traces.end / 1e9)
+    axes.set_yticks([0, 1, 2], ["direct", "by relay", "relay"])
+    axes.tick_params(axis="y", length=0)
+    axes.set_ylim(-0.5, 2.5)
+    axes.grid(visible=False, axis="y")
+    axes.set_ylabel("sensor data\nfor the ego")
+    _legend_above(axes)
+
+
+def _name_relays(axes: Axes, relayed: Array, end: float) -> None:
+    """Write who forwarded, where that begins, above what it forwarded."""
+    own = relayed[relayed["addressed"] == 1]
+    before, place = None, -end
+    for row in own:
+        time = float(row["time"]) / 1e9
+        if row["transmitter"] != before and time - place > _APART * end:
+            axes.text(time, 2.0, str(row["transmitter"]), fontsize=SMALL, va="center")
+            before, place = row["transmitter"], time
+
+
+def _legend_above(axes: Axes) -> None:
+    """Put a legend above the axes, where no data are."""
+    handles, labels = axes.get_legend_handles_labels()
+    if handles:
+        axes.legend(
+            handles, labels, loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=len(labels),
+            columnspacing=1.0, handletextpad=0.2, borderaxespad=0.0,
+        )  # fmt: skip

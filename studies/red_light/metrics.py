@@ -93,19 +93,23 @@ class Metrics:
         completion_time: when the ego had completed its way [s].
         success: whether the ego has completed and not collided; neither may have happened when the
             run ended.
-        min_gap_m: the smallest distance between the bodies of ego and hidden vehicle [m]; `None`
-            if they were never there together.
+        min_gap_m: the smallest distance between the bodies of ego and hidden vehicle at a
+            communication point of the traffic [m]; `None` if they were never there together.
         min_gap_time: when that was [s].
         min_speed: the lowest speed of the ego [m/s].
         prr: how many of the packets of sensor data for the ego reached it.
         session: what fusion had since it was first triggered.
         links: the links that carried sensor data, busiest first.
-        relay_switches: number of changes of the relay.
+        relay_switches: number of changes of the relay while fusion was triggered.
         relays: the ids of the relays that were chosen, in order of first choice.
         packets_sent: the number of packets handed to the radios.
         bytes_sent: their size together [B].
         hidden_vehicle: when the hidden vehicle was seen.
         braking: the first brake for a hazard.
+        ego_gap_m: the smallest value of the signal `traffic.ego.gap`, the distance to any vehicle,
+            also between two communication points [m]; `None` without one.
+        ego_gap_time: the communication point that ends the step in which that was [s].
+        ego_gap_vehicle: the id of the vehicle.
     """
 
     collision: bool
@@ -125,6 +129,9 @@ class Metrics:
     bytes_sent: int
     hidden_vehicle: HiddenVehicle
     braking: Braking
+    ego_gap_m: float | None = None
+    ego_gap_time: float | None = None
+    ego_gap_vehicle: int | None = None
 
 
 def compute(traces: Traces) -> Metrics:
@@ -156,7 +163,24 @@ def compute(traces: Traces) -> Metrics:
         bytes_sent=int(sent["size"].sum()),
         hidden_vehicle=_hidden(traces, roles),
         braking=_braking(traces),
+        **_gap_to_any(traces),
     )
+
+
+def _gap_to_any(traces: Traces) -> dict[str, Any]:
+    """The smallest gap that the traffic told of, where it told of any."""
+    names = ("traffic.ego.gap", "traffic.ego.nearest")
+    if not all(map(traces.has, names)):
+        return {}
+    (times, gaps), (_, vehicles) = (traces.scalars(name) for name in names)
+    k = int(np.argmin(gaps))
+    if int(vehicles[k]) == NO_VEHICLE:
+        return {}
+    return {
+        "ego_gap_m": float(gaps[k]),
+        "ego_gap_time": float(times[k]),
+        "ego_gap_vehicle": int(vehicles[k]),
+    }
 
 
 def _links(heard: Array, roles: Roles) -> tuple[Link, ...]:

@@ -94,6 +94,14 @@ class RedLightReport(Report):
         return "\n".join([_encounter(found), _braking(found.braking), hidden, *_radio(found)])
 
 
+def _to_any(metrics: Metrics) -> str:
+    """The smallest gap to any vehicle, where the recording has it."""
+    if metrics.ego_gap_m is None:
+        return ""
+    which = f"(vehicle {metrics.ego_gap_vehicle})"
+    return f", to any {metrics.ego_gap_m:.2f} m at {_seconds(metrics.ego_gap_time)} {which}"
+
+
 def _encounter(metrics: Metrics) -> str:
     if metrics.collision:
         partner = _PARTNERS.get(metrics.collision_partner or "", "another vehicle")
@@ -102,7 +110,10 @@ def _encounter(metrics: Metrics) -> str:
         first = "no collision"
     else:
         time = _seconds(metrics.min_gap_time)
-        first = f"no collision, smallest gap {metrics.min_gap_m:.2f} m at {time}"
+        first = (
+            f"no collision, smallest gap to the hidden vehicle {metrics.min_gap_m:.2f} m at {time}"
+            f"{_to_any(metrics)}"
+        )
     completed = metrics.completion_time
     last = "not completed" if completed is None else f"completed at {_seconds(completed)}"
     return f"{first}; {last}"
@@ -141,8 +152,8 @@ def _radio(metrics: Metrics) -> list[str]:
             f"{_percent(prr.messages)})"
         ),
         (
-            f"relays         {metrics.relay_switches} switches; used: "
-            f"{', '.join(map(str, metrics.relays)) or 'none'}"
+            f"relays         chosen: {', '.join(map(str, metrics.relays)) or 'none'}; "
+            f"{metrics.relay_switches} switches (changes while fusion goes on)"
         ),
         f"on the air     {metrics.packets_sent} packets, {metrics.bytes_sent / 1e6:.2f} MB",
     ]

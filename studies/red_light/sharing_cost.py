@@ -21,7 +21,7 @@ from studies.red_light.traces import Array, Recording, Traces
 
 COLUMNS: Final = left(
     "collision",
-    "smallest gap [m]",
+    "smallest gap to the hidden vehicle [m]",
     "PRR",
     "known [s]",
     "kilobytes",

@@ -43,6 +43,9 @@ class Recording(Protocol):
     def __getitem__(self, name: str) -> Series:
         """One signal."""
 
+    def __contains__(self, name: str) -> bool:
+        """Whether it was recorded."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scene:
@@ -113,6 +116,10 @@ class Traces:
         if name not in self._series:
             self._series[name] = self._recording[self._names.signal(name)]
         return self._series[name]
+
+    def has(self, name: str) -> bool:
+        """Whether the signal called `name` was recorded."""
+        return self._names.signal(name) in self._recording
 
     def at(self, name: str, time: int) -> Any:
         """The newest sample of a signal at or before `time` [ns]."""

@@ -34,6 +34,8 @@ _PAIRS: Final = (
     ("fair-oracle", "signal-strength", "the same of signal strength"),
     ("fair-oracle", "mohed", "the same of MoHeD"),
     ("mohed-trajectories", "mohed", "what predicted trajectories add to MoHeD"),
+    ("mohed-trajectories", "signal-strength", ""),
+    ("mohed-trajectories", "expected-prr", ""),
     ("mohed-trajectories-ties", "mohed", "the same, without keeping the relay among equals"),
     ("mohed-trajectories-ties", "expected-prr", ""),
 )

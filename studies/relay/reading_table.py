@@ -7,7 +7,7 @@ from typing import Final
 
 from orchestrator.intervals import Estimate
 from studies.method import records
-from studies.method.estimates import Sample, differences, mean_of
+from studies.method.estimates import Sample, differences, mean_of, share_of
 
 BASE: Final = "relay_runs.csv"
 """The runs of the study of Table II."""
@@ -17,6 +17,10 @@ SCENES: Final = "relay_scenes_runs.csv"
 """Runs in scenes with another reading of what stands there, or of the link budget."""
 BUDGET: Final = "relay_map_budget_runs.csv"
 """Runs of MoHeD and of signal strength by the own hop, in the same scenes and in others."""
+AHEAD: Final = "relay_ahead_runs.csv"
+"""Runs of MoHeD with predicted trajectories, in the same scenes."""
+FORESIGHT: Final = "relay_foresight_runs.csv"
+"""Runs with predicted trajectories in the scene of Table II, among others."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,14 +33,16 @@ class Run:
         prr: packet reception rate, 0 to 1.
         direct_prr: that of the direct link alone.
         relay_switches: how often the relay changed.
+        collision_rate: whether the ego vehicle collided.
         error: why the run failed.
     """
 
     levels: Mapping[str, str]
     seed: int
     prr: float | None
-    direct_prr: float | None
     relay_switches: float | None
+    direct_prr: float | None = None
+    collision_rate: bool | None = None
     error: str | None = None
 
 
@@ -70,14 +76,16 @@ class Reading:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReadingResult:
-    """What came out under a reading; rates are 0 to 1, differences are of the same seeds.
+    """What came out under a reading: rates, 0 to 1, and differences, all of the same seeds.
 
     Attributes:
         reading, rule, fitted: as in `Reading`.
-        n: the number of seeds that MoHeD, signal strength and random have in common.
+        n: the number of seeds that all four methods have, of which everything else is.
         mohed, strength, random: packet reception rates.
         direct_per: packet error rate of the direct link.
         mohed_switches, strength_switches, random_switches: numbers of changes of the relay.
+        mohed_collisions, strength_collisions, random_collisions: shares of runs with a collision;
+            `None` if that was not recorded.
         over_strength: PRR of MoHeD minus that of signal strength.
         over_random: PRR of MoHeD minus that of random.
         random_over_strength: PRR of random minus that of signal strength.
@@ -94,16 +102,21 @@ class ReadingResult:
     mohed_switches: Estimate | None
     strength_switches: Estimate | None
     random_switches: Estimate | None
+    mohed_collisions: Estimate | None
+    strength_collisions: Estimate | None
+    random_collisions: Estimate | None
     over_strength: Estimate | None
     over_random: Estimate | None
     random_over_strength: Estimate | None
 
 
-def _base(method: str) -> Where:
+def base(method: str) -> Where:
+    """The runs of a method in the study of Table II."""
     return Where(BASE, {"method": method, "density": "30 m", "speed": "30 km/h"})
 
 
-def _policy(reading: str, method: str) -> Where:
+def policy(reading: str, method: str) -> Where:
+    """The runs of a method under another reading of the discovery."""
     return Where(POLICIES, {"reading": reading, "method": method})
 
 
@@ -117,10 +130,10 @@ def _here(name: str, rule: str, strength: Where, random: Where | None = None) ->
         name=name,
         rule=rule,
         fitted=STOP,
-        mohed=_base("mohed"),
+        mohed=base("mohed"),
         strength=strength,
-        random=_base("random") if random is None else random,
-        direct=_base("direct"),
+        random=base("random") if random is None else random,
+        direct=base("direct"),
     )
 
 
@@ -130,10 +143,10 @@ def _few(rule: str, method: str) -> Reading:
         name="some 11 candidates",
         rule=rule,
         fitted=STOP,
-        mohed=_policy(level, "mohed"),
-        strength=_policy(level, method),
-        random=_policy(level, "random"),
-        direct=_base("direct"),
+        mohed=policy(level, "mohed"),
+        strength=policy(level, method),
+        random=policy(level, "random"),
+        direct=base("direct"),
     )
 
 
@@ -162,16 +175,16 @@ def _there(scene: str, tall: str, exponent: str, stop: str) -> Iterator[Reading]
 
 
 READINGS: Final = (
-    _here("as in the study", "sum", _base("signal-strength")),
-    _here("as in the study", "weaker hop", _base("signal-strength-min")),
-    _here("one hop", "own hop", _policy("one hop", "signal-strength-own")),
-    _here("one hop, blind", "own hop", _policy("one hop, blind", "signal-strength-own")),
-    _here("thresholds", "Release 18", _policy("thresholds", "signal-strength-rel18")),
+    _here("as in the study", "sum", base("signal-strength")),
+    _here("as in the study", "weaker hop", base("signal-strength-min")),
+    _here("one hop", "own hop", policy("one hop", "signal-strength-own")),
+    _here("one hop, blind", "own hop", policy("one hop, blind", "signal-strength-own")),
+    _here("thresholds", "Release 18", policy("thresholds", "signal-strength-rel18")),
     _here(
         "on demand",
         "Release 18",
-        _policy("on demand", "signal-strength-rel18"),
-        _policy("on demand", "random"),
+        policy("on demand", "signal-strength-rel18"),
+        policy("on demand", "random"),
     ),
     _few("sum", "signal-strength"),
     _few("own hop", "signal-strength-own"),
@@ -193,7 +206,7 @@ class Runs:
     def __init__(self, folder: Path) -> None:
         self._tables = {
             name: records.read(folder / name, Run) if (folder / name).is_file() else []
-            for name in (BASE, POLICIES, SCENES, BUDGET)
+            for name in (BASE, POLICIES, SCENES, BUDGET, AHEAD, FORESIGHT)
         }
 
     def sample(self, where: Where, metric: str) -> Sample:
@@ -214,14 +227,20 @@ def results(runs: Runs, readings: Sequence[Reading] = READINGS) -> list[ReadingR
 
 
 def _result(runs: Runs, reading: Reading) -> ReadingResult:
-    mohed, strength, random = (
-        runs.sample(where, "prr") for where in (reading.mohed, reading.strength, reading.random)
-    )
-    common = mohed.keys() & strength.keys() & random.keys()
-    direct = runs.sample(reading.direct, "prr")
+    every = [
+        runs.sample(where, "prr")
+        for where in (reading.mohed, reading.strength, reading.random, reading.direct)
+    ]
+    common = sorted(set.intersection(*map(set, every)))
+    mohed, strength, random, direct = ({seed: sample[seed] for seed in common} for sample in every)
 
     def switches(where: Where) -> Estimate | None:
-        return mean_of(list(runs.sample(where, "relay_switches").values()))
+        found = runs.sample(where, "relay_switches")
+        return mean_of([found[seed] for seed in common if seed in found])
+
+    def collisions(where: Where) -> Estimate | None:
+        found = runs.sample(where, "collision_rate")
+        return share_of([bool(found[seed]) for seed in common if seed in found])
 
     return ReadingResult(
         reading=reading.name,
@@ -235,6 +254,9 @@ def _result(runs: Runs, reading: Reading) -> ReadingResult:
         mohed_switches=switches(reading.mohed),
         strength_switches=switches(reading.strength),
         random_switches=switches(reading.random),
+        mohed_collisions=collisions(reading.mohed),
+        strength_collisions=collisions(reading.strength),
+        random_collisions=collisions(reading.random),
         over_strength=mean_of(differences(mohed, strength)),
         over_random=mean_of(differences(mohed, random)),
         random_over_strength=mean_of(differences(random, strength)),

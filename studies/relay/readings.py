@@ -6,6 +6,7 @@ NAME_runs.csv         every run: levels, seed, metrics
 NAME_provenance.json  commands, commits, machine, versions, cost
 NAME.csv, .svg, .png  with the parameter `map`: by how much the first method beats the second, cell
                       by cell
+NAME_margins.csv      the same at each level of each of the two factors, and how that changes
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,12 +21,15 @@ from orchestrator.parameters import ParameterProblem
 from orchestrator.suggestion import suggestion
 from studies.method import records
 from studies.method.report import missing, parameters, unknown_parameters
-from studies.relay.advantage import Cell, Map, cells
+from studies.relay.advantage import Cell, Map, cells, margins
 from studies.relay.conditions import METHOD
 from studies.relay.provenance import Provenance
 
 MAP: Final = "map"
 """The parameter that asks for a map."""
+
+MARGINS: Final = "_margins"
+"""The end of the name of the table by level, after the name of the experiment."""
 
 METRICS: Final = ("prr", "direct_prr", "relay_switches")
 _AXES: Final = ("columns", "rows")
@@ -65,6 +69,8 @@ class RelayReadings(ExperimentReport):
         found = cells(asked, results)
         table = records.rows(found)
         records.write(directory / f"{name}.csv", table)
+        by_level = records.rows(margins(asked, results))
+        records.write(directory / f"{name}{MARGINS}.csv", by_level)
         _draw(asked, found, directory / name)
         return ExperimentFindings(tables={name: table}, text="")
 

@@ -230,8 +230,9 @@ def _ratio(part: float, whole: float) -> float | None:
 
 def _draw(axes: "Axes", table: Mapping[str, Array]) -> None:
     shown = {"all": "all together", "most": "the best", "revealed": "the chosen one"}
-    for (name, label), colour in zip(shown.items(), COLOURS, strict=False):
-        axes.plot(table["time"], table[name], color=colour, label=label, lw=1.0)
+    lines = ("-.", "--", "-")
+    for (name, label), colour, line in zip(shown.items(), COLOURS, lines, strict=False):
+        axes.plot(table["time"], table[name], line, color=colour, label=label, lw=1.2)
     axes.set_xlabel("time [s]")
     axes.set_ylabel("hidden road revealed [m$^2$]")
-    axes.legend(fontsize="small")
+    axes.legend()

@@ -6,8 +6,9 @@ from typing import Final
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from orchestrator.drawing import styled, write
+from orchestrator.drawing import SMALL, WIDTH, styled, write
 from orchestrator.intervals import Estimate
 from orchestrator.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
 from studies.method.style import Look, bars
@@ -24,6 +25,10 @@ METHODS: Final = {
 """How ways of sharing look, and what readers call them."""
 
 
+_BELOW: Final = ("always-on",)
+"""Ways of sharing whose labels are below their marks, where others have theirs above."""
+
+
 def method_name(method: str) -> str:
     """What readers call a way of sharing."""
     return METHODS[method].name if method in METHODS else method
@@ -33,24 +38,32 @@ def draw_choice(found: Sequence[Score], path: Path) -> None:
     """Draw the regret over the share of lidars, a panel per scene, to `path` without suffix."""
     scenes = list(dict.fromkeys(one.scene for one in found))
     with styled():
-        figure = Figure(figsize=(3.6 * len(scenes), 3.2), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
         panels = figure.subplots(1, len(scenes), sharey=True, squeeze=False)[0]
         for axes, scene in zip(panels, scenes, strict=True):
             own = [one for one in found if one.scene == scene]
             apmm = [one for one in own if one.parameters == APMM.name]
-            _curve(axes, apmm, [one.regret for one in apmm], METHODS["apmm"], -0.4)
+            _curve(axes, apmm, [one.regret for one in apmm], METHODS["apmm"], -1.2)
             plain = [one for one in own if one.parameters == PLAIN.name]
-            _curve(axes, plain, [one.regret for one in plain], METHODS["apmm-paper"], -0.15)
+            _curve(axes, plain, [one.regret for one in plain], METHODS["apmm-paper"], -0.4)
             nearest = Look("the nearest", ORANGE, "v")
-            _curve(axes, apmm, [one.regret_nearest for one in apmm], nearest, 0.15)
+            _curve(axes, apmm, [one.regret_nearest for one in apmm], nearest, 0.4)
             random = Look("a random one", GREY, "x")
-            _curve(axes, apmm, [one.regret_random for one in apmm], random, 0.4)
-            axes.set_title(scene.replace("_", " "))
+            _curve(axes, apmm, [one.regret_random for one in apmm], random, 1.2)
+            axes.set_title(f"{scene.replace('_', ' ')}, {_seeds(own)}")
+            axes.set_xticks(sorted({round(100 * one.share, 6) for one in own}))
             axes.set_xlabel("vehicles with lidars [%]")
             axes.set_ylim(-2.0, 102.0)
-        panels[0].set_ylabel("regret [%]")
-        panels[-1].legend(fontsize="small")
+        panels[0].set_ylabel("regret [%], with intervals of 95 %")
+        figure.legend(
+            *panels[-1].get_legend_handles_labels(), loc="outside upper center", ncols=4,
+        )  # fmt: skip
         write(figure, path, (".svg",))
+
+
+def _seeds(scores: Sequence[Score]) -> str:
+    counts = sorted({one.seeds for one in scores})
+    return " to ".join(str(n) for n in dict.fromkeys((counts[0], counts[-1]))) + " seeds"
 
 
 def _curve(
@@ -72,7 +85,7 @@ def _curve(
 def draw_bytes(found: Sequence[Result], path: Path) -> None:
     """Draw bytes against the time of first knowledge, to `path` without suffix."""
     with styled():
-        figure = Figure(figsize=(5.4, 3.6), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 3.8), layout="constrained")
         axes = figure.add_subplot()
         for method, look in METHODS.items():
             own = [
@@ -90,13 +103,19 @@ def draw_bytes(found: Sequence[Result], path: Path) -> None:
                 linewidth=0.8,
                 label=look.name,
             )
+            side, va = (5, "bottom") if method not in _BELOW else (-5, "top")
             for x, y, label in own:
                 axes.annotate(
-                    label, (x, y), (3, 4), textcoords="offset points", fontsize=7, color=look.colour
-                )
+                    label, (x, y), (0, side), textcoords="offset points", fontsize=SMALL,
+                    color=look.colour, ha="center", va=va,
+                )  # fmt: skip
         axes.set_xscale("log")
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axes.xaxis.set_minor_formatter(NullFormatter())
         axes.set_xlabel("matrices, requests, sensor data, CPMs on the air [kB/s]")
         axes.set_ylabel("told of the hidden car at [s]")
+        axes.margins(y=0.12)
         if axes.lines:
-            axes.legend(fontsize="small")
+            axes.legend(title="in % : vehicles with lidars")
         write(figure, path, (".svg",))

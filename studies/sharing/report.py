@@ -33,7 +33,7 @@ RUNS: Final = "_runs.csv"
 PROVENANCE: Final = "_provenance.json"
 """Ends of the names of files, after the experiment's."""
 
-_OMITTED: Final = ("wall_s", "fingerprint")
+_OMITTED: Final = (*tables.TIMES, "fingerprint")
 
 
 class SharingStudy(ExperimentReport):

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from orchestrator.cli.command import command
+from orchestrator.cli.command import command, seed
 from orchestrator.cli.outcome import Outcome
 
 _EPILOG = """\
@@ -37,7 +37,7 @@ def add_command(commands: Any) -> None:
         help="the directory of the results (default: runs/train-FILE, numbered if it exists)",
     )
     train.add_argument("--resume", action="store_true", help="go on with what is in --out")
-    train.add_argument("--seed", type=int, metavar="N", help="instead of the file's seed")
+    train.add_argument("--seed", type=seed, metavar="N", help="instead of the file's seed")
     train.add_argument(
         "--seeds",
         metavar="LIST",

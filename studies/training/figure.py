@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
-from orchestrator.drawing import styled, write
-from orchestrator.palette import BLACK, BLUE, GREEN, VERMILLION
+from orchestrator.drawing import SMALL, WIDTH, styled, write
+from orchestrator.palette import BLACK, BLUE, DARK, GREEN, VERMILLION
 from studies.training.results import OUTCOMES, Findings, Row
 
 NAME: Final = "training"
@@ -23,11 +23,17 @@ _COLOURS: Final = {
 }
 """Colours of Okabe and Ito's palette, which readers with colour blindness can tell apart."""
 
+_ROUNDS: Final = 8
+"""So many names of rounds have room side by side."""
+
+_MARKERS: Final = {"collision": "X", "success": "o"}
+"""The mark of each, for readers without colours."""
+
 
 def draw(found: Findings, directory: Path) -> None:
     """Write `training.svg` and `training.png`; equal findings make equal bytes."""
     with styled():
-        figure = Figure(figsize=(7.2, 6.0), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 6.2), layout="constrained")
         above, below = figure.subplots(2, 1)
         _losses(above, found.epochs)
         _drives(below, found.phases)
@@ -42,24 +48,26 @@ def _losses(axes: Axes, epochs: Sequence[Row]) -> None:
     counts = range(1, len(epochs) + 1)
     for which in ("training", "validation"):
         losses = [row[f"{which}_loss"] for row in epochs]
-        axes.plot(counts, losses, color=_COLOURS[which], label=which, linewidth=1.2)
+        line = "-" if which == "training" else "--"
+        axes.plot(counts, losses, line, color=_COLOURS[which], label=which, linewidth=1.2)
     kept = [
         (k, row["validation_loss"]) for k, row in zip(counts, epochs, strict=True) if row["kept"]
     ]
     if kept:
         axes.plot(*zip(*kept, strict=True), "o", color=BLACK, markersize=4, label="kept")
+    is_few = len({row["round"] for row in epochs}) <= _ROUNDS
     for k, row in zip(counts, epochs, strict=True):
         if row["epoch"] == 1:
-            axes.axvline(k - 0.5, color="#666666", linewidth=0.8, linestyle=":")
+            axes.axvline(k - 0.5, color=DARK, linewidth=0.8, linestyle=":")
             axes.annotate(
                 f"round {row['round']}",
                 xy=(k - 0.5, 1.0),
                 xycoords=("data", "axes fraction"),
-                xytext=(2, -2),
+                xytext=(2, 2),
                 textcoords="offset points",
-                va="top",
-                fontsize=7,
-                rotation=90,
+                va="bottom",
+                fontsize=SMALL,
+                rotation=0 if is_few else 90,
             )
     if epochs and all(row[f"{w}_loss"] > 0 for row in epochs for w in ("training", "validation")):
         axes.set_yscale("log")
@@ -68,7 +76,7 @@ def _losses(axes: Axes, epochs: Sequence[Row]) -> None:
         axes.yaxis.set_minor_formatter(NullFormatter())
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(xlabel="epoch", ylabel="mean loss")
-    _legend(axes)
+    _legend(axes, 1.09 if is_few else 1.25)
 
 
 def _drives(axes: Axes, phases: Sequence[Row]) -> None:
@@ -85,7 +93,7 @@ def _drives(axes: Axes, phases: Sequence[Row]) -> None:
             places,
             values,
             yerr=[below, above],
-            fmt="o",
+            fmt=_MARKERS[name],
             color=_COLOURS[name],
             label=name,
             markersize=4,
@@ -93,13 +101,19 @@ def _drives(axes: Axes, phases: Sequence[Row]) -> None:
             linewidth=1.0,
         )
     labels = [f"{row['phase']}\n$\\beta$ = {row['beta']:.3g}" for row in phases]
-    axes.set_xticks(range(len(phases)), labels, fontsize=7, rotation=90 if len(phases) > 8 else 0)
-    axes.set(ylim=(-0.03, 1.03), ylabel="share of runs")
-    _legend(axes)
+    axes.set_xticks(
+        range(len(phases)), labels, fontsize=SMALL, rotation=90 if len(phases) > 8 else 0
+    )
+    axes.set(
+        ylim=(-0.03, 1.03),
+        xlabel="phase of driving",
+        ylabel="share of runs, with intervals of 95 %",
+    )
+    _legend(axes, 1.04)
 
 
-def _legend(axes: Axes) -> None:
-    """Put a legend above the axes, where no data are."""
+def _legend(axes: Axes, height: float) -> None:
+    """Put a legend above the axes, where no data are, at so much of their height."""
     handles, names = axes.get_legend_handles_labels()
     if handles:
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(names))
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, height), ncols=len(names))

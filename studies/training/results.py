@@ -144,6 +144,33 @@ def write(directory: Path, found: Findings) -> str:
     return text
 
 
+def read(directory: Path, prefix: str = "") -> Findings:
+    """The tables that `write` wrote, whose names begin with `prefix`; nothing of the chosen round.
+
+    Raises:
+        FileNotFoundError: they are not there.
+    """
+    epochs, phases = (_read_csv(directory / f"{prefix}{name}") for name in (EPOCHS, PHASES))
+    return Findings(epochs=epochs, phases=phases, chosen=None)
+
+
+def _read_csv(path: Path) -> list[Row]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return [{key: _value(cell) for key, cell in row.items()} for row in csv.DictReader(file)]
+
+
+def _value(cell: str) -> Any:
+    """What was written: a number, a truth, nothing, or a word."""
+    if cell in ("True", "False", ""):
+        return {"True": True, "False": False, "": None}[cell]
+    for kind in (int, float):
+        try:
+            return kind(cell)
+        except ValueError:
+            continue
+    return cell
+
+
 def write_csv(path: Path, rows: Sequence[Row]) -> None:
     """Write the columns of all rows, in the order of their appearance."""
     names = list(dict.fromkeys(name for row in rows for name in row))

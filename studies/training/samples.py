@@ -6,10 +6,12 @@ each of them ends).
 
 import io
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
+from orchestrator.recording.layout import RecordingError
 from orchestrator.recording.reader import Recording
 from studies.training import files
 from studies.training.plan import COMPONENT, SAMPLE
@@ -38,8 +40,14 @@ def read_samples(path: Path) -> tuple[bytes, ...]:
     """What `write_samples` wrote.
 
     Raises:
-        OSError, ValueError: the file cannot be read.
+        RecordingError: the file is missing or damaged; it is named.
     """
-    with np.load(path, allow_pickle=False) as arrays:
-        joined, ends = arrays["bytes"].tobytes(), arrays["ends"].tolist()
-    return tuple(joined[i:k] for i, k in zip([0, *ends], ends, strict=False))
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+            joined, ends = arrays["bytes"].tobytes(), arrays["ends"].tolist()
+    except Exception as error:  # zipfile and zlib raise a dozen kinds, depending on the byte
+        raise RecordingError(f"`{path}` cannot be read: {type(error).__name__}: {error}") from error
+    borders = [0, *ends]
+    if borders != sorted(borders) or borders[-1] != len(joined):
+        raise RecordingError(f"`{path}` cannot be read: its samples do not end where it says")
+    return tuple(joined[i:k] for i, k in pairwise(borders))

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.campaign.conduct import Options
-from orchestrator.run import claim_directory
+from orchestrator.run_directory import claim_directory
 from studies.training.collection import Collection
 from studies.training.conduct import TrainingOutcome, conduct_training
 from studies.training.journal import IDENTITY

@@ -5,12 +5,12 @@ Each unit that can be verified adds its own parser through the entry points of `
 
 import argparse
 from collections.abc import Callable
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.cli.command import add_installed, command
 from orchestrator.cli.outcome import Outcome
+from orchestrator.installed import entry_points
 
 VERIFICATIONS: Final = "orchestrator.verifications"
 """Entry points by the name of the unit: a callable that adds the unit's parser to the subparsers of

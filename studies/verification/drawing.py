@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from orchestrator import drawing
 
-_DPI: Final = 80
+_DPI: Final = 150
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

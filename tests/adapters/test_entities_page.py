@@ -88,6 +88,7 @@ def test_a_page_without_the_place_of_the_reference_is_refused() -> None:
         reference.with_reference("# Entities\n")
 
 
+@pytest.mark.slow
 def test_every_example_is_checked_without_a_problem(folder: Path) -> None:
     for name in examples():
         assert main(["check", str(folder / name)]) == 0, name
@@ -115,6 +116,7 @@ def test_a_parked_van_stands_beside_the_road_for_good(folder: Path) -> None:
     np.testing.assert_array_equal(van.place("delivery", 20.0), aside)
 
 
+@pytest.mark.slow
 def test_a_pedestrian_steps_out_when_the_ego_is_near_and_is_hit(folder: Path) -> None:
     crossing = run(folder, "pedestrian")
     near = next(
@@ -130,6 +132,7 @@ def test_a_pedestrian_steps_out_when_the_ego_is_near_and_is_hit(folder: Path) ->
     assert crossing.last("ego.collision_partner") == crossing.number("child")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(1, 5))
 def test_two_that_are_synchronised_meet(folder: Path, seed: int) -> None:
     meeting = run(folder, "crossing", seed=seed)
@@ -159,6 +162,7 @@ def test_who_enters_later_is_not_there_before(folder: Path) -> None:
     assert late.speed("visitor", 5.0) in (pytest.approx(20 / 3.6), pytest.approx(30 / 3.6))
 
 
+@pytest.mark.slow
 def test_presence_is_the_share_of_the_seeds(folder: Path) -> None:
     """Of 12 seeds some and not all; as drawn, so the same for ever."""
     change = "components.traffic.parameters.entities.visitor.presence=0.5"
@@ -171,6 +175,7 @@ def test_presence_is_the_share_of_the_seeds(folder: Path) -> None:
     assert 2 <= sum(there) <= 10
 
 
+@pytest.mark.slow
 def test_each_of_two_egos_has_its_own_policy(folder: Path) -> None:
     egos = run(folder, "egos")
     second = egos.recording["traffic.second.id"]
@@ -193,6 +198,7 @@ def test_radios_are_given_as_the_rules_say(folder: Path) -> None:
     assert max(carried) == 2
 
 
+@pytest.mark.slow
 def test_an_entity_that_nobody_drives_is_remarked_upon(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -64,7 +64,10 @@ def run(folder: Path, file: Path, capsys: pytest.CaptureFixture[str], *options: 
     scenario = folder / "replay.yaml"
     scenario.write_text(SCENARIO.replace("FILE", file.name))
     out = str(folder / f"run-{file.name}-{len(options)}")
-    assert main(["run", str(scenario), "--seed", "5", "--out", out, "--json", *options]) == 0
+    assert (
+        main(["run", str(scenario), "--seed", "5", "--no-figure", "--out", out, "--json", *options])
+        == 0
+    )
     found: str = json.loads(capsys.readouterr().out)["fingerprint"]
     return found
 
@@ -109,6 +112,7 @@ def test_who_rides_is_no_body_of_its_own(tmp_path: Path) -> None:
     assert bodies == [[3], [3], [3, 8], [3, 8]]
 
 
+@pytest.mark.slow
 def test_a_large_file_is_read_piece_by_piece(tmp_path: Path) -> None:
     """Of 8,000 times only those within the gap are ever held."""
     samples = [Sample(id=f"v{j // 100}", time=j / 10) for j in range(8_000)]
@@ -392,3 +396,10 @@ def test_a_damaged_parquet_file_is_named(tmp_path: Path) -> None:
 
 def test_default_types_are_of_known_classes() -> None:
     assert set(DEFAULT_TYPES.values()) <= set(CLASSES)
+
+
+def test_an_encoding_that_python_does_not_know_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "a.xml"
+    path.write_bytes(b'<?xml version="1.0" encoding="nowhere"?><fcd-export/>')
+    with pytest.raises(ComponentTypeError, match=r"a.xml:1:1: is not well-formed XML: unknown enc"):
+        list(replay(path)._source.frames())

@@ -34,6 +34,7 @@ def run(scenario: Path, capsys: pytest.CaptureFixture[str], out: str, *options: 
     return found
 
 
+@pytest.mark.slow
 def test_the_example_runs_through_lidar_facilities_and_channel(
     street: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -85,7 +85,7 @@ def test_a_picture_counts_who_is_there(
         (("--at", "30"), "`--at`: `30` has no unit; write `30 s`"),
         (("--out", "town.xyz"), "`--out`: town.xyz is no picture; end its name with .png"),
         (("--out", "nowhere/a.png"), "`--out`: there is no folder nowhere"),
-        (("--seed", "-4"), "seed: must be at least 0, got -4"),
+        (("--seed", "-4"), "--seed: expected a whole number from 0 on, got '-4'"),
     ],
 )
 def test_wrong_options_of_a_picture_end_with_code_2(

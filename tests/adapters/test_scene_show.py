@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import PathCollection, PolyCollection
 from matplotlib.colors import to_rgba
+from matplotlib.legend import Legend
 from matplotlib.text import Annotation
 
 from adapters.traffic.bodies import Body
@@ -52,9 +53,9 @@ def test_a_picture_shows_everybody_once_in_the_colour_of_the_legend() -> None:
         "light.state": np.array([1, 5], np.int32),
     }
     (axes,) = draw(signals, {7: "child"}, "a street").axes
-    legend = axes.get_legend()
-    assert legend is not None
-    assert [text.get_text() for text in legend.get_texts()] == ["car (2)", "pedestrian (1)"]
+    kinds, around = (each for each in axes.get_children() if isinstance(each, Legend))
+    assert [text.get_text() for text in kinds.get_texts()] == ["car (2)", "pedestrian (1)"]
+    assert "building" in [text.get_text() for text in around.get_texts()]
     assert axes.get_title(loc="left") == "a street"
     (name,) = axes.texts
     assert isinstance(name, Annotation)

@@ -4,7 +4,7 @@ import logging
 import math
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,8 +12,11 @@ import libsumo
 import numpy as np
 import pytest
 
+from adapters.sumo.census import Census
 from adapters.sumo.entities import Entity, Position, SpeedPoint
-from adapters.sumo.parameters import Background, Origin
+from adapters.sumo.equipment import Outfitter
+from adapters.sumo.parameters import Background, Equipment, Origin
+from adapters.sumo.scene import VehicleType
 from adapters.traffic.bodies import Body
 from orchestrator.distribution import Constant
 from tests.adapters.sumo_runs import NETS, Command, Run, car, scene, simulate
@@ -394,3 +397,59 @@ def test_buildings_without_an_area_are_left_out_and_said(
         "building `low` has no height [m]: `-3`, the default holds",
     ):
         assert text in caplog.messages
+
+
+class Told:
+    """In place of SUMO: it reports vehicles by name, each at its place along a road [m]."""
+
+    def __init__(self) -> None:
+        self.there: tuple[str, ...] = ()
+        self.entering: frozenset[str] = frozenset()
+
+    def vehicles(self) -> Sequence[str]:
+        return self.there
+
+    def persons(self) -> list[str]:
+        return []
+
+    def departed(self) -> frozenset[str]:
+        return self.entering
+
+    def lifted(self) -> frozenset[str]:
+        return frozenset()
+
+    def type_of(self, vehicle: str) -> str:
+        return "car"
+
+    def vehicle_poses(self, names: Sequence[str]) -> np.ndarray:
+        return np.array([[float(ord(name)), 0.0, 90.0, 8.0] for name in names]).reshape(-1, 4)
+
+
+def test_who_is_on_its_way_out_is_gone_at_once_and_its_lidar_is_free() -> None:
+    """Whatever SUMO says: it may report a vehicle once more after it was withdrawn."""
+    kind = VehicleType(
+        name="car",
+        size=(5.0, 1.8, 1.5),
+        antenna_height=1.6,
+        body=Body.CAR,
+        share=1.0,
+        stop_gap=1.0,
+    )
+    sumo = Told()
+    outfitter = Outfitter({"one": Equipment(lidar=1.0, lidar_limit=1)}, np.random.default_rng(1))
+    census = Census(sumo, {"car": kind}, outfitter)  # type: ignore[arg-type]
+
+    def took(there: str, entering: str, leaving: str = "") -> tuple[list[str], list[str]]:
+        sumo.there, sumo.entering = tuple(there), frozenset(entering)
+        change = census.take({}, frozenset(leaving))
+        assert census.poses.center[:, 0].tolist() == [ord(n) - 2.5 for n in census.roster.names]
+        return [vehicle.name for vehicle in change.entered], sorted(change.left)
+
+    assert took("ab", "ab") == (["a", "b"], [])
+    assert census.roster.lidar.tolist() == [True, False]
+    assert took("ab", "", leaving="a") == ([], ["a"])
+    assert took("bc", "c") == (["c"], [])
+    assert census.roster.names == ("b", "c")
+    assert census.roster.number.tolist() == [1, 2]
+    assert census.roster.lidar.tolist() == [False, True]
+    assert took("bc", "") == ([], [])

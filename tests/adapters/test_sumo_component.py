@@ -134,6 +134,7 @@ def test_braking_in_time_avoids_it_and_everybody_else_gives_way(seed: int, lead:
     assert passed > 0.3
 
 
+@pytest.mark.slow
 def test_bodies_of_the_background_never_overlap() -> None:
     parameters = red_light(background={"spacing": 25.0})
     for k, signals in enumerate(run(5, coast, 60.0, parameters)):

@@ -71,6 +71,7 @@ def written(folder: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_two_runs_are_equal_over_the_loopback_too_and_another_seed_is_not(tmp_path: Path) -> None:
     path = written(tmp_path)
 
@@ -99,6 +100,7 @@ def test_several_egos_keep_the_contract_of_components(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_program_of_its_own_gives_the_same_run(tmp_path: Path) -> None:
     pytest.importorskip("sumo", reason="the package eclipse-sumo, with SUMO's programs")
     path = written(tmp_path)

@@ -19,6 +19,7 @@ COAST = Command(accelerate=0.0, brake=0.0, steer=0.0)
 BRAKE = Command(accelerate=0.0, brake=1.0, steer=0.0)
 GO = Command(accelerate=1.0, brake=0.0, steer=0.0)
 LEFT = Command(accelerate=0.0, brake=0.0, steer=1.0)
+RIGHT = Command(accelerate=0.0, brake=0.0, steer=-1.0)
 
 
 def drive(state: EgoState, command: Command, seconds: float, step: float = 0.01) -> EgoState:
@@ -107,8 +108,14 @@ def test_full_steering_drives_the_rear_axle_on_the_circle_of_the_single_track() 
     assert swept == pytest.approx(math.remainder(0.7 * START.speed / radius, 2 * math.pi))
 
 
-def test_steering_is_bounded_in_rate() -> None:
-    assert drive(START, LEFT, 0.5).steering == pytest.approx(0.5 * DYNAMICS.max_steering_rate)
+def test_steering_is_bounded_in_rate_to_either_side() -> None:
+    """From straight on, and from one stop to the other."""
+    rate, most = DYNAMICS.max_steering_rate, DYNAMICS.max_steering
+    for side, command in ((1.0, LEFT), (-1.0, RIGHT)):
+        assert drive(START, command, 0.5).steering == pytest.approx(side * 0.5 * rate)
+        at_stop = dataclasses.replace(START, steering=-side * most)
+        assert drive(at_stop, command, 0.5).steering == pytest.approx(side * (0.5 * rate - most))
+        assert drive(at_stop, command, 3.0 * most / rate).steering == pytest.approx(side * most)
 
 
 def test_velocity_is_the_derivative_of_the_position() -> None:

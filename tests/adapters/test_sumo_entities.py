@@ -125,6 +125,7 @@ def test_the_background_is_the_same_whether_or_not_somebody_beside_the_road_take
     assert seen == {False, True}
 
 
+@pytest.mark.slow
 def test_presence_is_a_probability(tmp_path: Path) -> None:
     """Within three standard deviations of 400 runs; a half has the widest."""
     path, runs, share = scene(tmp_path), 400, 0.3

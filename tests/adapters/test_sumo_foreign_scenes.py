@@ -16,7 +16,7 @@ from adapters.sumo import SumoTraffic
 from adapters.sumo.checking import check_scene
 from adapters.sumo.entities import Entity, Finish, Position, SpeedPoint, Synchronise, Vertex
 from adapters.sumo.errors import SumoError
-from adapters.sumo.parameters import Equipment
+from adapters.sumo.parameters import Background, Equipment
 from adapters.sumo.roadside import RoadsideUnit, check_places
 from adapters.traffic.surroundings import Buildings, RoadSurface
 from orchestrator.errors import ParameterError, Problem
@@ -235,6 +235,22 @@ def test_an_entity_cannot_take_the_name_of_a_vehicle_or_the_type_of_a_distributi
     what = {getattr(each, "address", ()): each.what for each in found.problems}
     assert what[("entities", "a")].startswith("a vehicle of the scene has this name (")
     assert what[("entities", "b", "type")].startswith("the scene has no vehicle type `mix`")
+
+
+@pytest.mark.parametrize("brings", ["nothing", "an entity", "background", "demand"])
+def test_only_a_scene_that_nobody_is_in_is_remarked(brings: str, folder: Folder) -> None:
+    car = '<vehicle id="a" depart="5"><route edges="south_in north_out"/></vehicle>'
+    folder.write(ROUTES, f"<routes>{TYPES}{car if brings == 'demand' else ''}</routes>")
+    means: dict[str, dict[str, Any]] = {
+        "an entity": {"entities": {"a": Entity(type="long", position=ON)}},
+        "background": {"background": Background()},
+    }
+    config = folder.config(routes=ROUTES)
+    parameters = SumoTraffic.Parameters(scene=config, **means.get(brings, {}))
+    found = SumoTraffic.check_files(parameters, thorough=False)
+    what = "neither the scene nor `entities` or `background` bring a vehicle or a person"
+    assert found.problems == ()
+    assert [each.what for each in found.remarks] == [what] * (brings == "nothing")
 
 
 def test_a_rule_for_types_that_the_scene_lacks_is_remarked(folder: Folder) -> None:

@@ -3,11 +3,13 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from adapters.sumo.entities import Entity, Position, SpeedPoint, Synchronise
 from adapters.sumo.options import is_anybody_moved_here, sumo_options
 from adapters.sumo.parameters import TrafficParameters
+from orchestrator.parameters import declared
 
 SCENE = Path("a") / "scene.sumocfg"
 ON = Position(lane="east_1_0", s=50.0)
@@ -73,3 +75,9 @@ def test_sumo_lifts_nobody_off_the_road_whom_it_does_not_move(
     given = TrafficParameters(scene=SCENE, entities=entities)
     assert is_anybody_moved_here(given) == is_moved
     assert options(entities=entities).get("--time-to-teleport") == ("-1" if is_moved else None)
+
+
+def test_the_seed_is_any_number_that_sumo_can_read() -> None:
+    """`--seed` is a signed integer of 32 bits; negative ones mean nothing to SUMO."""
+    seed = declared(TrafficParameters)["sumo_seed"]
+    assert (seed.minimum, seed.maximum) == (0, np.iinfo(np.int32).max)

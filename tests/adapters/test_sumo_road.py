@@ -58,6 +58,7 @@ def test_the_centres_of_all_lanes_are_on_the_road_and_the_buildings_are_not(sumo
             assert not on_road(road, edges[0] + fraction * (edges[1] - edges[0])).any()
 
 
+@pytest.mark.slow
 def test_its_area_is_that_of_the_lanes_and_the_crossing(sumo: Sumo) -> None:
     """Arms of 211.75 m (5 lanes of 3.5 m) and 205.75 m (4 lanes), a crossing of 28.5 x 16.5 m.
 

@@ -1,5 +1,6 @@
 """Tables that are played back, and written: what was written is what was played."""
 
+import importlib
 import importlib.util
 import re
 from fractions import Fraction
@@ -66,7 +67,7 @@ def test_a_table_goes_through_a_run_with_its_units(
     path = tmp_path / "table.yaml"
     path.write_text(SCENARIO.format(source=options, suffix=f".{suffix}"))
     assert main(["check", str(path)]) == 0
-    assert main(["run", str(path), "--out", str(tmp_path / "run"), "--quiet"]) == 0
+    assert main(["run", str(path), "--no-figure", "--out", str(tmp_path / "run"), "--quiet"]) == 0
     found = read_table(tmp_path / f"out.{suffix}")
     assert list(found) == ["time [s]", "v [m/s]", "open", "late [m/s]"]
     assert found["time [s]"].tolist() == [k / 20 for k in range(9)]
@@ -125,7 +126,7 @@ def test_beyond_the_table_is_an_error_where_it_is_asked_for(
     (tmp_path / "in.csv").write_text(TABLE)
     path = tmp_path / "table.yaml"
     path.write_text(SCENARIO.format(source=", beyond: error", suffix=".csv"))
-    assert main(["run", str(path), "--out", str(tmp_path / "run"), "--quiet"]) == 3
+    assert main(["run", str(path), "--no-figure", "--out", str(tmp_path / "run"), "--quiet"]) == 3
     said = capsys.readouterr().err
     assert "component `source` at t = 0.25 s: " in said
     assert "the table is from 0 s to 0.25 s, and there is nothing for 0.3 s" in said
@@ -229,7 +230,17 @@ def test_the_example_of_the_manual_runs(tmp_path: Path) -> None:
         (block,) = re.findall(rf"```{kind}\n(.*?)```", page, re.DOTALL)
         (tmp_path / name).write_text(block)
     assert (
-        main(["run", str(tmp_path / "tables.yaml"), "--out", str(tmp_path / "r"), "--quiet"]) == 0
+        main(
+            [
+                "run",
+                str(tmp_path / "tables.yaml"),
+                "--no-figure",
+                "--out",
+                str(tmp_path / "r"),
+                "--quiet",
+            ]
+        )
+        == 0
     )
     speeds = [10, 15, 20, 15, 10, 5, 5, 5, 5]
     assert read_table(tmp_path / "r" / "log.csv")["v [m/s]"] == pytest.approx(speeds, rel=1e-15)
@@ -315,3 +326,30 @@ def test_a_sink_that_nobody_tells_where_to_write_says_so() -> None:
     sink = TableSink(TableSink.Parameters(file="out.csv", columns=("a",)))
     with pytest.raises(ComponentTypeError, match=r"where to write `out.csv`; give `folder`"):
         sink.setup(0, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize(
+    ("row", "column", "what"),
+    [
+        ("1e18,1", 1, "the time 1e18 does not fit into 64-bit nanoseconds"),
+        ("-1e300,1", 1, "the time -1e300 does not fit into 64-bit nanoseconds"),
+        (f"1,{'1' * 200_000}", 1, "cannot be read: field larger than field limit"),
+    ],
+)
+def test_a_row_beyond_all_bounds_is_told(tmp_path: Path, row: str, column: int, what: str) -> None:
+    path = tmp_path / "in.csv"
+    path.write_text(f"time [s],x\n{row}\n")
+    (problem,) = read(path, "time")[1]
+    assert (problem.where.line, problem.where.column) == (2, column)
+    assert problem.what.startswith(what)
+
+
+def test_a_parquet_file_whose_names_are_no_text_is_told(tmp_path: Path) -> None:
+    pyarrow = pytest.importorskip("pyarrow", reason="the extra `parquet` is not installed")
+    path = tmp_path / "in.parquet"
+    importlib.import_module("pyarrow.parquet").write_table(
+        pyarrow.table({"time [s]": [0.0], "speed": [1.0]}), path, store_schema=False
+    )
+    path.write_bytes(path.read_bytes().replace(b"speed", b"sp\xff\xff\xff"))
+    (problem,) = read(path, "time")[1]
+    assert problem.what.startswith("cannot be read as Parquet: ")

@@ -27,6 +27,7 @@ def install(monkeypatch: pytest.MonkeyPatch) -> Any:
     return do
 
 
+@pytest.mark.slow
 def test_one_benchmark_as_json(install: Any, capsys: pytest.CaptureFixture[str]) -> None:
     install(("count", "CountingBenchmark"), ("other", "CountingBenchmark"))
     assert main(["bench", "count", "--repeat", "3", "--json"]) == 0
@@ -70,6 +71,7 @@ def test_what_is_missing_is_noticed_before_anything_is_measured(
     assert "there is no sloth" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_people_read_a_table(install: Any, capsys: pytest.CaptureFixture[str]) -> None:
     install(("count", "CountingBenchmark"))
     assert main(["bench", "--repeat", "3"]) == 0
@@ -89,6 +91,7 @@ def test_benchmarks_are_listed(install: Any, capsys: pytest.CaptureFixture[str])
     assert capsys.readouterr().out == "no benchmarks are installed\n"
 
 
+@pytest.mark.slow
 def test_an_interrupted_benchmark_says_so_and_prints_what_it_has(
     install: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -2,12 +2,15 @@
 
 import dataclasses
 import json
+import signal
+from collections.abc import Sequence
 
 import jsonschema  # type: ignore[import-untyped]
 import numpy as np
 import pytest
+from typing_extensions import override
 
-from benchmarks.benchmark import Measurement
+from benchmarks.benchmark import Measurement, PeerFailedError
 from benchmarks.distributed import benchmark
 from benchmarks.distributed.benchmark import (
     OURS,
@@ -15,19 +18,20 @@ from benchmarks.distributed.benchmark import (
     RINGS,
     TARGET_MS,
     DistributedBenchmark,
-    StepsError,
     target_ratio,
 )
-from benchmarks.distributed.children import BrokenProcessError, ended, lines, spawn
-from benchmarks.distributed.participant import RingRun
+from benchmarks.distributed.children import BrokenProcessError, ended, hear, killed, spawn
+from benchmarks.distributed.participant import Participant, RingRun
 from benchmarks.distributed.ring import PARALLEL, SEQUENTIAL, DifferentValuesError, Ring, timing
 from benchmarks.distributed.worker import HEAD, answer
+from benchmarks.settings import WholeNumberError
 from orchestrator.cli import main
 from tests.benchmarks.schema import ONE
 
 STEPS = 12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PARTICIPANTS)
 @pytest.mark.parametrize("algorithm", [PARALLEL, SEQUENTIAL])
 def test_all_participants_give_the_same(name: str, algorithm: str) -> None:
@@ -38,6 +42,24 @@ def test_all_participants_give_the_same(name: str, algorithm: str) -> None:
     stamps = participant.stamps(Ring(4096, algorithm, 3), STEPS)
     assert len(stamps) == STEPS + 1
     assert all(np.diff(np.asarray(stamps)) > 0)
+
+
+def test_a_peer_whose_processes_fail_is_left_out_by_name() -> None:
+    """As when a federate cannot connect; the last line says why."""
+
+    class Failing(Participant):
+        label = "HELICS"
+
+        @override
+        def stamps(self, ring: Ring, steps: int) -> Sequence[int]:
+            program = spawn("benchmarks.distributed.helics", ["nonsense"])
+            with ended([program]):
+                hear(program)
+            raise AssertionError
+
+    run = RingRun(participant=Failing(), ring=Ring(256, PARALLEL, 3), steps=STEPS)
+    with pytest.raises(PeerFailedError, match=r"^HELICS failed: IndexError: list index out of"):
+        run.measure()
 
 
 @pytest.mark.parametrize("members", [2, 5])
@@ -95,7 +117,16 @@ def test_a_process_that_breaks_is_heard() -> None:
         ),
         ended([process := spawn("benchmarks.distributed.worker", ["nothing"])]),
     ):
-        next(lines(process))
+        hear(process)
+
+
+def test_a_process_that_is_silent_is_killed() -> None:
+    """As federates of HELICS that wait for one that has gone; else nobody else was measured."""
+    process = spawn("http.server", ["--bind", "127.0.0.1", "0"])
+    with killed([process]):
+        with pytest.raises(BrokenProcessError, match=r"http\.server.* said nothing for 1 s"):
+            hear(process, 1.0)
+        assert process.wait() == -signal.SIGKILL
 
 
 def test_rows_compare_each_of_ours_with_its_peers(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -169,10 +200,11 @@ def test_the_number_of_steps_can_be_set() -> None:
     large = {name.rpartition("/")[2] for name in cases if not name.startswith("5-")}
     assert large <= {"local", "zenoh", "zeromq", "helics"}
     assert "50-jacobi/12800B/helics" not in cases
-    with pytest.raises(StepsError, match=r"`steps` is `19`; write a whole number from 20 on"):
+    with pytest.raises(WholeNumberError, match=r"`steps` is `19`; write a whole number from 20 on"):
         made.configure({"steps": "19"})
 
 
+@pytest.mark.slow
 def test_the_command_measures_it(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

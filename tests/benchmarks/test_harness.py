@@ -1,8 +1,8 @@
 import pytest
 from hypothesis import given, strategies as st
 
-from benchmarks.benchmark import Row
-from benchmarks.harness import NoSuchCaseError, measure
+from benchmarks.benchmark import PeerFailedError, Row
+from benchmarks.harness import DefectError, NoSuchCaseError, measure
 from benchmarks.spread import Spread
 from benchmarks.table import markdown, table
 from tests.benchmarks.fakes import CountingBenchmark, interrupt_at
@@ -15,6 +15,7 @@ def row(**changes: object) -> Row:
     return Row(**(values | changes))  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_repetitions_take_turns() -> None:
     benchmark = CountingBenchmark(("one", "two", "three"))
     result = measure(benchmark, repeat=2)
@@ -28,6 +29,7 @@ def test_repetitions_take_turns() -> None:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "measured", "repetitions"),
     [(0, {}, 0), (1, {"one": 1}, 0), (3, {"one": 2, "two": 1}, 1)],
@@ -39,6 +41,40 @@ def test_ctrl_c_keeps_what_was_measured(
     assert {r.case: r.details["runs"] for r in result.rows} == measured
     assert result.repetitions == repetitions
     assert not result.is_complete
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", [1, 3])
+def test_a_peer_that_fails_is_left_out_and_the_others_are_measured(place: int) -> None:
+    calls: list[int] = []
+
+    def fail(call: int) -> None:
+        calls.append(call)
+        if len(calls) == place + 1:
+            raise PeerFailedError("a sloth failed: it sleeps")
+
+    names = ("one", "two") if place == 1 else ("one", "two", "three")
+    result = measure(CountingBenchmark(names, before=fail), repeat=3)
+    lost = "two" if place == 1 else "one"
+    assert result.left_out == {lost: "a sloth failed: it sleeps"}
+    left = [name for name in names if name != lost]
+    assert {r.case: r.details["runs"] for r in result.rows} == dict.fromkeys(left, 3)
+    assert result.repetitions == 3
+    assert result.is_complete
+
+
+@pytest.mark.parametrize("kind", [KeyError, SystemExit])
+def test_a_broken_case_is_the_fault_of_its_benchmark(kind: type[BaseException]) -> None:
+    """And no internal error: it says which, and the line."""
+
+    def fail(call: int) -> None:
+        raise kind(call)
+
+    with pytest.raises(DefectError) as caught:
+        measure(CountingBenchmark(("one",), before=fail), repeat=1, label="sloth")
+    first, second = str(caught.value).splitlines()
+    assert first == f"benchmark `sloth`, case `one`: {kind.__name__}: 0"
+    assert second.startswith(f"raised at {__file__}:")
 
 
 def test_a_pattern_chooses_cases() -> None:

@@ -12,15 +12,17 @@ from typing_extensions import override
 
 from adapters.fmi import FmuComponentType
 from benchmarks.benchmark import Case, Measurement
-from benchmarks.importer import ImporterBenchmark, benchmark, ecos
-from benchmarks.importer.benchmark import CHAINS, PEERS, SIDE, TARGET_US, StepsError
+from benchmarks.importer import ImporterBenchmark, benchmark, ecos, omsimulator
+from benchmarks.importer.benchmark import CHAINS, PEERS, SIDE, TARGET_US
 from benchmarks.importer.chain import STEP_NS, Chain, DifferentResultError
 from benchmarks.importer.ecos import EcosRun
 from benchmarks.importer.floor import FloorRun
 from benchmarks.importer.fmpy_loop import FmpyRun
 from benchmarks.importer.matrix import MatrixRun
 from benchmarks.importer.model import Model, fmu
+from benchmarks.importer.omsimulator import OmsimulatorRun
 from benchmarks.importer.ours import OursRun
+from benchmarks.settings import WholeNumberError
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.cli import main
@@ -62,6 +64,15 @@ def test_all_participants_give_the_same(chain: Chain) -> None:
 @pytest.mark.parametrize("kind", ["gain", "feedthrough"])
 def test_ecos_gives_the_same_a_step_later_for_each_fmu(kind: str) -> None:
     check(EcosRun(chain=Chain(kind, 2, 3), steps=STEPS))
+
+
+@pytest.mark.skipif(bool(omsimulator.WHY_NOT), reason=f"no OMSimulator: {omsimulator.WHY_NOT}")
+@pytest.mark.parametrize("chain", SHORT, ids=lambda chain: chain.name)
+def test_omsimulator_gives_the_same_a_step_later_for_each_fmu(
+    chain: Chain, capfd: pytest.CaptureFixture[str]
+) -> None:
+    check(OmsimulatorRun(chain=chain, steps=STEPS))
+    assert not capfd.readouterr().out
 
 
 def test_the_last_values_of_a_chain() -> None:
@@ -194,9 +205,14 @@ def test_rows_compare_with_every_peer_that_was_measured() -> None:
 
 def test_who_is_left_out_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ecos, "WHY_NOT", "No module named 'ecospy'")
-    assert "; left out: ecos (No module named 'ecospy')" in ImporterBenchmark().peer
-    assert not any(name.endswith("/ecos") for name in ImporterBenchmark().cases())
-    assert "; left out: OMSimulator" in ImporterBenchmark().peer
+    monkeypatch.setattr(omsimulator, "WHY_NOT", "")
+    assert ImporterBenchmark().peer.endswith("; left out: ecos (No module named 'ecospy')")
+    names = [name.rpartition("/")[2] for name in ImporterBenchmark().cases()]
+    assert names.count("ecos") == 0
+    assert names.count("omsimulator") == len(CHAINS)
+    monkeypatch.setattr(omsimulator, "WHY_NOT", "not here")
+    assert ImporterBenchmark().peer.endswith("ecospy'); left out: OMSimulator (not here)")
+    assert not any(name.endswith("/omsimulator") for name in ImporterBenchmark().cases())
 
 
 def test_the_number_of_steps_can_be_set() -> None:
@@ -206,10 +222,12 @@ def test_the_number_of_steps_can_be_set() -> None:
     case = made.cases()["gain-fmi2/10/nlosim"]
     assert isinstance(case, OursRun)
     assert case == dataclasses.replace(case, steps=500, compiled=True)
-    with pytest.raises(StepsError, match=r"`steps` is `99`; write a whole number from 100 on"):
+    message = "`steps` is `99`; write a whole number from 100 on"
+    with pytest.raises(WholeNumberError, match=message):
         made.configure({"steps": "99"})
 
 
+@pytest.mark.slow
 def test_the_command_measures_it(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -219,4 +237,4 @@ def test_the_command_measures_it(
     found = json.loads(capsys.readouterr().out)
     jsonschema.validate(found, ONE)
     cases = {row["case"].removeprefix("gain-fmi2/2/") for row in found["rows"]}
-    assert cases | {"ecos"} == set(PEERS)
+    assert cases | {"ecos", "omsimulator"} == set(PEERS)

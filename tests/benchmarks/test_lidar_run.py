@@ -36,6 +36,7 @@ def both_see(pattern: Pattern) -> Iterator[tuple[Hits, Hits]]:
     ours.close()
 
 
+@pytest.mark.slow
 @needs_embree
 @pytest.mark.parametrize("pattern", [LEVEL, TILTED], ids=["level", "tilted"])
 def test_the_peer_sees_the_same(pattern: Pattern) -> None:

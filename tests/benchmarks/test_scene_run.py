@@ -4,17 +4,20 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from adapters.sumo.parameters import TrafficParameters
 from benchmarks.benchmark import Measurement
 from benchmarks.page import page
-from benchmarks.scene import SceneBenchmark, work
-from benchmarks.scene.benchmark import Adapter, CityRun, DurationError
+from benchmarks.scene import SceneBenchmark, benchmark, work
+from benchmarks.scene.benchmark import Adapter, CityRun
 from benchmarks.scene.process import MeasurementError, apart, peak_mib
+from benchmarks.settings import WholeNumberError
 
 
+@pytest.mark.slow
 def test_a_run_says_what_it_took() -> None:
     found = CityRun(scenario="city", vehicles=100, seconds=1).measure()
     assert found["simulated_s"] == 1.0
@@ -41,9 +44,27 @@ def test_processes_that_were_started_count() -> None:
         assert memory["peak_mib"] >= 3e8 / 2**20 + 20.0  # of that process and of this one
 
 
-def test_the_component_costs_more_than_sumo_alone() -> None:
+@pytest.mark.slow
+def test_the_component_and_sumo_alone_are_measured() -> None:
     found = Adapter(vehicles=100, seconds=3).measure()
-    assert 0.0 < found["sumo_cpu_s"] < found["cpu_s"] < 60.0
+    assert 0.0 < found["sumo_cpu_s"] < 60.0
+    assert 0.0 < found["cpu_s"] < 60.0
+
+
+def test_both_step_the_same_scene_as_often(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def apart(function: Any, parameters: TrafficParameters, steps: int) -> Measurement:
+        asked.append((parameters, steps))
+        return {"cpu_s": {work.adapter: 2.0, work.sumo: 1.0}[function]}
+
+    monkeypatch.setattr(benchmark, "apart", apart)
+    found = Adapter(vehicles=100, seconds=3).measure()
+    assert found == {"cpu_s": 2.0, "sumo_cpu_s": 1.0, "simulated_s": 3}
+    (first, second) = asked
+    assert first == second
+    assert first[1] == 30
+    assert first[0].scale == pytest.approx(0.1)
 
 
 def test_work_apart_says_what_failed() -> None:
@@ -84,7 +105,7 @@ def test_the_duration_can_be_set() -> None:
     benchmark.configure({"seconds": "3"})
     assert benchmark.settings == {"seconds": "3"}
     assert {case.seconds for case in benchmark.cases().values()} == {3}  # type: ignore[attr-defined]
-    with pytest.raises(DurationError, match=r"`seconds` is `0.5`; write a whole number"):
+    with pytest.raises(WholeNumberError, match=r"`seconds` is `0.5`; write a whole number"):
         benchmark.configure({"seconds": "0.5"})
 
 

@@ -2,6 +2,7 @@
 
 import random
 import signal
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -78,6 +79,8 @@ FAULTS: Final = (
           victim="waiting", number=signal.SIGTERM),
     Fault(kind="request", what="SIGHUP", exit_code=4, says="interrupted", status="interrupted",
           victim="waiting", number=signal.SIGHUP),
+    Fault(kind="load", what="the run is at nice 19, beside nine busy processes", exit_code=0,
+          status="done", deed="none"),
 )  # fmt: skip
 
 
@@ -140,6 +143,9 @@ def drawn(seed: int, number: int) -> Case:
     wires = [(a, b) for a in names for b in names if a != b and chance.random() < 0.5]
     into = {b: a for a, b in wires}
     coupling = chance.choice(["jacobi", "gauss-seidel"])
+    transport, pause = chance.choice(["local", "zenoh"]), round(chance.uniform(0.5, 3.0), 1)
+    for each in components.values():
+        each["parameters"]["is_portable"] = chance.random() < 0.6
     scenario = {
         "schema": 1,
         "title": fault.what,
@@ -151,17 +157,17 @@ def drawn(seed: int, number: int) -> Case:
     return Case(
         number=number,
         fault=fault,
-        transport=chance.choice(["local", "zenoh"]),
+        transport=transport,
         coupling=coupling,
         scenario=scenario,
         target=target,
-        pause=round(chance.uniform(0.5, 3.0), 1),
+        pause=pause,
     )
 
 
-def first_of_each_kind() -> list[int]:
+def first_of_each_kind(faults: Sequence[Fault] = FAULTS) -> list[int]:
     """The numbers of cases that have one fault of each kind, together."""
     first: dict[str, int] = {}
-    for number, fault in enumerate(FAULTS):
+    for number, fault in enumerate(faults):
         first.setdefault(fault.kind, number)
     return list(first.values())

@@ -1,6 +1,7 @@
 """Components that do something they should not do; scenarios of the campaign name this file."""
 
 import ctypes
+import json
 import os
 import signal
 import socket
@@ -15,14 +16,15 @@ from pathlib import Path
 import numpy as np
 from typing_extensions import override
 
-from orchestrator.component import Component
+from orchestrator.capabilities import PortableState
+from orchestrator.component import Capability, Component
 from orchestrator.parameters import parameter
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.timebase import Duration, Time
 
 
-class Part(Component):
-    """y = u / 2 + a random number; some noise beside it."""
+class Part(Component, PortableState):
+    """y = u / 2 + a random number; some noise beside it. What it does it does once."""
 
     @dataclass(frozen=True, slots=True, kw_only=True)
     class Parameters:
@@ -31,6 +33,7 @@ class Part(Component):
         folder: Path = parameter(Path(), doc="where a gate says that it is reached")
         has_child: bool = parameter(False, doc="start a process with a session of its own")
         busy: float = parameter(0.0, unit="s", doc="how long a step takes")
+        is_portable: bool = parameter(False, doc="whether its state can be saved")
 
     connectors: Mapping[str, Connector] = {
         "u": Connector(causality=Causality.INPUT),
@@ -43,6 +46,22 @@ class Part(Component):
         self._count, self._y, self._noise = 0, 0.0, np.zeros(100)
 
     @override
+    def capability(self, kind: type[Capability]) -> Capability | None:
+        if kind is PortableState and not self._p.is_portable:
+            return None
+        return super().capability(kind)
+
+    @override
+    def dump(self) -> bytes:
+        state = [self._rng.bit_generator.state, self._count, self._y, self._noise.tolist()]
+        return json.dumps(state).encode()
+
+    @override
+    def load(self, content: bytes) -> None:
+        self._rng.bit_generator.state, self._count, self._y, noise = json.loads(content)
+        self._noise = np.array(noise)
+
+    @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         self._rng = rng
         self._count, self._y, self._noise = 0, 0.0, np.zeros(100)
@@ -53,7 +72,9 @@ class Part(Component):
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
         self._count += 1
         time.sleep(self._p.busy)
-        if self._count == self._p.at:
+        done = self._p.folder / "done"
+        if self._count == self._p.at and self._p.deed != "none" and not done.exists():
+            done.touch()
             if self._p.deed == "gate":
                 _wait_at(self._p.folder)
             else:

@@ -1,5 +1,6 @@
 """Linear subsystems that are exact over every step, and what their coupling gives exactly."""
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +14,7 @@ from orchestrator.capabilities import (
     InitialEvaluation,
     OutputSlopes,
     PointEvaluation,
+    PortableState,
     VariableSteps,
 )
 from orchestrator.component import Capability, Component, RestorableComponent
@@ -81,6 +83,7 @@ class Linear(
     CourseFollowing,
     OutputSlopes,
     VariableSteps,
+    PortableState,
 ):
     """A `Part` as a component, with some of its capabilities.
 
@@ -194,6 +197,14 @@ class Linear(
     @override
     def restore(self, state: tuple[Any, Any]) -> None:
         self._x, self._u = state
+
+    @override
+    def dump(self) -> bytes:
+        return json.dumps([self._x.tolist(), self._u.tolist()]).encode()
+
+    @override
+    def load(self, content: bytes) -> None:
+        self._x, self._u = map(np.array, json.loads(content))
 
     def _vector(self, inputs: Signals) -> Array:
         return np.array([float(np.asarray(inputs[u])) for u in self._part.inputs])

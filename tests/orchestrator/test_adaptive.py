@@ -27,8 +27,8 @@ from orchestrator.cli import main
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.course import Course
 from orchestrator.errors import SystemStructureError
-from orchestrator.remote.component import launch
-from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.launching import launch
+from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport
 from orchestrator.signal import Causality, Connector, Signals, Variability
 from orchestrator.simulation import simulate

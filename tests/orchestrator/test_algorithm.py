@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import permutations
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -214,16 +215,106 @@ def test_gauss_seidel_begins_at_once_what_reads_nobody() -> None:
         "begin a at 0",
         "local to 1",
         "finish a",
+        "begin a at 2",  # not at the stop time
         "local to 2",
         "begin b at 0",
         "finish b",
-        "begin a at 2",
         "local to 3",
         "finish a",
         "local to 4",
         "begin b at 2",
         "finish b",
     ]
+
+
+def test_gauss_seidel_begins_before_its_turn_what_reads_nobody_who_is_still_to_publish() -> None:
+    """B reads a; c, behind b, reads only the local one, and works beside both.
+
+    D reads c, and its last step is waited for when all others have stepped.
+    """
+    log: list[str] = []
+    parts: dict[str, Component] = {"local": Relaxation(-1.0, 1.0, 1.0)}
+    parts |= {name: Elsewhere(Relaxation(-1.0, 1.0, 1.0), log, name) for name in "abcd"}
+    wires = [link("local.x", f"{name}.u") for name in "ac"]
+    wires += [link("a.x", "b.u"), link("c.x", "d.u")]
+    system = System(parts, dict.fromkeys(parts, 1), wires)
+    simulate(system, GaussSeidel(("local", "a", "b", "c", "d")), start=0, stop=1, seed=0)
+    assert log == [
+        "begin a at 0",
+        "begin c at 0",
+        "finish a",
+        "begin b at 0",
+        "finish b",
+        "finish c",
+        "begin d at 0",
+        "finish d",
+    ]
+
+
+def test_gauss_seidel_begins_the_next_step_when_all_that_it_will_see_is_published() -> None:
+    """A and the local one read each other; the driver behind them, which a does not read, waits."""
+    log: list[str] = []
+
+    def noting(name: str) -> Component:
+        def note(state: None, inputs: Signals, t: Time) -> tuple[None, Signals]:
+            log.append(f"{name} to {t}")
+            return None, {"x": np.array(0.0)}
+
+        return FunctionComponent(CONNECTORS, note)
+
+    parts: dict[str, Component] = {
+        "a": Elsewhere(Relaxation(-1.0, 1.0, 1.0), log, "a"),
+        "local": noting("local"),
+        "driver": noting("driver"),
+    }
+    wires = [link("a.x", "local.u"), link("local.x", "a.u"), link("local.x", "driver.u")]
+    system = System(parts, dict.fromkeys(parts, 1), wires)
+    simulate(
+        system,
+        GaussSeidel(("a", "local", "driver")),
+        start=0,
+        stop=2,
+        seed=0,
+        observers=[Noting(log)],
+    )
+    assert log == [
+        "local to 0",
+        "driver to 0",
+        "begin a at 0",
+        "observe 0",
+        "finish a",
+        "local to 1",
+        "begin a at 1",
+        "driver to 1",
+        "observe 1",
+        "finish a",
+        "local to 2",  # the last point: nothing begins there
+        "driver to 2",
+        "observe 2",
+    ]
+
+
+def test_what_begins_before_its_turn_fails_in_its_turn() -> None:
+    """C is gone when it is to begin beside a; it is a whose error ends the run, as one by one."""
+    log: list[str] = []
+    parts: dict[str, Component] = {"local": Relaxation(-1.0, 1.0, 1.0)}
+    found = {name: Elsewhere(Relaxation(-1.0, 1.0, 1.0), log, name) for name in "abc"}
+
+    def gone(inputs: Signals, t: Time, h: Duration) -> None:
+        raise ComponentError("c", t, "is gone")
+
+    def failing() -> None:
+        raise ComponentError("b", 0, "fails")
+
+    found["c"].begin_step = gone  # type: ignore[method-assign]
+    wires = [link("local.x", "a.u"), link("a.x", "b.u"), link("local.x", "c.u")]
+    system = System({**parts, **found}, dict.fromkeys((*parts, *found), 1), wires)
+    algorithm = GaussSeidel(("local", "a", "b", "c"))
+    with pytest.raises(ComponentError, match="`c` at t = 0 s: is gone"):
+        simulate(system, algorithm, start=0, stop=1, seed=0)
+    found["a"].finish_step = failing  # type: ignore[method-assign]
+    with pytest.raises(ComponentError, match="fails"):
+        simulate(system, algorithm, start=0, stop=1, seed=0)
 
 
 def test_gauss_seidel_begins_at_once_what_sees_all_that_it_will_see() -> None:
@@ -269,6 +360,54 @@ def test_gauss_seidel_begins_at_once_what_sees_all_that_it_will_see() -> None:
         "begin c at 0",
         "finish c",
     ]
+
+
+class Sum(Component):
+    """x becomes u + v + t + 1, t in nanoseconds."""
+
+    connectors: Mapping[str, Connector] = MappingProxyType(
+        {**CONNECTORS, "v": Connector(causality=Causality.INPUT)}
+    )
+
+    def __init__(self) -> None:
+        self._x = 0.0
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._x = 0.0
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._x = float(np.asarray(inputs["u"])) + float(np.asarray(inputs["v"])) + t + 1
+
+    @override
+    def outputs(self) -> Signals:
+        return {"x": np.array(self._x)}
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_what_reads_two_earlier_waves_begins_after_the_later_of_them(*, swapped: bool) -> None:
+    """D reads a and b, which reads a; m and n follow each other, so that d has time."""
+    log: list[str] = []
+    order = tuple("abmnd")
+    parts: dict[str, Component] = {name: Elsewhere(Sum(), log, name) for name in order}
+    first, second = ("v", "u") if swapped else ("u", "v")
+    wires = [link("a.x", "b.u"), link("b.x", "m.u"), link("m.x", "n.u")]
+    wires += [link("a.x", f"d.{first}"), link("b.x", f"d.{second}")]
+    system = System(parts, dict.fromkeys(order, 1), wires)
+    found = final(GaussSeidel(order), system, stop="1e-9")
+    assert found == {"a": 1.0, "b": 2.0, "m": 3.0, "n": 4.0, "d": 4.0}  # 1 + 2 + 1
+    assert log.index("finish b") < log.index("begin d at 0") < log.index("finish m")
+
+
+@pytest.mark.parametrize("concurrent", ["", "b", "abc"])
+def test_each_sees_at_once_all_who_are_before_it_in_the_order(concurrent: str) -> None:
+    """C reads a, with b between them, which reads nobody: no step is lost on the way."""
+    local: dict[str, Component] = {name: Sum() for name in "abc"}
+    parts = {n: Elsewhere(p, [], n) if n in concurrent else p for n, p in local.items()}
+    system = System(parts, dict.fromkeys("abc", 1), [link("a.x", "c.u"), link("a.x", "c.v")])
+    found = final(GaussSeidel(tuple("abc")), system, stop="2e-9")
+    assert found == {"a": 2.0, "b": 2.0, "c": 6.0}  # c: 2 + 2 + 1 + 1
 
 
 class Noting(NoProgress):
@@ -325,14 +464,13 @@ def test_gauss_seidel_does_not_begin_early_what_sees_a_late_value() -> None:
 def test_the_values_of_gauss_seidel_do_not_depend_on_who_is_concurrent(
     data: st.DataObject,
 ) -> None:
-    names = [f"c{k}" for k in range(data.draw(st.integers(2, 5)))]
+    names = [f"c{k}" for k in range(data.draw(st.integers(2, 6)))]
     steps = {name: 10**8 * data.draw(st.sampled_from([1, 2, 5])) for name in names}
-    readers = data.draw(st.sets(st.sampled_from(names), min_size=1))
-    wires = [link(f"{data.draw(st.sampled_from(names))}.x", f"{r}.u") for r in sorted(readers)]
+    inputs = [f"{name}.{u}" for name in names for u in "uv"]
+    read = data.draw(st.sets(st.sampled_from(inputs), min_size=1))
+    wires = [link(f"{data.draw(st.sampled_from(names))}.x", each) for each in sorted(read)]
     order = tuple(data.draw(st.permutations(names)))
-    local: dict[str, Component] = {
-        name: Relaxation(-1.0 - k, 0.5, 1.0 / (k + 1)) for k, name in enumerate(names)
-    }
+    local: dict[str, Component] = {name: Sum() for name in names}
     mixed = {
         name: Elsewhere(part, [], name) if data.draw(st.booleans()) else part
         for name, part in local.items()

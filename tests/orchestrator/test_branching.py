@@ -64,6 +64,7 @@ def best_by_separate_runs(algorithm: CosimulationAlgorithm, seed: int, steps: in
     return chosen
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("algorithm", ALGORITHMS, ids=["jacobi", "before", "after"])
 def test_the_choices_are_those_of_separate_runs(
@@ -116,6 +117,7 @@ def test_a_run_with_branches_is_the_run_with_its_choices_given(
     assert [t for t, _ in branched.seen] == [k * H for k in range(24)]
 
 
+@pytest.mark.slow
 def test_pruning_changes_no_choice(caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.INFO)
     pruned = 0
@@ -169,7 +171,7 @@ def raising(error: BaseException) -> Any:
     ("fault", "message"),
     [
         (raising(ValueError("fell over")), "component `point` at t = 0.3 s: ValueError: fell over"),
-        (raising(SystemExit(3)), "component `pusher` at t = 0.3 s: SystemExit: 3"),
+        (raising(SystemExit(3)), "component `point` at t = 0.3 s: SystemExit: 3"),
         (
             lambda: os.kill(os.getpid(), signal.SIGKILL),
             "tried by `pusher` at t = 0.1 s, was killed",
@@ -287,6 +289,7 @@ def test_branches_leave_files_and_standard_output_alone(
     assert capfd.readouterr().out == "x" * 23
 
 
+@pytest.mark.slow
 def test_a_run_in_a_thread_beside_others_branches_too() -> None:
     """As in a worker process of Dask; locks that others hold at the time do no harm."""
     stop = threading.Event()

@@ -4,12 +4,16 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import pytest
 
-from orchestrator.cli import main
+from orchestrator.cli import main, parser as parser_module
+from orchestrator.cli.failures import outcome_of
 
 
 def test_check_says_ok(scenario_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -126,7 +130,9 @@ def test_components_are_listed_and_described(
     assert "power    number          = 26 dBm  -40 .. 33  transmit power" in text
     assert "vehicle.x  output  float64[]  m" in text
     assert main(["components", "receiver"]) == 0
-    assert "known once the parameters are (required: `gain`)" in capsys.readouterr().out
+    assert "vehicle.y  input   float64[]  m" in capsys.readouterr().out  # whatever `gain` is
+    assert main(["components", "carts"]) == 0
+    assert "known once the parameters are (required: `names`)" in capsys.readouterr().out
     assert main(["components", "sender", "--json"]) == 0
     described = json.loads(capsys.readouterr().out)
     assert described["parameters"]["power"]["unit"] == "dBm"
@@ -154,10 +160,25 @@ def test_a_report_is_made_again(
     ("arguments", "message"),
     [
         ([], "the following arguments are required: COMMAND"),
-        (["chek"], "invalid choice: 'chek'"),
+        (["chek"], "no command `chek`; did you mean `check`?"),
+        (["fmu", "biuld"], "no action `biuld`; did you mean `build`?"),
+        (["zzz"], "no command `zzz`; there are: bench, check, completion, "),
         (["run"], "the following arguments are required: SCENARIO"),
-        (["run", "a.yaml", "--seed", "one"], "argument --seed: invalid int value: 'one'"),
-        (["run", "a.yaml", "--sed", "1"], "unrecognized arguments: --sed 1"),
+        (
+            ["run", "a.yaml", "--seed", "one"],
+            "argument --seed: expected a whole number from 0 on, got 'one'",
+        ),
+        (
+            ["run", "a.yaml", "--seed", "-1"],
+            "argument --seed: expected a whole number from 0 on, got '-1'",
+        ),
+        (
+            ["run", "a.yaml", "--sed", "1"],
+            "unrecognized arguments: --sed 1; did you mean `--seed`?",
+        ),
+        (["run", "a.yaml", "-q"], "unrecognized arguments: -q"),
+        (["check", "a.yaml", "--sets=a.b=1"], "--sets=a.b=1; did you mean `--set`?"),
+        (["scene", "show", "a.yaml", "--radios", "3"], "did you mean `--radius`?"),
     ],
 )
 def test_a_wrong_command_line_is_wrong_input(
@@ -230,3 +251,51 @@ def test_the_help_teaches_without_loading_what_only_runs_need() -> None:
     assert "nlosim run red_light --seed 3" in done.stdout
     assert "exit codes:" in done.stdout
     assert done.stdout.endswith("LOADED []\n")
+
+
+@dataclass(frozen=True)
+class Offered:
+    """A command of a package, which notes that it was loaded."""
+
+    name: str
+    loaded: list[str]
+    value: str = "somewhere"
+
+    def load(self) -> Callable[[Any], None]:
+        self.loaded.append(self.name)
+        return lambda commands: commands.add_parser(self.name)
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        (["run", "red_light"], []),
+        (["two", "run"], ["two"]),
+        (["three"], ["one", "two"]),
+        (["--json", "run"], ["one", "two"]),
+        ([], ["one", "two"]),
+    ],
+)
+def test_commands_of_packages_are_loaded_where_they_may_be_meant(
+    given: list[str], expected: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loaded: list[str] = []
+    offers = [Offered("two", loaded), Offered("one", loaded)]
+    monkeypatch.setattr(parser_module, "entry_points", lambda group: offers)
+    top = parser_module.parser(given)
+    assert loaded == expected
+    for name in expected:
+        assert top.parse_args([name]).command == name
+
+
+@pytest.mark.parametrize(
+    ("module", "code", "said"),
+    [
+        ("backports.zstd", 2, "error: the module `backports.zstd` is missing, which this version"),
+        ("orchestrator.nothing", 5, "internal error: ModuleNotFoundError: "),
+    ],
+)
+def test_an_installation_that_lacks_a_module_is_no_bug(module: str, code: int, said: str) -> None:
+    outcome = outcome_of(ModuleNotFoundError("No module", name=module))
+    assert outcome.exit_code == code
+    assert outcome.text.startswith(said)

@@ -107,8 +107,19 @@ def test_a_component_that_fails_ends_the_run_with_code_3_and_what_was_recorded(
     assert main([*arguments, "--set", "report=trace", "--quiet"]) == 3
     captured = capsys.readouterr()
     message = "component `base` at t = 0.3 s: RuntimeError: the antenna fell off"
-    assert captured.err == f"error: {message}\nrecorded until then: {out}\n"
+    unit = Path(__file__).parent / "packages" / "sample_units.py"
+    (number,) = [
+        k
+        for k, line in enumerate(unit.read_text().splitlines(), 1)
+        if "the antenna fell off" in line
+    ]
+    where = f"{unit}:{number}, in step"
+    log = out / "log.txt"
+    assert captured.err == (
+        f"error: {message}\nraised at {where}\ntraceback: {log}\nrecorded until then: {out}\n"
+    )
     assert json.loads(captured.out)["error"] == {
+        "raised_at": where,
         "kind": "component",
         "exit_code": 3,
         "message": message,

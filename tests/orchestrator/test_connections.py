@@ -140,7 +140,10 @@ def test_problems_of_all_connections_are_said_at_once(tmp_path: Path) -> None:
 
 def test_units_of_another_quantity_stay_an_error(tmp_path: Path) -> None:
     (found,) = refused(wired(tmp_path, "{from: a.n, to: b.v}", a="unit: m", b="unit: s"))
-    assert found.endswith("cannot connect `a.n` to `b.v`: units differ: m and s")
+    assert found.endswith(
+        "cannot connect `a.n` to `b.v`: units differ: m and s; "
+        "`convert: false` would take the number as it is"
+    )
 
 
 @pytest.mark.parametrize(

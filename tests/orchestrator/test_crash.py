@@ -42,7 +42,10 @@ DEEDS = {
 def hang():
     # code that never returns, and lets Python hear no signal
     mutex, lock = ctypes.create_string_buffer(256), ctypes.CDLL(None).pthread_mutex_lock
-    lock(mutex), lock(mutex)
+    lock(mutex)
+    with open("hanging", "w") as file:
+        file.write(str(os.getpid()))
+    lock(mutex)
 
 
 DEEDS["hang"] = hang
@@ -137,6 +140,7 @@ def crashed(scenario: Path, deed: str, when: str = "step") -> tuple[str, dict[st
     return done.stderr, manifest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("deed", "how"),
     [
@@ -176,6 +180,18 @@ def until_stepping_from(t: int, scenario: Path, process: "subprocess.Popen[Any]"
         reached = time_ if call == 3 << 32 | 1 else reached
 
 
+def until_hanging(scenario: Path) -> None:
+    """Wait until code that never returns has the process: it sleeps, as often as one looks."""
+    file = scenario.with_name("hanging")
+    while not (file.exists() and file.read_text()):
+        time.sleep(0.02)
+    stat, asleep = Path("/proc") / file.read_text() / "stat", 0
+    while asleep < 10:
+        time.sleep(0.02)
+        asleep = asleep + 1 if stat.read_text().rpartition(") ")[2].startswith("S") else 0
+
+
+@pytest.mark.slow
 def test_what_is_killed_with_all_that_waits_for_it_is_known_to_the_next_command(
     scenario: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -199,6 +215,7 @@ def test_what_is_killed_with_all_that_waits_for_it_is_known_to_the_next_command(
     assert main(["run", str(scenario), "--quiet", *short]) == 0  # sweeps what the other one left
 
 
+@pytest.mark.slow
 def test_a_hang_is_named_at_the_first_request_to_stop_and_ended_at_the_second(
     scenario: Path,
 ) -> None:
@@ -210,6 +227,7 @@ def test_a_hang_is_named_at_the_first_request_to_stop_and_ended_at_the_second(
         text=True,
     )
     until_stepping_from(400_000_000, scenario, process)
+    until_hanging(scenario)
     assert process.stderr is not None
     process.send_signal(signal.SIGINT)
     assert process.stderr.readline() == "\n"
@@ -228,6 +246,7 @@ def test_a_hang_is_named_at_the_first_request_to_stop_and_ended_at_the_second(
     assert recording["good.y"].values.tolist() == [k * 1e8 for k in range(5)]
 
 
+@pytest.mark.slow
 def test_a_request_to_stop_reaches_the_run(scenario: Path) -> None:
     """Once, wherever it comes from: the run ends at a communication point, with exit code 4."""
     wait = ("--set", "components.plant.parameters.deed=nap", "--set", "time.stop=1000 s")

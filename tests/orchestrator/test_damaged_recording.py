@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 
 from orchestrator.cli import main
+from orchestrator.recording.blocks import scan
+from orchestrator.recording.layout import RecordingError
+from orchestrator.recording.reader import Recording
 
 
 @pytest.fixture
@@ -135,3 +138,22 @@ def test_a_run_that_was_killed_has_no_fingerprint_and_is_no_fault(
     cut(next(part for part in parts(recorded) if part.name == "time.zst"))
     assert main(["verify", "run", str(recorded)]) == 0
     assert "did not come to its end, so there is no fingerprint" in capsys.readouterr().out
+
+
+def test_a_sound_file_of_another_signal_is_named(
+    recorded: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its checksums are right; its rows are of another shape, or no times."""
+    whole = {part: part.read_bytes() for part in parts(recorded)}
+    by_size = sorted(whole, key=lambda part: scan(part).dtype.itemsize * len(scan(part).row_shape))
+    for victim, source in ((by_size[0], by_size[-1]), (by_size[-1], by_size[0])):
+        victim.write_bytes(whole[source])
+        for signal in Recording(recorded).signals:
+            try:
+                Recording(recorded)[signal]
+            except RecordingError as error:
+                assert f"`{victim}` is damaged: it holds rows of " in str(error)  # noqa: PT017
+                break
+        else:
+            pytest.fail(f"{victim} is taken for what it is not")
+        victim.write_bytes(whole[victim])

@@ -2,11 +2,14 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
-from orchestrator import measure
+from orchestrator import findings, measure
 from orchestrator.cli import main
+from orchestrator.experiment.load import load_experiment
 from orchestrator.run import run_scenario
 from orchestrator.scenario.build import load_scenario
 from tests.installation import install
@@ -47,8 +50,10 @@ def test_no_measures_are_asked_of_who_wants_none(
     assert main(["run", str(two), "--set", "measures={}", "--out", str(out)]) == 0
     assert json.loads((out / "metrics.json").read_text()) == {}
     assert load_scenario(two, ["measures={}"]).resolved()["measures"] == {}
-    assert main(["report", str(out)]) == 2
-    assert "`--measures all` asks them anyway" in " ".join(capsys.readouterr().err.split())
+    assert main(["report", str(out)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "`--measures all` asks them anyway" in said
+    assert f"wrote {out / 'metrics.json'}, {out / 'index.html'}" in said
     assert main(["report", str(out), "--measures", "all"]) == 0
     assert list(json.loads((out / "metrics.json").read_text())["measures"]) == ["travel"]
     assert main(["report", str(out), "--measures", "travel"]) == 0
@@ -63,3 +68,81 @@ def test_a_run_from_python_asks_what_the_scenario_names(two: Path, tmp_path: Pat
     assert outcome.metrics == {}
     outcome = run_scenario(load_scenario(two), tmp_path / "b", figure=False, default_measures=True)
     assert list(outcome.metrics["measures"]) == ["travel"]
+
+
+def test_an_experiment_asks_the_measures_that_its_metrics_name(two: Path) -> None:
+    """Of a scenario that asks none: once each, and none for what stands elsewhere."""
+    two.with_name("experiment.yaml").write_text(
+        f"""\
+schema: 1
+scenario: {two.name}
+seeds: 1
+set: {{report: trace}}
+factors: {{power: {{low: {{components.car.parameters.power: 10 dBm}}}}}}
+metrics:
+  way: measures.travel.metres
+  again: measures.travel.seconds
+  distance: distance_m
+  other: report.stillness.metres
+  unknown: measures.course.metres
+"""
+    )
+    (combination,) = load_experiment(two.with_name("experiment.yaml")).combinations
+    asked = [each for each in combination.overrides if each.startswith("measures")]
+    assert asked == ["measures.travel={}"]
+    assert list(combination.resolved["measures"]) == ["travel"]
+
+
+def test_an_experiment_asks_nothing_of_a_scenario_that_speaks_of_measures(two: Path) -> None:
+    file = two.with_name("experiment.yaml")
+    file.write_text(
+        f"""\
+schema: 1
+scenario: {two.name}
+seeds: 1
+set: {{measures.way.type: travel}}
+factors: {{power: {{low: {{components.car.parameters.power: 10 dBm}}}}}}
+metrics: {{a: measures.travel.metres, b: measures.way.metres}}
+"""
+    )
+    (combination,) = load_experiment(file).combinations
+    assert list(combination.resolved["measures"]) == ["way"]
+
+
+def test_the_terminal_has_the_first_numbers_that_there_are_of_measures_nobody_named() -> None:
+    found = {
+        "prr": {"is_whole": True, "low": None, "prr": 0.96, "b": 1, "c": 2, "d": 3, "e": 4},
+        "silence": {"receptions": 0, "longest_s": None},
+        "aoi": {"mean_ms": None, "is_whole": True},
+        "delivery": {},
+        "named": {"is_whole": True, "mean_s": None},
+    }
+    brief = found.keys() - {"named"}
+    assert list(findings._lines({"measures": found}, brief, is_topic=True)) == [
+        "prr: prr 0.96, b 1, c 2, d 3, ...",
+        "silence: receptions 0",
+        "named: is_whole True, mean_s -",
+        "nothing to measure: aoi, delivery",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("found", "complaint"),
+    [
+        ([1, 2], "it gave `list`, not an `Answer` or a mapping"),
+        ({"x": np.arange(2)}, "`x` is `ndarray`; numbers, texts, true, false"),
+        ({"x": {"y": 1}}, "`x` is `dict`"),
+    ],
+)
+def test_what_is_no_number_is_refused_by_its_name(found: Any, complaint: str) -> None:
+    with pytest.raises(TypeError, match=complaint):
+        findings._finite(found)
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    given = {"a": np.int64(3), "b": np.float32(0.5), "c": np.bool_(True), "d": None, "e": "x"}
+    plain = findings._finite(given)
+    assert json.loads(json.dumps(plain)) == {"a": 3, "b": 0.5, "c": True, "d": None, "e": "x"}
+    assert json.loads(json.dumps({"n": [np.int64(3)]}, default=findings._plain)) == {"n": [3]}
+    with pytest.raises(TypeError, match=r"`ndarray` cannot stand in metrics.json"):
+        json.dumps({"n": np.arange(2)}, default=findings._plain)

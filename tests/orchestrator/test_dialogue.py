@@ -17,10 +17,11 @@ from orchestrator.errors import ComponentError
 from orchestrator.limits import Deadlines
 from orchestrator.randomness import stream
 from orchestrator.remote import dialogue
-from orchestrator.remote.component import launch
 from orchestrator.remote.dialogue import Company, Dialogue, HostLostError
+from orchestrator.remote.launching import launch
 from orchestrator.remote.local import LocalTransport
-from orchestrator.remote.protocol import ComponentSpec, Kind, Message
+from orchestrator.remote.protocol import Kind, Message
+from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import Link, LinkLostError
 
 
@@ -190,3 +191,70 @@ def test_a_death_during_the_step_of_another_is_noticed_at_once(runs: ModuleType)
         with pytest.raises(ComponentError, match=r"`b` at t = 0 s: .* was killed by SIGKILL"):
             components["a"].step({}, 0, 1)
         assert time.monotonic() - before < 2.5
+
+
+@pytest.mark.parametrize(("kind", "expected"), [(Kind.DONE, True), (Kind.FAILED, False)])
+def test_a_reply_that_has_come_is_known_without_waiting_for_it(
+    clock: Clock, kind: Kind, *, expected: bool
+) -> None:
+    """An error is no reply that anybody could use before its turn; both stay until it."""
+    a, _ = pair(clock, lambda now: a._link.reply(kind, "no") if now > 1.0 else None, never)  # type: ignore[attr-defined]
+    assert not a.has_answered()  # it was not asked
+    a.ask(Kind.STEP, 3.0, t=0, h=1)
+    assert not a.has_answered()
+    assert clock.now == 0.0
+    clock.now = 2.0
+    assert [a.has_answered(), a.has_answered()] == [expected, expected]
+    if expected:
+        assert a.answer().message.kind is Kind.DONE
+    else:
+        with pytest.raises(ComponentError, match="component `a` at t = 0 s: no"):
+            a.answer()
+    assert not a.has_answered()
+
+
+@pytest.mark.parametrize("who", ["a", "b"])
+def test_a_host_found_dead_when_asked_whether_it_is_done_is_named(clock: Clock, who: str) -> None:
+    """When its turn comes, or as soon as another one is waited for, and once."""
+
+    def dies(now: float) -> None:
+        raise LinkLostError("is dead")
+
+    a, b = pair(clock, never, dies)
+    for each in (a, b):
+        each.ask(Kind.STEP, 3.0, t=5, h=1)
+    assert not b.has_answered()
+    assert not b.has_answered()
+    assert (b.is_over, a.is_over) == (True, False)
+    with pytest.raises(HostLostError, match=r"component `b` at t = 5e-09 s: is dead"):
+        (a if who == "a" else b).answer()
+    assert clock.now < 0.2
+
+
+def test_the_loss_of_a_host_that_can_be_renewed_is_no_matter_of_others(clock: Clock) -> None:
+    def dies(now: float) -> None:
+        raise LinkLostError("is dead")
+
+    a, b = pair(clock, lambda now: a._link.reply() if now > 1.0 else None, dies)  # type: ignore[attr-defined]
+    b.is_renewable = True
+    for each in (a, b):
+        each.ask(Kind.STEP, 3.0, t=5, h=1)
+    assert not b.has_answered()
+    assert a.answer().message.kind is Kind.DONE
+    with pytest.raises(HostLostError, match="`b` at t = 5e-09 s: is dead"):
+        b.answer()
+
+
+def test_a_reply_that_has_come_counts_though_its_host_has_died_since(clock: Clock) -> None:
+    said: list[bytes] = []
+
+    def says(now: float) -> bytes:
+        if said:
+            raise LinkLostError("is dead")
+        said.append(a._link.reply())  # type: ignore[attr-defined]
+        return said[0]
+
+    a, _ = pair(clock, says, never)
+    a.ask(Kind.STEP, 3.0, t=5, h=1)
+    assert [a.has_answered(), a.has_answered()] == [True, True]
+    assert a.answer().message.kind is Kind.DONE

@@ -157,6 +157,7 @@ def test_algorithms_and_measures_are_known(sample_units: None) -> None:
     assert not validator.is_valid(good)
 
 
+@pytest.mark.slow
 @given(ENTITY_MAPPINGS)
 def test_it_accepts_whatever_is_written(entities: FrozenMapping[Entity | None]) -> None:
     parameter = Parameter(type=Mapping[str, Entity | None], default=REQUIRED)

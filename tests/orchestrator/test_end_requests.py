@@ -23,8 +23,8 @@ from orchestrator.component import (
 )
 from orchestrator.observer import Observer, SimulationResult
 from orchestrator.parameters import parameter
-from orchestrator.remote.component import launch
-from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.launching import launch
+from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport
 from orchestrator.run import run_scenario
 from orchestrator.scenario.build import load_scenario

@@ -1,5 +1,8 @@
 """Experiment files: what they mean, and every problem at its place."""
 
+import os
+import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -97,9 +100,22 @@ def test_the_command_of_a_run_quotes_for_the_shell(scenario_file: Path) -> None:
     assert "--set 'components.car.parameters.label=\"a b\"'" in command
 
 
+def test_the_command_of_a_run_says_where_components_are(scenario_file: Path) -> None:
+    experiment = load_experiment(write(scenario_file, FILE))
+    plain = shlex.split(experiment.command(RunKey(1, 3)))
+    hosts = Path("/a b/hosts.yaml")
+    for more, words in (
+        ({"transport": "zenoh"}, ["--transport", "zenoh"]),
+        ({"hosts": hosts}, ["--hosts", str(hosts)]),
+        ({"transport": "local", "hosts": hosts}, ["--transport", "local", "--hosts", str(hosts)]),
+    ):
+        said = shlex.split(replace(experiment, **more).command(RunKey(1, 3)))
+        assert said == [*plain[:5], *words, *plain[5:]]
+
+
 @pytest.mark.parametrize(
     ("seeds", "expected"),
-    [("3", (1, 2, 3)), ("7..9", (7, 8, 9)), ("[5, 0]", (5, 0))],
+    [("3", (1, 2, 3)), ("7..9", (7, 8, 9)), ("7..7", (7,)), ("[5, 0]", (5, 0))],
 )
 def test_seeds(scenario_file: Path, seeds: str, expected: tuple[int, ...]) -> None:
     text = FILE.replace("seeds: 2", f"seeds: {seeds}")
@@ -111,6 +127,11 @@ def test_seeds(scenario_file: Path, seeds: str, expected: tuple[int, ...]) -> No
     [
         ("seeds: 2", "seeds: 0", "3:8: seeds: must be between 1 and 1000000 seeds, got 0"),
         ("seeds: 2", "seeds: 9..1", '3:8: seeds: "9..1" is not a range of 1 to 1000000 seeds'),
+        (
+            "seeds: 2",
+            "seeds: 5..1000005",
+            '3:8: seeds: "5..1000005" is not a range of 1 to 1000000 seeds',
+        ),
         ("seeds: 2", "seeds: [1, 1]", "3:8: seeds: the seed 1 is listed twice"),
         ("seeds: 2", "seeds: []", "3:8: seeds: must not be empty"),
         (
@@ -304,6 +325,14 @@ def test_a_scenario_that_is_not_there(scenario_file: Path) -> None:
     (problem,) = problems(scenario_file, FILE.replace("two.yaml", "three.yaml"))
     absent = scenario_file.with_name("three.yaml")
     assert problem.endswith(f"there is no file {absent} (the path is relative to this file)")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes among files")
+def test_a_pipe_is_no_scenario(scenario_file: Path) -> None:
+    pipe = scenario_file.with_name("three.yaml")
+    os.mkfifo(pipe)
+    (problem,) = problems(scenario_file, FILE.replace("two.yaml", "three.yaml"))
+    assert problem.endswith(f"{pipe} is a pipe, not a file")
 
 
 def test_a_problem_of_one_combination_names_it(scenario_file: Path) -> None:

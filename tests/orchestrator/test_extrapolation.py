@@ -23,8 +23,8 @@ from orchestrator.capabilities import (
     VariableSteps,
 )
 from orchestrator.component import Component
-from orchestrator.remote.component import launch
-from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.launching import launch
+from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport
 from orchestrator.simulation import simulate
 from orchestrator.system import System
@@ -195,6 +195,7 @@ def test_known_slopes_are_used_from_the_first_step_on() -> None:
     assert 5 * known < without
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(NETWORKS))
 @pytest.mark.parametrize(
     ("interpolation", "wanted", "kinds"),
@@ -214,6 +215,7 @@ def test_iteration_with_interpolated_inputs_is_of_higher_order(
     assert order(errors, steps) == pytest.approx(wanted, abs=0.15)
 
 
+@pytest.mark.slow
 def test_two_masses_are_nearer_to_the_solution_than_with_the_best_of_the_others() -> None:
     """At 0.1, 0.025 and 0.00625 s; what OMSimulator reaches with extrapolation."""
     others = {"0.1": 9.8e-3, "0.025": 6.7e-4, "0.00625": 4.3e-5}

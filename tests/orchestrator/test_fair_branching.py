@@ -51,6 +51,7 @@ def best_by_separate_runs(seed: int, draws: int) -> list[int]:
     return chosen
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_the_choices_are_those_of_separate_runs_with_chance_redrawn(seed: int) -> None:
     """Common random numbers: draw k is the same for all alternatives of a decision."""
@@ -60,6 +61,7 @@ def test_the_choices_are_those_of_separate_runs_with_chance_redrawn(seed: int) -
     assert len(chooser.choices) == 4
 
 
+@pytest.mark.slow
 def test_the_run_goes_on_with_its_own_draws() -> None:
     """Every signal at every point is that of a plain run with the same choices."""
     for seed in range(2):
@@ -69,6 +71,7 @@ def test_the_run_goes_on_with_its_own_draws() -> None:
         assert fair.seen == plain.seen
 
 
+@pytest.mark.slow
 def test_who_knows_the_draws_scores_more_and_where_there_are_none_as_much() -> None:
     """Hits in 23 steps of four runs; the difference is luck."""
     hits = {0: 0.0, 2: 0.0}

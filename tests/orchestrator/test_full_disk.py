@@ -25,17 +25,17 @@ from orchestrator.signal import Causality, Connector
 
 
 class Noise(Component):
-    connectors = {"y": Connector(causality=Causality.OUTPUT, shape=(1000,))}
+    connectors = {"y": Connector(causality=Causality.OUTPUT, shape=(10000,))}
 
     def setup(self, start, rng):
         self._rng = rng
 
     def initialise(self, inputs):
-        self._y = self._rng.normal(size=1000)
+        self._y = self._rng.normal(size=10000)
 
     def step(self, inputs, t, h):
         time.sleep(0.06)  # the recorder writes out what it has
-        self._y = self._rng.normal(size=1000)
+        self._y = self._rng.normal(size=10000)
 
     def outputs(self):
         return {"y": self._y}
@@ -63,19 +63,28 @@ def files_up_to(size: int) -> Iterator[None]:
 @pytest.mark.parametrize(
     ("size", "file", "status"),
     [
-        (100_000, "signals/noise/y+0.npy", "failed"),  # 160 kB are published
-        (6_000, "signals/noise/y+0.npy", "failed"),  # 8 kB at once
-        (2_500, "manifest.json", "failed"),
+        (1_000_000, "signals/noise/y+0.npy", "failed"),  # 1.6 MB are published
+        (60_000, "signals/noise/y+0.npy", "failed"),  # 80 kB at once
+        (None, "manifest.json", "failed"),  # it is longer at the end than at the start
         (300, FILE, None),
     ],
 )
 def test_the_file_is_named_and_the_run_has_failed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], size: int, file: str, status: str | None
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    size: int | None,
+    file: str,
+    status: str | None,
 ) -> None:
     (tmp_path / "noise_parts.py").write_text(MODULE)
     (tmp_path / "noise.yaml").write_text(SCENARIO)
     run = tmp_path / "run"
     arguments = ["run", str(tmp_path / "noise.yaml"), "--out", str(run), "--quiet", "--no-figure"]
+    if size is None:
+        with files_up_to(60_000):
+            main([*arguments[:3], str(tmp_path / "was"), *arguments[4:]])
+        size = (tmp_path / "was" / "manifest.json").stat().st_size - 500
+        capsys.readouterr()
     with files_up_to(size):
         code = main(arguments)
     said = capsys.readouterr()
@@ -90,5 +99,5 @@ def test_the_file_is_named_and_the_run_has_failed(
         return
     manifest = json.loads((run / "manifest.json").read_text())
     assert (manifest["status"], file in manifest["error"]) == (status, True)
-    if size == 100_000:
-        assert 0 < len(Recording(run)["noise.y"]) * 8000 < 100_000
+    if size == 1_000_000:
+        assert 0 < len(Recording(run)["noise.y"]) * 80_000 < 1_000_000

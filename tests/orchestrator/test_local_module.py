@@ -10,7 +10,7 @@ import pytest
 
 from orchestrator.cli import main
 from orchestrator.errors import ScenarioError
-from orchestrator.placement import _spec
+from orchestrator.placement import spec_of
 from orchestrator.scenario.build import load_scenario
 
 PARTS = '''\
@@ -113,11 +113,11 @@ def test_a_run_is_the_same_here_and_behind_a_transport_and_has_digests(
 
 
 def test_another_process_finds_the_class_and_its_records(scenario: Path) -> None:
-    spec = _spec(load_scenario(scenario).components["wheel"])
+    spec = spec_of(load_scenario(scenario).components["wheel"])
     text = (
         "import json, sys\n"
         "from orchestrator.remote.host import component_type_of\n"
-        "from orchestrator.remote.protocol import ComponentSpec\n"
+        "from orchestrator.remote.specification import ComponentSpec\n"
         "spec = ComponentSpec.from_document(json.load(sys.stdin))\n"
         "print(component_type_of(spec).create(spec.name, spec.values).radius)\n"
     )

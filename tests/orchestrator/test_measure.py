@@ -156,8 +156,9 @@ def test_a_measure_leaves_tables_and_a_panel(
     capsys.readouterr()
     assert main(["report", str(out)]) == 0
     tables = ["measures/way-values.csv", "measures/way-values.parquet"][: 1 + has_parquet()]
-    names = ("metrics.json", *tables, "measures.svg")
-    assert f"wrote {', '.join(str(out / name) for name in names)}" in capsys.readouterr().out
+    names = ("metrics.json", *tables, "measures.svg", "index.html")
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"wrote {', '.join(str(out / name) for name in names)}" in said
     assert (out / "measures.svg").read_bytes() == drawn
 
 

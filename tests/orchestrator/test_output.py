@@ -10,10 +10,10 @@ import pytest
 
 from orchestrator.errors import ComponentError
 from orchestrator.limits import Deadlines
-from orchestrator.remote.component import launch
+from orchestrator.remote.launching import launch
 from orchestrator.remote.local import LocalTransport
 from orchestrator.remote.output import Output
-from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.specification import ComponentSpec
 
 
 def printed(program: str, kept: int, caplog: pytest.LogCaptureFixture) -> tuple[list[str], Output]:

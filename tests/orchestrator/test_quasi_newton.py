@@ -12,8 +12,8 @@ from orchestrator.algorithm.fixed_point import FixedPoint
 from orchestrator.algorithm.quasi_newton import InterfaceQuasiNewton
 from orchestrator.component import Component
 from orchestrator.errors import ComponentError
-from orchestrator.remote.component import launch
-from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.launching import launch
+from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.simulation import simulate

@@ -35,9 +35,9 @@ class Parent(Component):
 SCRIPT = """\
 import os, sys, time
 from orchestrator.randomness import stream
-from orchestrator.remote.component import launch
+from orchestrator.remote.launching import launch
 from orchestrator.remote.local import LocalTransport
-from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.specification import ComponentSpec
 
 specs = [ComponentSpec(name="a", type="parenting:Parent", values={})]
 with launch(specs, LocalTransport()) as components:

@@ -361,6 +361,8 @@ def test_a_recording_is_never_overwritten(tmp_path: Path) -> None:
 
 def test_questions_that_have_no_answer_are_answered_with_what_there_is(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"holds no recording: no `signals/index.json`"):
+        Recording(tmp_path)
+    with pytest.raises(RecordingError, match=r"^there is no directory `.*nothing`$"):
         Recording(tmp_path / "nothing")
     system = System({"late": replay({"y": output()}, [{"y": np.array(1.0)}] * 3)}, {"late": 10}, [])
     simulate(system, Jacobi(), start=10, stop=20, seed=0, observers=[Recorder(tmp_path)])

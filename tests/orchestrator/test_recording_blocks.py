@@ -3,12 +3,14 @@
 import hashlib
 import itertools
 import os
+import re
 import signal
 import struct
 import subprocess
 import sys
 import tempfile
 import textwrap
+import tracemalloc
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -23,7 +25,7 @@ import orchestrator.recording.parts
 from orchestrator.recording.blocks import scan
 from orchestrator.recording.filters import Guesses, Records
 from orchestrator.recording.layout import RecordingError, plain_of
-from orchestrator.recording.parts import Part
+from orchestrator.recording.parts import BLOCK_BYTES, Part, Shared
 from orchestrator.recording.reader import Recording
 from orchestrator.recording.stored import Stored, damage_of
 
@@ -237,6 +239,7 @@ def blocks_of_three(path: Path) -> bytes:
     return content(rows)
 
 
+@pytest.mark.slow
 def test_a_file_that_is_cut_anywhere_is_read_up_to_there(tmp_path: Path) -> None:
     """Each block that is there from first to last byte is read; file and place are said."""
     path = tmp_path / "y.zst"
@@ -257,6 +260,7 @@ def test_a_file_that_is_cut_anywhere_is_read_up_to_there(tmp_path: Path) -> None
         assert read(path).tobytes() == rows[: sum(block.rows for block in whole)]
 
 
+@pytest.mark.slow
 def test_a_damaged_byte_is_said_and_the_rest_is_read(tmp_path: Path) -> None:
     """A bit of each byte is flipped. No other value is ever read instead of the recorded one."""
     path = tmp_path / "y.zst"
@@ -330,7 +334,7 @@ KILLED = """
     from orchestrator.testing import FunctionComponent
 
     orchestrator.recording.parts.BLOCK_BYTES = 20_000
-    orchestrator.recording.recorder.FLUSH_INTERVAL = 0.0
+    orchestrator.recording.recorder.FLUSH_INTERVAL = -1.0  # at the first point, too
     connectors = {"y": Connector(causality=Causality.OUTPUT, shape=(50,)),
                   "packets": Connector(causality=Causality.OUTPUT, dtype=None)}
 
@@ -385,3 +389,71 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path) -> None:
     part.write_bytes(head + text + newer[12 + len(text) :])
     with pytest.raises(RecordingError, match="has version 2; this release reads 1"):
         Stored.open(part)
+
+
+def test_what_is_flushed_takes_no_memory_until_its_block_is_full(tmp_path: Path) -> None:
+    """However slowly a signal grows, and whatever others do: blocks are made in one place."""
+    shared = Shared()
+    names = [f"{k}" for k in range(8)]
+    dtype, rng = np.dtype("<f8"), np.random.default_rng(1)
+    parts = [Part(tmp_path / f"{n}.zst", f"{n}.npy", dtype, shared=shared) for n in names]
+    chunks = [rng.normal(size=1000) for _ in range(700)]  # 5.6 MB: more than a block
+    tracemalloc.start()
+    for k, chunk in enumerate(chunks):
+        for part in parts:
+            part.append_rows(chunk.tobytes(), 1000)
+            part.flush()
+        if k == 400:
+            before = tracemalloc.get_traced_memory()[0]
+    after = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    assert before < 1_000_000  # 3.2 MB of each part are on disk
+    assert after < 2.5 * BLOCK_BYTES  # 1.4 MB, and the room of one block, which was that of eight
+    for part, name in zip(parts, names, strict=True):
+        part.close()
+        stored = Stored.open(tmp_path / f"{name}.zst")
+        assert np.array_equal(stored[0 : len(stored)], np.concatenate(chunks))
+        assert len(list(stored.blocks())) == 2
+        assert part.digest.sha256 == hashlib.sha256(np.concatenate(chunks).tobytes()).hexdigest()
+
+
+@pytest.mark.parametrize("is_cut", [False, True])
+def test_rows_that_somebody_took_away_are_missed(tmp_path: Path, *, is_cut: bool) -> None:
+    part = Part(tmp_path / "y.zst", "y.npy", np.dtype("<f8"))
+    part.append_rows(np.arange(9.0).tobytes(), 9)
+    part.flush()
+    (tail,) = tmp_path.glob("*+*.npy")
+    part.append_rows(np.arange(9.0).tobytes(), 9)
+    os.truncate(tail, 150) if is_cut else tail.unlink()
+    with pytest.raises(OSError, match=rf"{re.escape(tail.name)}") as found:
+        part.close()
+    assert found.value.filename == str(tail)
+
+
+def test_samples_without_bytes_take_no_memory(tmp_path: Path) -> None:
+    """Nobody says anything, for weeks; how many there were is counted elsewhere."""
+    part = Part(tmp_path / "y.zst", "y.npy", np.dtype(np.uint8), samples=True)
+    tracemalloc.start()
+    for _ in range(100_000):
+        part.append(b"", 0)
+    part.append_samples(b"", np.zeros(100_000, np.int64))
+    assert tracemalloc.get_traced_memory()[0] < 10_000
+    tracemalloc.stop()
+    part.close()
+    assert len(Stored.open(tmp_path / "y.zst")) == 0
+
+
+def test_a_damaged_length_asks_for_no_memory(tmp_path: Path) -> None:
+    """It may say 4 GB; the file has a few bytes."""
+    path = tmp_path / "y.zst"
+    part = Part(path, "y.npy", np.dtype("<f8"))
+    part.append(np.arange(3.0).tobytes(), 3)
+    part.close()
+    content = path.read_bytes()
+    second = content.index(content[:4], 4)
+    path.write_bytes(content[: second + 4] + b"\xff\xff\xff\xff" + content[second + 8 :])
+    tracemalloc.start()
+    assert scan(path).damage
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 1_000_000

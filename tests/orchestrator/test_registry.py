@@ -115,6 +115,7 @@ def test_offers_are_listed_without_importing_them() -> None:
     ("name", "message"),
     [
         ("tracce", "no component type `tracce` is installed; did you mean `trace`?"),
+        ("fmu", "for an FMU write its file, `model.fmu`, for a class of yours `module:Class`"),
         (
             "broken",
             (
@@ -138,6 +139,13 @@ def test_what_cannot_be_loaded_says_why(name: str, message: str) -> None:
     with pytest.raises(ComponentTypeError) as error:
         component_type(name)
     assert message in str(error.value)
+
+
+@pytest.mark.usefixtures("site")
+def test_who_misspelt_a_name_is_told_that_name_alone() -> None:
+    with pytest.raises(ComponentTypeError) as error:
+        component_type("tracce")
+    assert str(error.value).endswith("did you mean `trace`?")
 
 
 def test_two_packages_with_one_name_are_a_conflict(site: Path) -> None:

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from time import monotonic
 from types import ModuleType
 from typing import Any
 
@@ -20,18 +21,20 @@ from orchestrator.errors import ComponentError, ComponentTypeError
 from orchestrator.kinds import FrozenMapping
 from orchestrator.parameters import PythonComponentType
 from orchestrator.randomness import stream
-from orchestrator.remote.component import launch
+from orchestrator.remote.block import WireError
+from orchestrator.remote.declarations import connectors_from_message, connectors_to_message
 from orchestrator.remote.host import ComponentHost
+from orchestrator.remote.launching import launch
+from orchestrator.remote.local import LocalTransport
 from orchestrator.remote.protocol import (
-    ComponentSpec,
     Kind,
     Message,
     generator_from_document,
     generator_to_document,
 )
+from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport
-from orchestrator.remote.wire import WireError
-from orchestrator.signal import Connector
+from orchestrator.signal import Causality, Connector
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
 from tests.orchestrator.packages.structured_units import Start
@@ -65,6 +68,25 @@ def test_the_loopback_gives_the_bytes_of_a_local_run(
     assert len(local.bits) == 101 * 2 * 7
     assert remote.bits == local.bits
     assert again.bits == local.bits  # after `close`, `setup` repeats the run
+
+
+def test_a_further_run_begins_with_nothing_said_though_all_values_are_the_same_objects(
+    units: ModuleType,
+) -> None:
+    """What did not change since the last message is not sent; a new run has no last message."""
+    specs = [ComponentSpec(name="a", type="remote_units:Steady", values={})]
+    given = np.array([1.0, 2.0])
+    with launch(specs, LoopbackTransport()) as components:
+        component = components["a"]
+        for _ in range(3):
+            component.setup(0, stream(1, "a"))
+            component.initialise({"u": given})
+            for t in range(2):
+                component.step({"u": given}, t, 1)
+                found = component.outputs()
+                assert np.asarray(found["y"]).tolist() == [3.0, 4.0]
+                assert np.asarray(found["seen"]).tolist() == [1.0, 2.0]
+        component.close()
 
 
 def test_an_input_that_never_changes_is_one_object_for_the_remote_component(
@@ -119,6 +141,8 @@ def test_errors_keep_name_time_and_text(
     with pytest.raises(ComponentError) as caught:
         runs.run_reckless(LoopbackTransport(), **values)
     assert str(caught.value) == message
+    assert bool(caught.value.where) == ("ValueError" in message or "SystemExit" in message)
+    assert ", in " in caught.value.where or not caught.value.where
 
 
 def test_the_traceback_in_the_host_goes_to_the_log_of_a_run(
@@ -229,7 +253,7 @@ GOOD = Message(kind=Kind.STEP, epoch=1, sequence=2, t=3, h=4, document={"a": [1]
     [
         (b"", "0 bytes are too short"),
         (b"HTTP/1.1 400 Bad Request" + bytes(40), "starts with b'NLOS', not b'HTTP'"),
-        (GOOD[:4] + b"\x07" + GOOD[5:], "speaks version 7 .* this is version 3; install the same"),
+        (GOOD[:4] + b"\x07" + GOOD[5:], "speaks version 7 .* this is version 4; install the same"),
         (GOOD[:6] + b"\x63" + GOOD[7:], "unknown kind 99"),
         (GOOD[:-16], "ends too early"),
         (GOOD[:48] + b"[" + GOOD[49:], "cannot be read"),
@@ -298,6 +322,27 @@ def test_who_cannot_return_here_cannot_elsewhere(runs: ModuleType, tmp_path: Pat
         assert not any(isinstance(each, RestorableComponent) for each in components.values())
 
 
+@pytest.mark.parametrize(("kind", "u"), [("Steady", [1.0, 2.0]), ("Drawing", 1.0)])
+def test_a_component_elsewhere_says_whether_its_step_is_done(
+    units: ModuleType, kind: str, u: float | list[float]
+) -> None:
+    """Also one that can return to an earlier state; a process says so in its own time."""
+    specs = [ComponentSpec(name="a", type=f"remote_units:{kind}", values={})]
+    with launch(specs, LocalTransport()) as components:
+        component = components["a"]
+        assert isinstance(component, RestorableComponent) == (kind == "Drawing")
+        component.setup(0, stream(1, "a"))
+        component.initialise({"u": np.array(u)})
+        assert not component.has_finished()  # there is no step
+        component.begin_step({"u": np.array(u)}, 0, 1)
+        deadline = monotonic() + 20
+        while not component.has_finished():
+            assert monotonic() < deadline
+        component.finish_step()
+        assert not component.has_finished()
+        component.close()
+
+
 def test_a_state_that_is_not_there_is_an_error_of_the_component(units: ModuleType) -> None:
     """One of an earlier run: the host has forgotten it, and says so."""
     specs = [ComponentSpec(name="a", type="remote_units:Drawing", values={})]
@@ -310,3 +355,22 @@ def test_a_state_that_is_not_there_is_an_error_of_the_component(units: ModuleTyp
         with pytest.raises(ComponentError, match=r"there is no state \d+ of this run"):
             component.restore(state)
         component.close()
+
+
+@pytest.mark.parametrize("pool", [10**9, 5, None])
+def test_a_random_stream_takes_the_memory_of_ours_only(pool: int | None) -> None:
+    """NumPy works for hours on a pool of a billion words."""
+    document = generator_to_document(np.random.default_rng(3))
+    document["seeds"] |= {"pool_size": pool}
+    with pytest.raises(ValueError, match="has a pool of 4 words"):
+        generator_from_document(document)
+
+
+@pytest.mark.parametrize(("key", "value"), [("meaning", 0), ("meaning", ""), ("undriven", [])])
+def test_what_says_nothing_sound_of_a_connector_is_no_connector(key: str, value: object) -> None:
+    connectors = {"y": Connector(causality=Causality.OUTPUT)}
+    message = connectors_to_message(connectors, Message(Kind.CREATE, 1, 1), {})
+    command, offset = Message.decode(message)
+    said = dict(command.document["connectors"]["y"]) | {key: value}
+    with pytest.raises((TypeError, IndexError)):
+        connectors_from_message({"connectors": {"y": said}}, message, offset)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from orchestrator.course import Course
+from orchestrator.remote.block import WireError
 from orchestrator.remote.courses import (
     courses_from_document,
     courses_to_document,
@@ -38,3 +39,10 @@ def test_every_bit_arrives(value: Any) -> None:
         assert got.dtype == sent.dtype
         assert got.shape == sent.shape
         assert got.tobytes() == sent.tobytes()
+
+
+@pytest.mark.parametrize("kind", [",", "O", "f8,f8", 3, None])
+def test_an_element_type_that_is_none_is_refused(kind: object) -> None:
+    """Of `,` NumPy says that it is wrong syntax."""
+    with pytest.raises(WireError, match="is not an element type"):
+        courses_from_document({"u": [{"type": kind, "shape": [], "data": ""}]})

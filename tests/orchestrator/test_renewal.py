@@ -13,8 +13,8 @@ from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.capabilities import CourseFollowing, InitialEvaluation, PointEvaluation
 from orchestrator.component import Component
-from orchestrator.remote.component import launch
-from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.launching import launch
+from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport
 from orchestrator.system import System
 from orchestrator.timebase import nanoseconds
@@ -141,7 +141,9 @@ def test_an_input_that_is_made_of_others_is_read_anew_as_well() -> None:
         (GaussSeidel(extrapolation="linear"), ANEW, 0),
         (FixedPoint(), OLD, 0),
     ],
-    ids=str,
+    ids=lambda value: (
+        "+".join(sorted(k.__name__ for k in value)) if isinstance(value, frozenset) else str(value)
+    ),
 )
 def test_it_is_known_how_old_the_inputs_of_an_output_are(
     algorithm: CosimulationAlgorithm, kinds: frozenset[type], lag: int

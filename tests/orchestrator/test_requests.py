@@ -85,6 +85,7 @@ def test_ctrl_c_in_the_first_second(tmp_path: Path, after: float) -> None:
     assert said.startswith("interrupted\n") or "stopping at the next" in said, said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_terminal_that_closes_ends_a_run_as_ctrl_c_does(
     tmp_path: Path, number: signal.Signals
@@ -94,3 +95,15 @@ def test_a_terminal_that_closes_ends_a_run_as_ctrl_c_does(
     found = json.loads(said[said.index("{") :])
     assert found["error"]["kind"] == "interrupted"
     assert json.loads((tmp_path / "run" / "manifest.json").read_text())["status"] == "interrupted"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals")
+def test_a_request_within_code_compiled_from_text_does_not_end_the_process_later() -> None:
+    """CPython remembers it until the process ends, and then kills itself."""
+    caught = "try:\n    exec('raise KeyboardInterrupt')\nexcept KeyboardInterrupt:\n    pass\n"
+    over = "from orchestrator.cli.requests import heard_no_more\nheard_no_more()\n"
+    codes = [
+        subprocess.run([sys.executable, "-c", text], check=False).returncode
+        for text in (caught, caught + over)
+    ]
+    assert codes == [-signal.SIGINT, 0]

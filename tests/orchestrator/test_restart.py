@@ -13,9 +13,9 @@ import pytest
 from orchestrator.cli import main
 from orchestrator.errors import ComponentError
 from orchestrator.limits import Limits, OnFailure
-from orchestrator.remote.component import launch
+from orchestrator.remote.launching import launch
 from orchestrator.remote.local import LocalTransport
-from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport, Transport
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
@@ -57,6 +57,7 @@ def trace(
     return seen
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["local", "zenoh"])
 def test_a_restarted_component_gives_the_same_bits(
     runs: ModuleType, tmp_path: Path, name: str, caplog: pytest.LogCaptureFixture

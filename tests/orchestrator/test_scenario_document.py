@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, strategies as st
 
-from orchestrator.errors import ScenarioError
+from orchestrator.errors import Location, ScenarioError
 from orchestrator.scenario.document import MAXIMUM_BYTES, Document
 
 
@@ -172,3 +172,14 @@ def test_what_never_ends_is_not_read(tmp_path: Path) -> None:
             Document.read(path)
         (problem,) = error.value.problems
         assert str(problem) == f"{path}:1:1: cannot be read: {what}"
+
+
+def test_who_reads_a_text_again_gets_values_and_places_of_his_own() -> None:
+    text = "a: [1, {b: 2}]"
+    first = Document.parse(text, "one.yaml")
+    first.data["a"][1]["b"] = 3
+    first.data["a"].append(4)
+    again = Document.parse(text, "two.yaml", offset=5)
+    assert again.data == {"a": [1, {"b": 2}]}
+    assert again.value(("a", 1, "b")) == Location("two.yaml", 1, 17)
+    assert first.value(("a", 1, "b")) == Location("one.yaml", 1, 12)

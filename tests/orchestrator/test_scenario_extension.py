@@ -1,6 +1,7 @@
 """`extends:`: what a file says over what its base says, and every problem in the right file."""
 
 import json
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -238,6 +239,11 @@ def test_a_wrong_value_of_the_base_is_reported_there(write: Write, scenario_file
         (
             {"a.yaml": "extends: ."},
             "a.yaml:1:10: extends: there is no file {folder} (the path",
+        ),
+        pytest.param(
+            {"a.yaml": "extends: /dev/zero"},
+            "a.yaml:1:10: extends: /dev/zero is a device, not a file",
+            marks=pytest.mark.skipif(os.name != "posix", reason="no devices among files"),
         ),
         (
             {"a.yaml": "schema: 1\nextends: b.yaml", "b.yaml": "- 1"},

@@ -152,6 +152,25 @@ def test_limits_that_do_not_hold_are_remarked_upon(path: Path) -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("said", "create", "setup", "written"),
+    [
+        ("{setup: 2 min}", 120.0, 120.0, {"setup": "120 s"}),
+        ("{create: 2 min}", 120.0, 60.0, {"create": "120 s"}),
+        ("{create: 3 s, setup: 4 s}", 3.0, 4.0, {"create": "3 s", "setup": "4 s"}),
+    ],
+)
+def test_the_deadline_of_creation_is_that_of_setting_up_unless_it_is_said(
+    path: Path, said: str, create: float, setup: float, written: dict[str, str]
+) -> None:
+    marked(path, "other")
+    path.write_text(path.read_text().replace("other: {", f"other: {{deadline: {said}, "))
+    scenario = load_scenario(path)
+    found = scenario.components["other"].limits.deadlines
+    assert (found.create, found.setup, found.step) == (create, setup, 30.0)
+    assert scenario.resolved()["components"]["other"]["deadline"] == written
+
+
 def test_those_that_hold_something_else_are_not_meant(path: Path) -> None:
     path.write_text(SCENARIO.replace("the lamp", "a lamp", 1))
     with placing(placement("in-process", load_scenario(path))):

@@ -10,18 +10,21 @@ import pytest
 from hypothesis import given, strategies as st
 from typing_extensions import override
 
+import orchestrator.placement
 from orchestrator.algorithm.age import Age
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.fixed_point import FixedPoint
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.cli import main
-from orchestrator.component import RestorableComponent
-from orchestrator.errors import ComponentError, ScenarioError
+from orchestrator.component import Component, RestorableComponent
+from orchestrator.errors import ComponentError, CosimError, ScenarioError
 from orchestrator.placement import placement, placing
+from orchestrator.run import run_scenario
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.graph import graph_of, grouped
-from orchestrator.scenario.wiring import assemble
+from orchestrator.scenario.model import ComponentUse
+from orchestrator.scenario.wiring import assemble, in_process
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
@@ -166,6 +169,36 @@ def test_a_component_that_cannot_be_created_is_a_component_error(scenario_file: 
     scenario = load_scenario(scenario_file, ["components.bad={type: broken, step: 1 s}"])
     with pytest.raises(ComponentError, match="`bad`: cannot be created: ZeroDivisionError: oops"):
         assemble(scenario)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        "components.zzz={type: broken, step: 1 s}",  # the last of them cannot be created
+        "connections=[{from: car.nothing, to: base.vehicle}]",
+        "",
+    ],
+    ids=["component", "connection", "directory"],
+)
+def test_components_of_a_run_that_cannot_begin_are_closed(
+    scenario_file: Path, wrong: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They may have started programs, and hold files."""
+    created: list[str] = []
+    closed: list[str] = []
+
+    def place(use: ComponentUse) -> Component:
+        component = in_process(use)
+        created.append(use.name)
+        monkeypatch.setattr(component, "close", lambda: closed.append(use.name))
+        return component
+
+    monkeypatch.setattr(orchestrator.placement, "in_process", place)
+    scenario = load_scenario(scenario_file, [wrong] if wrong else [])
+    (tmp_path / "full" / "of").mkdir(parents=True)
+    with pytest.raises(CosimError):
+        run_scenario(scenario, tmp_path / "full")
+    assert closed == created == ["car", "base"]
 
 
 def test_an_unknown_transport_is_an_error_that_lists_those_installed(scenario_file: Path) -> None:

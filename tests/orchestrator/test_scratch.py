@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from orchestrator.cli import main
 from orchestrator.scratch import discard, scratch, sweep, temporary_folder
+from tests.reliability.small_runs import written
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="files that are open are locked")
 
@@ -127,4 +129,16 @@ def test_a_copy_of_the_process_has_a_folder_of_its_own(temporary: Path) -> None:
             mine.parent.name,
             f"{mine.parent.name}.lock",
         }
+    assert list(temporary.iterdir()) == []
+
+
+def test_a_run_removes_what_killed_processes_left_even_if_it_needs_no_folder(
+    temporary: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left = temporary / "nlosim-0123abcd"
+    (left / "host-1").mkdir(parents=True)
+    left.with_suffix(".lock").touch()
+    folder = written(tmp_path_factory.mktemp("run"))
+    monkeypatch.chdir(folder)
+    assert main(["run", "case.yaml", "--set", "time.stop=0.1 s", "--quiet", "--no-figure"]) == 0
     assert list(temporary.iterdir()) == []

@@ -8,10 +8,11 @@ import sys
 import numpy as np
 import pytest
 
+from orchestrator.remote.block import WireError
 from orchestrator.remote.memory import Exchange, HostMemory, LinkMemory
 from orchestrator.remote.segment import OFFSET_BITS, Arena, PlaceError, Segment, can_share
 from orchestrator.remote.sharing import NOTHING_SHARED
-from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
+from orchestrator.remote.wire import SignalDecoder, SignalEncoder
 from orchestrator.signal import Array, Causality, Connector, Signal
 
 pytestmark = pytest.mark.skipif(not can_share(), reason="this system has no memory of this kind")
@@ -110,20 +111,73 @@ def test_many_steps_need_few_places() -> None:
     assert len(places) <= 4
 
 
-def test_bytes_are_copies_and_their_place_is_free_at_once() -> None:
+def test_bytes_are_copies_and_their_place_is_free_when_the_next_come() -> None:
     exchange = Exchange()
     line = Line(exchange, 1)
     text = bytes(range(256)) * 64
     place = line.there.place(text)
     line.to_orchestrator()
-    assert line.here.read(place, len(text)) == text
+    assert line.here.read(place, len(text), 0) == text
+    line.to_host()
+    other = line.there.place(text)
+    assert other != place
+    assert line.here.read(other, len(text), 1) == text  # of another signal
+    line.to_host()
+    assert line.there.place(text) not in (place, other)
+    assert line.here.read(other, len(text), 0) == text
     line.to_host()
     assert line.there.place(text) == place
+
+
+def test_bytes_that_the_orchestrator_makes_are_free_when_the_host_has_read_them() -> None:
+    line = Line(Exchange(), 1)
+    text = bytes(range(256)) * 64
     back = line.here.place(text)
     line.to_host()
-    assert line.there.read(back, len(text)) == text
+    assert line.there.read(back, len(text), 0) == text
     line.to_orchestrator()
     assert line.here.place(text) == back
+
+
+def test_bytes_that_one_host_made_are_read_by_another_at_the_same_place() -> None:
+    exchange = Exchange()
+    first, second, third = (Line(exchange, number) for number in (1, 2, 3))
+    places = set()
+    for step in range(20):
+        text = bytes([step]) * 8192
+        place = first.there.place(text)
+        places.add(place)
+        first.to_orchestrator()
+        value = first.here.read(place, len(text), 0)
+        for line in (second, third):
+            assert line.here.place(value) == place  # nothing was copied
+            line.to_host()
+            assert line.there.read(place, len(text), 0) == text
+            line.to_orchestrator()
+        copy = value[:4096] + value[4096:]
+        assert second.here.place(copy) != place  # equal, but not the same
+        first.to_host()
+    assert len(places) <= 3
+
+
+def test_bytes_are_handed_on_until_the_next_of_their_signal_come() -> None:
+    """What is late is copied; whoever has not read it yet keeps its place."""
+    exchange = Exchange()
+    first, second = Line(exchange, 1), Line(exchange, 2)
+    old, new = bytes(8192), b"x" * 8192
+    place = first.there.place(old)
+    first.to_orchestrator()
+    value = first.here.read(place, 8192, 0)
+    assert second.here.place(value) == place
+    first.here.read(first.there.place(new), 8192, 0)
+    assert second.here.place(value) != place
+    first.to_host()
+    assert first.there.place(new) != place  # the second host has not read it
+    second.to_host()
+    assert second.there.read(place, 8192, 0) == old
+    second.to_orchestrator()
+    first.to_host()
+    assert first.there.place(new) == place
 
 
 @pytest.mark.parametrize("length", [4096, 4097, 8192, 8193])
@@ -134,6 +188,20 @@ def test_neighbours_do_not_overlap(length: int) -> None:
     places = [arena.place(value) for value in values]
     assert [arena.segments[0].read(place, length) for place in places] == values
     arena.close()
+
+
+def test_a_place_says_to_the_byte_where_something_is() -> None:
+    segment = Segment.create(5, 1 << 13)
+    segment.memory[:] = bytes(k % 251 for k in range(1 << 13))
+    for offset in (0, 1, 2, 3, 4095, 4097, (1 << 13) - 2):
+        place = 5 << OFFSET_BITS | offset
+        assert segment.read(place, 2) == bytes([offset % 251, (offset + 1) % 251])
+        found = segment.array(place, (2,), np.dtype(np.uint8))
+        assert found.tolist() == [offset % 251, (offset + 1) % 251]
+    last = 5 << OFFSET_BITS | (1 << 13) - 1
+    with pytest.raises(PlaceError, match="2 bytes at 8191 of segment 5 do not exist"):
+        segment.read(last, 2)
+    segment.close()
 
 
 def test_only_the_owner_can_write_and_nobody_can_cut_off() -> None:
@@ -169,11 +237,15 @@ def test_places_that_a_host_invents_are_refused() -> None:
     with pytest.raises(PlaceError, match=r"an array of float64\[2097153\] in segment 4096"):
         line.here.array(place, ((1 << 21) + 1,), FLOAT)
     with pytest.raises(PlaceError, match="16777217 bytes at 0 of segment 4096 do not exist"):
-        line.here.read(place, (1 << 24) + 1)
+        line.here.read(place, (1 << 24) + 1, 0)
     with pytest.raises(PlaceError, match="nobody has a place 5"):
         line.here.arrive([5], [])
     with pytest.raises(PlaceError, match="segment 4096 is not one of host 2"):
         other.here.arrive([], [(4096, 1 << 24, 0)])
+    with pytest.raises(PlaceError, match="segment 12288 is not one of host 2"):
+        other.here.arrive([], [(3 << 12, 1 << 24, 0)])  # of a third, which nobody has yet
+    with pytest.raises(PlaceError, match="segment 4096 is not one of host 1"):
+        line.here.arrive([], [(4096, 1 << 24, 0)])  # twice: places in the first would move
     with pytest.raises(PlaceError, match="there is no place 5 here"):
         Arena(0).free(5)
 

@@ -19,6 +19,7 @@ from orchestrator.observer import (
     SimulationResult,
     progress_meter,
 )
+from orchestrator.randomness import stream
 from orchestrator.signal import Causality, Connector, Signals, Variability
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
@@ -129,6 +130,33 @@ def test_calls_come_in_the_order_of_the_contract() -> None:
     assert result.values == {"a": {"y": np.array(1.0)}, "b": {"y": np.array(1.0)}}
 
 
+@pytest.mark.parametrize("seed", [0, 7])
+def test_each_component_draws_from_a_stream_of_its_own(seed: int) -> None:
+    """Which depends on its name alone: one more component changes nothing for the others."""
+
+    class Drawing(Component):
+        connectors = {"y": Y}  # noqa: RUF012
+
+        @override
+        def setup(self, start: Time, rng: np.random.Generator) -> None:
+            self.drawn = rng.random(3).tolist()
+
+        @override
+        def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+            pass
+
+        @override
+        def outputs(self) -> Signals:
+            return {"y": np.array(0.0)}
+
+    parts = {name: Drawing() for name in ("a", "b", "c")}
+    for some in ("abc", "ca"):
+        system = System({n: parts[n] for n in some}, dict.fromkeys(some, SECOND), [])
+        simulate(system, Jacobi(), start=0, stop=SECOND, seed=seed)
+        for name in some:
+            assert parts[name].drawn == stream(seed, name).random(3).tolist()
+
+
 def test_observers_hear_who_published_when() -> None:
     log: list[str] = []
     parts = {name: Faulty(name, [], fine) for name in ("slow", "fast")}
@@ -168,7 +196,7 @@ NAN = {"y": np.array([1.0, np.nan])}
         ({"z": np.array(1.0)}, "does not write its output `y` and writes `z` (there are: y), not"),
         ({"y": np.array(1.0), "yy": np.array(1.0)}, "writes `yy` (did you mean `y`?), not an out"),
         ([], "does not write its output `y`"),
-        (7, "TypeError: object of type 'int' has no len()"),
+        (7, "`outputs` returned `int`, not a mapping from names to values"),
     ],
 )
 def test_wrong_outputs_end_the_run_with_component_and_time(outputs: Any, message: str) -> None:

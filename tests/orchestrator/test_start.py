@@ -14,8 +14,8 @@ from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.component import Component
 from orchestrator.errors import ComponentError
-from orchestrator.remote.component import launch
-from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.launching import launch
+from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport
 from orchestrator.signal import Causality, Connector
 from orchestrator.system import System

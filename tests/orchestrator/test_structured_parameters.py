@@ -246,8 +246,9 @@ WEIGHTS = st.floats(1e-3, 1e3)
 
 
 def test_components_shows_records_beneath_their_parameters(
-    path: Path, capsys: pytest.CaptureFixture[str]
+    path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setenv("COLUMNS", "300")  # a line each
     assert main(["components", "encounter"]) == 0
     rows = [re.split(r" {2,}", line) for line in capsys.readouterr().out.splitlines()]
     tree = [tuple(row) for row in rows]

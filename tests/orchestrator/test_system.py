@@ -132,14 +132,18 @@ def test_all_problems_are_reported_at_once(components: Mapping[str, Component]) 
         connect("channel.power", "traffic.gap"),
     )
     assert found == (
-        "cannot connect `traffic.gap` to `channel.power`: units differ: m and W",
         (
             "cannot connect `traffic.gap` to `channel.power`: units differ: m and W; "
-            "`traffic.gap` drives it already"
+            "`convert: false` would take the number as it is"
+        ),
+        (
+            "cannot connect `traffic.gap` to `channel.power`: units differ: m and W; "
+            "`convert: false` would take the number as it is; `traffic.gap` drives it already"
         ),
         (
             "cannot connect `traffic.vehicle.heading` to `channel.vehicle.position`: "
-            "shapes differ: ('vehicle',) and ('vehicle', 3); units differ: rad and m"
+            "shapes differ: ('vehicle',) and ('vehicle', 3); units differ: rad and m; "
+            "`convert: false` would take the number as it is"
         ),
         (
             "cannot connect `channel.received` to `channel.powr`: `channel` has no connector "

@@ -68,6 +68,17 @@ def test_columns_of_parquet_files_have_units_and_nulls(tmp_path: Path) -> None:
     assert str(schema.field("time_ns").type) == "int64"
 
 
+@pytest.mark.parametrize("texts", [["", "a", "äöü €", "b\0c", ""], ["x"], []])
+def test_texts_are_in_parquet_as_arrow_itself_writes_them(texts: list[str], tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    arrow = pytest.importorskip("pyarrow")
+    column = np.array(texts, dtype=np.str_)
+    (path,) = write_tables({"made": {"name": column}}, tmp_path, ["parquet"])
+    found = parquet.read_table(path).column("name").combine_chunks()
+    assert found.equals(arrow.array(texts, arrow.string()))
+    assert read_table(path)["name"].tolist() == texts
+
+
 def test_pandas_reads_what_was_written(tmp_path: Path) -> None:
     pandas = pytest.importorskip("pandas", reason="data frames need pandas")
     pytest.importorskip("pyarrow")

@@ -131,20 +131,20 @@ def test_an_input_whose_length_changes_is_driven_whole() -> None:
     column = Connector(causality=Causality.OUTPUT, shape=("vehicle", 2))
     table = Connector(causality=Causality.INPUT, shape=("vehicle", 2))
     second = Elements((Span(), 1))
-    (found,) = problems(output, table, Transformation(placed=second), (1, 1))
+    (found,) = problems(output, table, Transformation(placed=second), 1)
     assert found == "elements of the target: `[:, 1]`: its length may change; drive all of it"
     single = Connector(causality=Causality.INPUT, shape=("vehicle",))
-    assert problems(column, single, Transformation(picked=second), (1, 1)) == []
+    assert problems(column, single, Transformation(picked=second), 1) == []
 
 
 def test_messages_are_only_delayed_and_only_if_they_are_no_events() -> None:
     output = Connector(causality=Causality.OUTPUT, dtype=None)
     input_ = Connector(causality=Causality.INPUT, dtype=None)
-    assert problems(output, input_, Transformation(delay=5, sample=6), (1, 1)) == []
-    (found,) = problems(output, input_, Transformation(gain=2.0), (1, 1))
+    assert problems(output, input_, Transformation(delay=5, sample=6), 1) == []
+    (found,) = problems(output, input_, Transformation(gain=2.0), 1)
     assert found == "a Binary has no elements and no gain, offset or sum"
     events: dict[str, Any] = {"dtype": None, "mime_type": "application/x-test; events"}
     output = Connector(causality=Causality.OUTPUT, **events)
     input_ = Connector(causality=Causality.INPUT, **events)
-    (found,) = problems(output, input_, Transformation(delay=5), (1, 1))
+    (found,) = problems(output, input_, Transformation(delay=5), 1)
     assert found == "it carries events, which can be neither delayed nor sampled"

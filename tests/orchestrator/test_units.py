@@ -157,9 +157,12 @@ def test_a_plain_number_of_seconds_means_the_decimal_that_was_written(millisecon
         (1e-10, "1e-10 s is not a whole number of nanoseconds"),
         ("20", "`20` has no unit; write `20 s`"),
         ("3 m", r"expected a time \(s\), got a length \(m\)"),
+        (1e300, "is longer than 292 years"),
+        (10**400, "is longer than 292 years"),
+        ("-1e10 s", "is longer than 292 years"),
         (math.inf, "expected a time such as `50 ms`, got inf"),
     ],
 )
-def test_durations_are_never_rounded(written: str | float, message: str) -> None:
+def test_durations_are_never_rounded_nor_beyond_64_bits(written: str | float, message: str) -> None:
     with pytest.raises(UnitError, match=message):
         duration(written)

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as hnp
 
-from orchestrator.remote.wire import SignalDecoder, SignalEncoder, WireError
+from orchestrator.remote.block import WireError
+from orchestrator.remote.wire import SignalDecoder, SignalEncoder
 from orchestrator.signal import Causality, Connector, Signal, Signals
 
 DTYPES = ["<f8", "<f4", "<f2", ">f8", "<i8", "<i4", "<i2", "|i1", "<u8", "<u4", "|u1", "|b1",
@@ -51,6 +52,18 @@ declared = st.sampled_from([None, *DTYPES])
 
 def round_trip(encoder: SignalEncoder, decoder: SignalDecoder, values: Signals) -> Signals:
     return decoder.decode(b"".join(encoder.parts(values)))
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("shape", [(), (0,), (3,), (2, 3)])
+def test_arrays_of_every_type_arrive_with_their_bits(dtype: str, shape: tuple[int, ...]) -> None:
+    count = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    value = np.frombuffer(bytes(k % 2 for k in range(count)), np.uint8).view(dtype).reshape(shape)
+    for declared_type in (dtype, "|i1" if dtype != "|i1" else "<f8"):  # what was agreed, or not
+        connectors = {"x": output(declared_type)}
+        encoder, decoder = SignalEncoder(connectors), SignalDecoder(connectors)
+        found = round_trip(encoder, decoder, {"x": value})["x"]
+        assert bits(found) == bits(value)
 
 
 @given(st.lists(st.tuples(declared, signals), max_size=6))

@@ -3,9 +3,12 @@
 import socket
 from pathlib import Path
 
+import pytest
+
 from orchestrator.campaign.workers import local_workers
 
 
+@pytest.mark.slow
 def test_two_experiments_do_not_get_in_each_others_way(tmp_path: Path) -> None:
     """Dask warns where its usual port is taken; warnings are errors here."""
     with socket.socket() as taken:

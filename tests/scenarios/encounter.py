@@ -91,6 +91,10 @@ class Run:
         return np.asarray(series.at(round(self.times[row] * 1e9)))
 
 
+NO_MEASURES = "measures={}"
+"""Of a scenario that asks none by itself: what is tested are the metrics of its report."""
+
+
 def run(
     name: str,
     policy: str,

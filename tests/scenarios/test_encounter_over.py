@@ -24,7 +24,7 @@ def run(
 ) -> dict[str, Any]:
     """What `--json` prints, and the manifest, of a run that must succeed."""
     arguments = ["run", str(SCENARIO), "--json", "--quiet", "--no-figure", "--out", str(out)]
-    for setting in (*SHORT, *settings):
+    for setting in (*SHORT, "measures={}", *settings):
         arguments += ["--set", setting]
     capsys.readouterr()
     code = main([*arguments, "--transport", transport])
@@ -34,6 +34,7 @@ def run(
     return {**found, "manifest": json.loads((out / "manifest.json").read_text())}
 
 
+@pytest.mark.slow
 def test_the_run_ends_with_the_collision_and_metrics_have_its_time_and_partner(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -50,25 +51,41 @@ def test_the_run_ends_with_the_collision_and_metrics_have_its_time_and_partner(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("coupling", ["{}", "{algorithm: jacobi}"], ids=["gauss-seidel", "jacobi"])
+@pytest.mark.parametrize(
+    ("coupling", "transports"),
+    [
+        ("{}", ["in-process", "loopback", "local", "zenoh"]),
+        ("{algorithm: jacobi}", ["in-process", "local"]),
+    ],
+    ids=["gauss-seidel", "jacobi"],
+)
 def test_it_is_the_run_that_stops_there_wherever_components_run(
-    coupling: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    coupling: str, transports: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Every recorded byte and every metric: rates are those until the end that there was.
 
-    Traffic steps every 100 ms here, like the others, so that `time.stop` can be set to that time.
+    In one process, through the loopback, and with five components in processes over either
+    transport. Traffic steps every 100 ms here, like the others, so that `time.stop` can be set to
+    that time.
     """
-    common = ("components.traffic.step=100 ms", f"coupling={coupling}")
+    common = (
+        "components.traffic.step=100 ms",
+        "components.channel.process=on-request",
+        f"coupling={coupling}",
+    )
     runs = [
         run(capsys, tmp_path / transport, *common, UNTIL, transport=transport)
-        for transport in ("in-process", "loopback", "local", "zenoh")
+        for transport in transports
     ]
+    components = runs[-1]["manifest"]["scenario"]["components"].values()
+    assert sum(bool(each.get("process")) for each in components) == 5
     stop = f"time.stop={runs[0]['manifest']['reached_ns']} ns"
     runs.append(run(capsys, tmp_path / "stopped", *common, stop))
     assert len({each["fingerprint"] for each in runs}) == 1
     assert all(each["metrics"] == runs[0]["metrics"] for each in runs)
 
 
+@pytest.mark.slow
 def test_it_ends_where_the_ego_is_through(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -33,6 +33,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def record(out: Path) -> None:
     stop = f"time.stop={SECONDS} s"
     arguments = ["run", str(SCENARIO), "--set", stop, "--no-figure", "--quiet", "--json"]
+    arguments += ["--set", "measures={}"]
     assert main([*arguments, "--out", str(out)]) == 0
 
 
@@ -102,7 +103,7 @@ def test_the_manifest_and_the_answer_name_what_takes_most(
     without = "recording.exclude=[lidar.points, channel.receptions]"
     arguments = ["run", str(SCENARIO), "--set", "time.stop=500 ms", "--set", without]
     arguments += ["--set", "report=null", "--out", str(tmp_path / "out"), "--quiet"]
-    assert main([*arguments, "--json"]) == 0
+    assert main([*arguments, "--no-figure", "--set", "measures={}", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert "channel.receptions" not in answer["recorded_bytes"]
     assert answer["recorded_bytes"] == Recording(tmp_path / "out").manifest["recorded_bytes"]

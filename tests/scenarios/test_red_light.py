@@ -20,7 +20,14 @@ from studies.red_light.sharing_cost import sharing_cost
 
 SCENARIO = Path(scenarios.__file__).with_name("red_light.yaml")
 SEEDS = (1, 2, 3)
+ANSWER = "components.facilities.parameters.answer"
 Json = dict[str, Any]
+
+
+BRIEFLY = ("--no-figure", "--set", "measures={}")
+"""For runs of which the recording and the metrics of the report are wanted, and no more."""
+FIVE_ELSEWHERE = ("--set", "components.channel.process=on-request")
+"""With a transport, the channel runs in a process of its own, too: five of seven components do."""
 
 
 def nlosim(*arguments: str | Path, capsys: pytest.CaptureFixture[str]) -> Json:
@@ -38,54 +45,71 @@ def nlosim(*arguments: str | Path, capsys: pytest.CaptureFixture[str]) -> Json:
 def test_cooperative_perception_prevents_the_collision_that_the_blind_ego_has(
     seed: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The same seed, with and without V2X: only the policy differs."""
-    common = ("run", SCENARIO, "--seed", str(seed))
-    blind = nlosim(
-        *common,
-        "--set",
-        "components.policy.type=policy-blind",
-        "--out",
-        tmp_path / "blind",
-        capsys=capsys,
-    )
+    """The same seed, with and without V2X, where all of a scan is sent or what is demanded.
+
+    The hidden vehicle lies in a blind zone when it matters; the rest need not be sent.
+    """
+    common = ("run", SCENARIO, "--seed", str(seed), *BRIEFLY)
+    policy = "components.policy.type=policy-blind"
+    blind = nlosim(*common, "--set", policy, "--out", tmp_path / "blind", capsys=capsys)
     assert blind["metrics"]["collision"]
-    seeing = nlosim(*common, "--out", tmp_path / "seeing", capsys=capsys)
-    metrics = seeing["metrics"]
-    assert not metrics["collision"]
-    assert metrics["min_gap_m"] > 1.0
-    assert metrics["braking"]["object"] == metrics["hidden_vehicle"]["id"]
-    assert metrics["hidden_vehicle"]["first_seen_by"] == "sharing node"
-    assert metrics["hidden_vehicle"]["received_by_ego"] < metrics["braking"]["time"]
-    assert metrics["braking"]["time"] < metrics["hidden_vehicle"]["seen_by_ego"]
-    assert metrics["prr"]["end_to_end"] > metrics["prr"]["direct"]
-    files = [path for path in (tmp_path / "seeing" / "signals").rglob("*") if path.is_file()]
-    assert sum(path.stat().st_size for path in files) < 15_000_000
-    assert (tmp_path / "seeing" / "figure.png").read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", SEEDS)
-def test_what_the_ego_demands_is_enough(
-    seed: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """The hidden vehicle lies in a blind zone when it matters; the rest need not be sent."""
-    answer = "components.facilities.parameters.answer"
     costs = {}
     for choice in ("all", "demanded"):
         out = tmp_path / choice
-        run = nlosim(
-            "run", SCENARIO, "--seed", str(seed), "--set", f"{answer}={choice}", "--no-figure",
-            "--out", out, capsys=capsys,
-        )  # fmt: skip
-        metrics = run["metrics"]
+        # the first is what the scenario has anyhow
+        asked = () if choice == "all" else ("--set", f"{ANSWER}={choice}")
+        metrics = nlosim(*common, *asked, "--out", out, capsys=capsys)["metrics"]
         assert not metrics["collision"]
         assert metrics["min_gap_m"] > 1.0
         assert metrics["braking"]["object"] == metrics["hidden_vehicle"]["id"]
+        assert metrics["hidden_vehicle"]["first_seen_by"] == "sharing node"
+        assert metrics["hidden_vehicle"]["received_by_ego"] < metrics["braking"]["time"]
         assert metrics["braking"]["time"] < metrics["hidden_vehicle"]["seen_by_ego"]
+        assert metrics["prr"]["end_to_end"] > metrics["prr"]["direct"]
+        files = [path for path in (out / "signals").rglob("*") if path.is_file()]
+        assert sum(path.stat().st_size for path in files) < 15_000_000
         costs[choice] = sharing_cost(Recording(out))
     assert costs["demanded"].data_bytes < costs["all"].data_bytes / 2
 
 
+@pytest.mark.slow
+def test_the_fingerprint_does_not_depend_on_where_components_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In one process, through the loopback, and in processes over either transport.
+
+    As users run it, and with the channel, too, in a process of its own.
+    """
+    prints = {}
+    for where, *elsewhere in (
+        ("in-process",),
+        ("local",),
+        ("loopback", *FIVE_ELSEWHERE),
+        ("local", *FIVE_ELSEWHERE),
+        ("zenoh", *FIVE_ELSEWHERE),
+    ):
+        out = tmp_path / str(len(prints))
+        words = ("--transport", where, *elsewhere, "--set", "time.stop=9 s", "--out", out)
+        prints[out] = nlosim("run", SCENARIO, *BRIEFLY, *words, capsys=capsys)["fingerprint"]
+    assert len(set(prints.values())) == 1, prints
+    manifests = [json.loads((out / "manifest.json").read_text()) for out in prints]
+    remote = [
+        sum(bool(each.get("process")) for each in manifest["scenario"]["components"].values())
+        for manifest in manifests
+    ]
+    assert remote == [4, 4, 5, 5, 5]
+
+
+@pytest.mark.slow
+def test_users_get_a_figure_and_a_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out"
+    nlosim("run", SCENARIO, "--set", "time.stop=1 s", "--out", out, capsys=capsys)
+    assert (out / "figure.png").read_bytes().startswith(b"\x89PNG")
+    assert (out / "measures.svg").stat().st_size > 0
+    assert (out / "index.html").stat().st_size > 0
+
+
+@pytest.mark.slow
 def test_the_blocking_vehicles_obstruct_the_direct_link_when_the_ego_approaches(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -93,6 +117,7 @@ def test_the_blocking_vehicles_obstruct_the_direct_link_when_the_ego_approaches(
     direct = nlosim(
         "run",
         SCENARIO,
+        *BRIEFLY,
         "--set",
         "components.relay.type=relay-direct",
         "--set",
@@ -106,31 +131,6 @@ def test_the_blocking_vehicles_obstruct_the_direct_link_when_the_ego_approaches(
     assert link["classes"]["NLOSv"] > link["classes"]["LOS"]
 
 
-@pytest.mark.slow
-def test_the_fingerprint_does_not_depend_on_where_components_run(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """One process, the loopback, and five processes over either transport."""
-    prints = {
-        transport: nlosim(
-            "run",
-            SCENARIO,
-            "--set",
-            "time.stop=9 s",
-            "--transport",
-            transport,
-            "--out",
-            tmp_path / transport,
-            capsys=capsys,
-        )["fingerprint"]
-        for transport in ("in-process", "loopback", "local", "zenoh")
-    }
-    assert len(set(prints.values())) == 1, prints
-    manifest = json.loads((tmp_path / "zenoh" / "manifest.json").read_text())
-    remote = [c for c in manifest["scenario"]["components"].values() if c.get("process")]
-    assert len(remote) == 5
-
-
 def test_two_runs_are_equal_and_another_seed_is_not(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -138,6 +138,7 @@ def test_two_runs_are_equal_and_another_seed_is_not(
         nlosim(
             "run",
             SCENARIO,
+            *BRIEFLY,
             "--seed",
             str(seed),
             "--set",
@@ -151,17 +152,18 @@ def test_two_runs_are_equal_and_another_seed_is_not(
     assert prints[0] == prints[1] != prints[2]
 
 
+@pytest.mark.slow
 def test_the_scenario_in_the_manifest_repeats_the_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Overrides applied, defaults written out, seeds still drawn from the scenario's seed."""
     out = tmp_path / "first"
-    overrides = ("--seed", "7", "--set", "time.stop=2 s")
+    overrides = (*BRIEFLY, "--seed", "7", "--set", "time.stop=2 s")
     first = nlosim("run", SCENARIO, *overrides, "--out", out, capsys=capsys)
     resolved = json.loads((out / "manifest.json").read_text())["scenario"]
     again = tmp_path / "again.yaml"
     again.write_text(yaml.safe_dump(resolved, sort_keys=False))  # entities are in an order
-    second = nlosim("run", again, "--out", tmp_path / "second", capsys=capsys)
+    second = nlosim("run", again, *BRIEFLY, "--out", tmp_path / "second", capsys=capsys)
     assert second["fingerprint"] == first["fingerprint"]
 
 
@@ -218,12 +220,13 @@ def run_directory(tmp_path: Path) -> Path:
     return tmp_path / "run"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="finds processes in /proc")
 @pytest.mark.parametrize("transport", ["local", "zenoh"])
 def test_a_killed_component_ends_the_run_by_name_and_time(
     run_directory: Path, transport: str
 ) -> None:
-    process = started(run_directory, "--transport", transport)
+    process = started(run_directory, "--transport", transport, *FIVE_ELSEWHERE)
     hosts = hosts_of(process.pid)
     assert len(hosts) == 5
     (victim,) = (pid for words, pid in hosts.items() if "perception" in words)
@@ -242,6 +245,7 @@ def test_a_killed_component_ends_the_run_by_name_and_time(
     assert all(not Path(f"/proc/{pid}").exists() for pid in hosts.values())
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_keeps_what_it_recorded(run_directory: Path) -> None:
     process = started(run_directory)
     process.send_signal(signal.SIGINT)

@@ -21,6 +21,7 @@ def fingerprint(
         f"components.policy.parameters.network={checkpoint}",
     ]
     options = [text for setting in settings for text in ("--set", setting)]
+    options += ["--no-figure", "--set", "measures={}"]
     command = ["run", str(SCENARIO), *options, "--transport", transport, "--out", str(out)]
     assert main([*command, "--json", "--quiet"]) == 0
     found: str = json.loads(capsys.readouterr().out)["fingerprint"]

@@ -40,6 +40,7 @@ def table(traces: Traces, name: str, magic: str, dtype: Any) -> Array:
     return np.concatenate([unframe(magic, bytes(series[k]), dtype) for k in range(len(series))])
 
 
+@pytest.mark.slow
 def test_what_only_it_can_relay_arrives_over_it(tmp_path: Path) -> None:
     traces = run("red_light_rsu.yaml", tmp_path / "run", "5 s", **EARLY, **ONLY_THE_UNIT)
     ego, sharer = traces.vehicle_with(EGO), traces.vehicle_with(SHARING)
@@ -58,6 +59,7 @@ def test_what_only_it_can_relay_arrives_over_it(tmp_path: Path) -> None:
     assert (tmp_path / "run" / "figure.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_no_lidar_sees_it(tmp_path: Path) -> None:
     """It stands 18 m from the sharing node, in its view; what is made of all scans is the same."""
     with_it, without = (
@@ -111,6 +113,7 @@ def test_it_shadows_no_link_and_not_its_own(distance: float) -> None:
         channel.close()
 
 
+@pytest.mark.slow
 def test_in_full_load_every_fragment_waits_and_pays_on_each_hop(tmp_path: Path) -> None:
     """Compression 16 over one relay wants twice what 6 Mbit/s carry: frames expire."""
     traces = run(

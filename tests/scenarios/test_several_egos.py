@@ -19,7 +19,8 @@ FAR = "components.channel.parameters.transmit_power=-20 dBm"
 def run(out: Path, *changes: str) -> Recording:
     common = ("time.stop=3 s", f"{TRAFFIC}.background=null", f"{TRAFFIC}.entities.follower=null")
     sets = [word for change in (*common, *changes) for word in ("--set", change)]
-    assert main(["run", str(SCENARIO), *sets, "--out", str(out)]) == 0
+    brief = ("--no-figure", "--quiet", "--set", "measures={}")
+    assert main(["run", str(SCENARIO), *sets, *brief, "--out", str(out)]) == 0
     return Recording(out)
 
 

@@ -18,6 +18,8 @@ from orchestrator.recording import Recording
 from orchestrator.signal import Array
 from tests.fmus.driving.network.world import network
 
+pytestmark = pytest.mark.slow
+
 SCENARIO = Path(scenarios.__file__).with_name("several_egos_driving.yaml")
 ENTITIES = "components.traffic.parameters.entities"
 SOUTH, SHARER, FOLLOWER = 0, 2, 7
@@ -81,7 +83,8 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Drive:
         "recording.exclude=[]",
     )
     options = [word for setting in settings for word in ("--set", setting)]
-    assert main(["run", str(SCENARIO), *options, "--out", str(out), "--quiet"]) == 0
+    brief = ("--no-figure", "--quiet", "--set", "measures={}")
+    assert main(["run", str(SCENARIO), *options, *brief, "--out", str(out)]) == 0
     return Drive(checkpoint=read_network(str(path)), recording=Recording(out))
 
 

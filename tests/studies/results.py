@@ -32,7 +32,7 @@ def results(plan: Experiment, outcome: Outcome, *, without: int | None = None) -
             found = outcome(combination.levels, seed)
             metrics = dict.fromkeys(plan.metrics) if found is None else found
             error = "it broke" if found is None else None
-            state = {"fingerprint": "0", "wall_s": 5.0, "error": error}
+            state = {"fingerprint": "0", "wall_s": 5.0, "cpu_s": None, "error": error}
             rows.append({**combination.levels, "seed": seed, **metrics, **state})
     return Results(experiment=plan, rows=rows, metrics=[{} for _ in rows], sessions=[SESSION])
 

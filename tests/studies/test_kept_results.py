@@ -55,6 +55,15 @@ class Kept:
         return " ".join([*self.levels.values(), str(self.seed)])
 
 
+TRAINED = {
+    "bev-16": Kept(DRIVING, {"policy": "cooperative-16"}, 111),
+    "bev-32": Kept(DRIVING, {"policy": "cooperative-32"}, 110),
+    "blind": Kept(DRIVING, {"policy": "blind"}, 112),
+    "early-fusion": Kept(DRIVING, {"policy": "early-fusion"}, 113),
+}
+"""Of every network that comes with the package a run in the scene that it was trained in."""
+
+
 def committed(kept: Kept) -> Mapping[str, str]:
     """The row of the table, whose conditions are those of the scenario, not names of levels."""
     levels = dict(kept.levels)
@@ -97,6 +106,12 @@ def differences(kept: Kept, experiment: Experiment) -> Iterator[str]:
             yield f"{kept}: {column} is {value}, committed is {said}"
 
 
+@cache
+def loaded(study: str) -> Experiment:
+    """The experiment in this file, which takes seconds to check."""
+    return load_experiment(ROOT / study)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "kept",
@@ -105,18 +120,12 @@ def differences(kept: Kept, experiment: Experiment) -> Iterator[str]:
         Kept(RELAY, {"method": "signal-strength", "density": "20 m", "speed": "30 km/h"}, 104),
         Kept(RELAY, {"method": "random", "density": "30 m", "speed": "25 km/h"}, 107),
         Kept(DRIVING, {"policy": "expert"}, 102),
-        Kept(DRIVING, {"policy": "cooperative-32"}, 110),
+        *TRAINED.values(),
     ],
     ids=str,
 )
 def test_a_run_is_what_it_was(kept: Kept) -> None:
-    assert list(differences(kept, load_experiment(ROOT / kept.study[0]))) == []
-
-
-@cache
-def loaded(study: str) -> Experiment:
-    """The experiment in this file, which takes seconds to check."""
-    return load_experiment(ROOT / study)
+    assert list(differences(kept, loaded(kept.study[0]))) == []
 
 
 def network_runs() -> list[Kept]:
@@ -140,6 +149,13 @@ def network_runs() -> list[Kept]:
 def test_a_network_drives_as_it_did(kept: Kept) -> None:
     """Collision, with whom, success, time and gap of one run each."""
     assert list(differences(kept, loaded(kept.study[0]))) == []
+
+
+def test_every_network_that_ships_drives_here_where_it_was_trained_and_elsewhere() -> None:
+    """Each in four runs at least, of which one is in the scene that it was trained in."""
+    assert TRAINED.keys() == {*shipped()}
+    elsewhere = [kept.levels["policy"] for kept in network_runs()]
+    assert {name for name in TRAINED if elsewhere.count(name) >= 3} == {*shipped()}
 
 
 def test_every_network_that_ships_is_in_the_table() -> None:

@@ -21,11 +21,13 @@ COUNTS = ("expert", "dagger", "validation", "evaluation", "optimisation")
 """How much is driven and learned."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_it_is_valid(path: Path) -> None:
     assert load_experiment(path).runs()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", WHOLE, ids=lambda path: path.stem)
 def test_a_recipe_is_valid(path: Path) -> None:
     assert all(each.scenes for each in load_training(path).encounters)
@@ -52,6 +54,7 @@ def test_networks_are_trained_alike(name: str, differs: set[str]) -> None:
     assert (other["network"]["type"], shape.cooperative) == ("bev", name != "general_blind")
 
 
+@pytest.mark.slow
 def test_the_study_of_the_paper_has_what_it_promises() -> None:
     """Methods at four densities and 30 km/h, at one also 25 km/h; the oracle once."""
     (path,) = (path for path in FILES if path.stem == "paper_relay")

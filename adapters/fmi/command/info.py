@@ -1,19 +1,22 @@
 """`nlosim fmu info`."""
 
-import zipfile
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
+from adapters.fmi.archive import opened
+from adapters.fmi.description import read_root
 from orchestrator.cli.outcome import Exit, Outcome, failure
+from orchestrator.errors import ComponentTypeError
 
 
 def info(path: Path) -> Outcome:
     """Show the model, the platforms and the variables of an FMU."""
     try:
         found = describe(path)
-    except (OSError, KeyError, zipfile.BadZipFile, ET.ParseError) as error:
-        return failure("fmu", Exit.WRONG_INPUT, f"{path}: is no FMU: {error}")
+    except ComponentTypeError as error:
+        what = str(error).removeprefix(f"{path}: ")
+        return failure("fmu", Exit.WRONG_INPUT, f"{path}: is no FMU: {what}")
     return Outcome(text=_as_text(found), data=found)
 
 
@@ -21,10 +24,10 @@ def describe(path: Path) -> dict[str, Any]:
     """What `info` shows: FMI 2.0 or 3.0, any capability, no validation.
 
     Raises:
-        OSError, KeyError, zipfile.BadZipFile, xml.etree.ElementTree.ParseError: no FMU.
+        ComponentTypeError: it is no FMU.
     """
-    with zipfile.ZipFile(path) as archive:
-        root = ET.fromstring(archive.read("modelDescription.xml"))  # noqa: S314  (only shown)
+    root = read_root(path)
+    with opened(path) as archive:
         names = archive.namelist()
     kinds = ("CoSimulation", "ModelExchange", "ScheduledExecution")
     return {

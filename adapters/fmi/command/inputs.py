@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from typing_extensions import override
@@ -30,7 +31,10 @@ class Inputs(Component):
     def __init__(self, driven: Mapping[str, Connector], table: Results) -> None:
         self._declared = {
             name: replace(
-                connector, causality=Causality.OUTPUT, variability=Variability.DISCRETE, needed=""
+                connector,
+                causality=Causality.OUTPUT,
+                variability=Variability.DISCRETE,
+                undriven=None,
             )
             for name, connector in driven.items()
         }
@@ -118,10 +122,23 @@ def table_of_inputs(
             problems.append(f"{path}:{int(unknown[0]) + 2}: `{name}`: there is no number")
             continue
         kind = np.dtype(connector.dtype)
-        wrong = np.flatnonzero((column != column.astype(kind)).reshape(len(column), -1).any(axis=1))
-        if kind.kind in "iub" and len(wrong):
-            k = int(wrong[0])
-            problems.append(f"{path}:{k + 2}: `{name}` is {kind.name}, not {column[k]:g}")
+        if len(wrong := np.argwhere(~_has(kind, column))):
+            value = column[tuple(wrong[0])]
+            shown = f"{value:g}" if column.dtype.kind == "f" else str(value)
+            problems.append(f"{path}:{int(wrong[0][0]) + 2}: `{name}` is {kind.name}, not {shown}")
     if problems:
         raise TableError("\n".join(problems))
     return {name: inputs[name] for name in table.columns}
+
+
+def _has(kind: np.dtype[Any], values: Array) -> Array:
+    """Whether a type has these numbers, of the shape of `values`; those of floats are rounded."""
+    if kind.kind not in "iub":
+        return np.ones(values.shape, np.bool_)
+    low, high = (0, 1)
+    if kind.kind != "b":
+        low, high = int(np.iinfo(kind).min), int(np.iinfo(kind).max)
+    if values.dtype.kind == "f":  # the float next to `high` may lie above it
+        found: Array = (values >= low) & (values < float(high) + 1.0) & (values == np.floor(values))
+        return found
+    return np.asarray((values >= low) & (values <= high))

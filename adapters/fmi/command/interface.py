@@ -16,7 +16,8 @@ def interface_options(arguments: Namespace, type_: ComponentType) -> dict[str, A
     """The parameters `fmi.*` that the command line says.
 
     Args:
-        arguments: with `kind`, `solver`, `tolerance` and `solver_step`, each a text or `None`.
+        arguments: with `kind`, `solver`, `tolerance` and `solver_step`, each a text or `None`, and
+            `logging`.
         type_: the FMU.
 
     Raises:
@@ -28,6 +29,7 @@ def interface_options(arguments: Namespace, type_: ComponentType) -> dict[str, A
         "solver": arguments.solver,
         "tolerance": _number("--tolerance", arguments.tolerance, problems),
         "step": _number("--solver-step", arguments.solver_step, problems),
+        "logging": arguments.logging or None,
     }
     asks = [f"--{name}" for name in _INTEGRATION if getattr(arguments, name.replace("-", "_"))]
     if asks and arguments.kind not in {None, Kind.MODEL_EXCHANGE.value}:

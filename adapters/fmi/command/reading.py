@@ -17,6 +17,8 @@ from orchestrator.units import Quantity, UnitError, parse_unit
 
 _HEADING: Final = re.compile(r"(?P<name>.*\S)\s+\[(?P<unit>[^\[\]]*)\]")
 _SECOND: Final = parse_unit("s")
+_EXACT: Final = 15
+"""Digits of a whole number that float64 has in any case."""
 
 
 def read_results(path: Path, *, skip_text: bool = False) -> Results:
@@ -106,7 +108,7 @@ def _read_csv(path: Path, *, skip_text: bool) -> dict[str, Array]:
         header = [name.strip() for name in next(reader, [])]
         if twice := sorted({name for name in header if header.count(name) > 1}):
             problems.append(f"{path}:1: the column `{twice[0]}` is there twice")
-        values: list[list[list[float]]] = [[] for _ in header]
+        values: list[list[list[float | int]]] = [[] for _ in header]
         for row in reader:
             if not row:
                 continue
@@ -132,14 +134,27 @@ def _read_csv(path: Path, *, skip_text: bool) -> dict[str, Array]:
     return {n: _column(v) for n, v in zip(header, values, strict=True) if n not in texts}
 
 
-def _numbers(text: str) -> list[float]:
+def _numbers(text: str) -> list[float | int]:
     """The numbers in a field; an empty one is NaN, as in tables that are written."""
-    words = {"true": 1.0, "false": 0.0}
-    return [words[w.lower()] if w.lower() in words else float(w) for w in text.split() or ["nan"]]
+    return [_number(word) for word in text.lower().split() or ["nan"]]
 
 
-def _column(rows: list[list[float]]) -> Array:
-    values = np.array(rows, np.float64)
+def _number(word: str) -> float | int:
+    """A number; an `int` if it is a whole one that float64 may not have."""
+    if len(word) > _EXACT and word.lstrip("+-").isdecimal():
+        return int(word)
+    return {"true": 1.0, "false": 0.0}[word] if word in {"true", "false"} else float(word)
+
+
+def _column(rows: list[list[float | int]]) -> Array:
+    """Numbers as float64; as 64-bit integers where all are whole and float64 may not have one."""
+    values: Array = np.array(rows, np.float64)
+    if any(isinstance(n, int) for row in rows for n in row) and (values == np.floor(values)).all():
+        whole = [[int(n) for n in row] for row in rows]
+        low, high = (of(n for row in whole for n in row) for of in (min, max))
+        for info in map(np.iinfo, (np.uint64, np.int64)):
+            if info.min <= low and high <= info.max:
+                values = np.array(whole, info.dtype)
     return values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
 
 

@@ -24,6 +24,7 @@ from adapters.fmi.command.table import (
 )
 from adapters.fmi.component_type import FmuComponentType
 from adapters.fmi.experiment import default_experiment
+from adapters.fmi.messages import shown
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.cli.failures import outcome_of
 from orchestrator.cli.interruption import stopping
@@ -80,15 +81,16 @@ def run(arguments: Namespace) -> Outcome:
         span = span_of(found, *given)
         if problem := type_.step_problem(span.step):
             raise RunError(f"--step {float(span.step) / 1e9:g}: {problem}")
-        simulated = simulated_fmu(
-            type_,
-            span,
-            starts=arguments.starts,
-            options=options,
-            table=arguments.input,
-            record=arguments.record,
-            quiet=arguments.quiet,
-        )
+        with shown(verbose=arguments.logging):
+            simulated = simulated_fmu(
+                type_,
+                span,
+                starts=arguments.starts,
+                options=options,
+                table=arguments.input,
+                record=arguments.record,
+                quiet=arguments.quiet,
+            )
     except (CosimError, OSError) as error:
         return outcome_of(error)
     results, lines, files = simulated.results, [], []

@@ -2,14 +2,13 @@
 
 import re
 import zipfile
-import zlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
 import fmpy
 
-from adapters.fmi.archive import archive_problems
+from adapters.fmi.archive import UNREADABLE, archive_problems
 from adapters.fmi.exports import ExportsError
 from adapters.fmi.unpacked import host_folder
 from adapters.fmi.validation import definitions, names, structure, variables
@@ -51,7 +50,9 @@ def validate(path: Path) -> list[Finding]:
             return sorted(
                 _findings(archive, name), key=lambda f: (f.file, f.place is not None, f.place)
             )
-    except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
+    except UNREADABLE as error:
+        if isinstance(error, OSError) and error.errno is not None:
+            raise  # of the file itself
         what = f"is no ZIP archive, or damaged: {error}"
         return [Finding(file=name, place=None, what=what, rule=_ANY)]
 

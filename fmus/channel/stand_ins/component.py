@@ -35,6 +35,7 @@ class LinkModelComponent(RestorableComponent[tuple[DeliveryState, Signals]], Red
     """
 
     connectors = CONNECTORS
+    Parameters = RadioParameters
 
     def __init__(self, parameters: RadioParameters) -> None:
         refuse(parameters)

@@ -3,19 +3,30 @@
 from collections.abc import Mapping
 from typing import Final
 
-from fmus.messages.connectors import inputs, outputs
+from fmus.channel.undriven import PACKETS, UNUSED_BUILDINGS, VEHICLES
+from fmus.messages.connectors import inputs, outputs, when_undriven
 from orchestrator.signal import Connector
 
 CONNECTORS: Final[Mapping[str, Connector]] = {
-    **inputs(
-        "vehicle.id",
-        "vehicle.position",
-        "vehicle.heading",
-        "vehicle.size",
-        "vehicle.antenna_height",
-        "vehicle.equipped",
+    **when_undriven(
+        {
+            **inputs(
+                "vehicle.id",
+                "vehicle.position",
+                "vehicle.heading",
+                "vehicle.size",
+                "vehicle.antenna_height",
+                "vehicle.equipped",
+            ),
+            **inputs(
+                "building.vertex",
+                "building.index",
+                "building.height",
+                description="taken, not used",
+            ),
+            **inputs("packets"),
+        },
+        {"vehicle": VEHICLES, "building": UNUSED_BUILDINGS, "packets": PACKETS},
     ),
-    **inputs("building.vertex", "building.index", "building.height", description="taken, not used"),
-    **inputs("packets"),
     **outputs("receptions", "transmissions", "busy_ratio"),
 }

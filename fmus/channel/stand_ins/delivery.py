@@ -202,6 +202,7 @@ class Delivery:
         receivers = _receivers(radios, row)
         flight = np.rint(receivers.distance / SPEED_OF_LIGHT * 1e9).astype(np.int64)
         verdicts = self._model.judge(frame, receivers, duration + flight + self._latency)
+        _refuse(verdicts, self._model, len(receivers.id))
         receptions = _receptions(frame, receivers, verdicts)
         self._pass_on(frame, receptions)
         heard = receivers.id[verdicts.outcome != UNNOTICED]
@@ -238,6 +239,16 @@ def _transmission(frame: Frame, duration: Duration, fate: int) -> tuple[Any, ...
         frame.access_category,
         frame.kind,
     )
+
+
+def _refuse(verdicts: Verdicts, model: LinkModel, count: int) -> None:
+    """Raise a `TypeError` or `ValueError` if this is no verdict on each of `count` receivers."""
+    name = f"`{type(model).__name__}.judge`"
+    if not isinstance(verdicts, Verdicts):
+        raise TypeError(f"{name} returned `{type(verdicts).__name__}`, not `Verdicts`")
+    found = np.shape(verdicts.outcome)
+    if found != (count,):
+        raise ValueError(f"{name} judged {found} of {count} receivers: one verdict for each")
 
 
 def _receptions(frame: Frame, receivers: Receivers, verdicts: Verdicts) -> Array:

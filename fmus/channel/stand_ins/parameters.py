@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from fmus.channel.caution import UNNOTICED
 from fmus.channel.stand_ins.airtime import BITS_PER_SYMBOL
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter
@@ -32,7 +33,9 @@ class RadioParameters:
         0.1, unit="s", minimum=1e-3, maximum=1e3, doc="over which the busy ratio is measured"
     )
     weak_receptions: bool = parameter(
-        default=True, doc="report also the radios that did not notice a frame (outcome U)"
+        default=True,
+        doc="report also the radios that did not notice a frame (outcome U)",
+        caution=UNNOTICED,
     )
     seed: int | None = parameter(
         None,

@@ -1,6 +1,7 @@
 """Tables in files, CSV or Parquet, that remember where every cell was written."""
 
 import csv
+import importlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -120,10 +121,25 @@ def _unreadable(path: Path, reason: str) -> TableError:
 
 
 def _read_parquet(path: Path) -> Table:
+    module = parquet()
     try:
-        columns = parquet().read_table(path).to_pydict()
-    except ValueError as error:
+        read = module.read_table(path)
+        columns = read.to_pydict()
+    except OSError:
+        raise
+    except Exception as error:  # pyarrow raises what it likes, depending on the byte
         raise _unreadable(path, str(error)) from None
+    types = importlib.import_module("pyarrow").types
+    problems = [
+        Problem(
+            Location(str(path), 1, number),
+            f"the column `{field.name}` holds {field.type}; write one number or text in each row",
+        )
+        for number, field in enumerate(read.schema, 1)
+        if types.is_nested(field.type)
+    ]
+    if problems:
+        raise TableError(problems)
     rows = len(next(iter(columns.values()), ()))
     return Table(path, columns, range(1, rows + 1))
 

@@ -160,7 +160,9 @@ class Architecture:
             raise ValueError("of a point transformer, " + "; ".join(problems))
 
 
-def _value(name: str, text: str, kind: object) -> str | int | bool:
+def _value(name: str, text: object, kind: object) -> str | int | bool:
+    if not isinstance(text, str):
+        raise TypeError(f"`{name}` is {text!r:.40}, no text")
     if kind is bool:
         if text not in {"True", "False"}:
             raise ValueError(f"`{name}` is `{text}`; it must be True or False")

@@ -82,7 +82,11 @@ class DrivingPolicy(Component):
         is_ego = self._own_body.is_in(known.received)
         if is_ego.any():
             known = replace(known, received=known.received.compress(~is_ego))
-        self._outputs = self.drive(known, now).signals()
+        command = self.drive(known, now)
+        if not isinstance(command, Command):
+            name, kind = type(self).__name__, type(command).__name__
+            raise TypeError(f"`{name}.drive` returned `{kind}`, not a `Command`")
+        self._outputs = command.signals()
 
     @override
     def outputs(self) -> Signals:

@@ -6,11 +6,13 @@ policy reads of them is the feedthrough of its outputs.
 
 import functools
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
-from fmus.messages.connectors import inputs
+from fmus.messages.connectors import inputs, when_undriven
+from orchestrator.absence import Need, Undriven
 from orchestrator.signal import Causality, Connector
 
 _EGO: Final = ("ego.id", "ego.position", "ego.heading", "ego.speed", "ego.size", "ego.route")
@@ -33,6 +35,29 @@ VEHICLES: Final = frozenset(_VEHICLES)
 """The inputs with the truth about all vehicles."""
 
 
+_UNREAD: Final = Undriven("no matter: this policy does not read it", Need.NEVER)
+_MEANINGS: Final = {
+    "ego": Undriven("the policy does not know where its vehicle is, and never drives"),
+    "points": Undriven("the policy never gets a scan, and sees nobody", Need.IF_OFFERED),
+    "objects": Undriven(
+        "the policy sees nobody, whatever is ahead",
+        Need.IF_OFFERED,
+        frozenset({"received.objects"}),
+    ),
+    "received.objects": Undriven(
+        "the policy never hears of anybody, as if there were no V2X (`policy-blind` is meant so)",
+        Need.IF_OFFERED,
+        frozenset({"objects"}),
+    ),
+    "received.features": Undriven(
+        "the policy never hears of anybody, as if there were no V2X",
+        Need.IF_OFFERED,
+        frozenset({"points"}),
+    ),
+    "vehicle": Undriven("the policy knows of no other vehicle"),
+}
+
+
 @functools.cache
 def connectors(reads: frozenset[str]) -> Mapping[str, Connector]:
     """The connectors of a policy whose outputs depend on the inputs `reads`."""
@@ -47,7 +72,10 @@ def connectors(reads: frozenset[str]) -> Mapping[str, Connector]:
         )
 
     return {
-        **INPUTS,
+        **{
+            name: connector if name in reads else replace(connector, undriven=_UNREAD)
+            for name, connector in when_undriven(INPUTS, _MEANINGS).items()
+        },
         "command": Connector(
             causality=Causality.OUTPUT,
             shape=(3,),

@@ -1,162 +1,214 @@
-"""Figures of a verification: ours against golden, errors, reception over the distance."""
+"""Figures of a verification: sizes of errors, reception over SNIR and distance, fading."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter
 
+from orchestrator.drawing import SMALL, WIDTH, legend_of
 from orchestrator.intervals import wilson
-from orchestrator.palette import BLUE, COLOURS, GREY, LINK_COLOURS, VERMILLION
-from orchestrator.signal import Array
-from studies.verification.channel.comparison import Comparison, ReceptionRatio
-from studies.verification.channel.fading import FADING_STATISTICS
+from orchestrator.palette import (
+    BLACK,
+    BLUE,
+    COLOURS,
+    GREY,
+    LINK_COLOURS,
+    LINK_LINES,
+)
 from studies.verification.channel.link_budget import ANTENNA, PATH_LOSS
-from studies.verification.channel.reception import ERROR_RATE, MIN_SNIR
+from studies.verification.channel.reception import MIN_SNIR
 from studies.verification.channel.shadowing import BUILDINGS, KNIFE_EDGES, VEHICLES
+from studies.verification.channel.shown import LEAST, Errors, Rate, Run, Shown, Values
 from studies.verification.drawing import Drawing
 
-_LEGEND: Final = 5  # entries that fit
 _TITLES: Final = {
-    PATH_LOSS: "path loss [dB]",
-    BUILDINGS: "buildings [dB]",
-    VEHICLES: "vehicles [dB]",
-    KNIFE_EDGES: "knife edges [dB]",
-    ANTENNA: "antenna gain [dB]",
-    MIN_SNIR: "lowest SNIR [dB]",
+    PATH_LOSS: "path loss",
+    BUILDINGS: "loss by buildings",
+    VEHICLES: "loss by vehicles",
+    KNIFE_EDGES: "loss by knife edges",
+    ANTENNA: "antenna gain",
+    MIN_SNIR: "lowest SNIR",
 }
+_MARKERS: Final = "o^sDvPX*"
+_COLOURS: Final = (*COLOURS, GREY)
+_COLUMNS: Final = 3
+_TOP: Final = 1e-2
+"""The largest error of the axes that show errors of single values."""
 
 
-def drawings(files: Mapping[str, Comparison]) -> Iterator[Drawing]:
-    """Draw everything that `files` has data for."""
-    files = {name: comparison for name, comparison in files.items() if comparison.series}
-    values = {name: files[name] for name in _TITLES if name in files}
-    if values:
-        caption = "Ours over golden, every case of the files of single values."
-        yield Drawing(name="values.png", caption=caption, figure=_values(values))
-    if ERROR_RATE in files:
-        caption = "Probability that a packet is decoded: golden as dots, ours as lines."
-        yield Drawing(
-            name="error-rate.png", caption=caption, figure=_error_rates(files[ERROR_RATE])
+def drawings(shown: Shown) -> Iterator[Drawing]:
+    """Draw everything that there are data for."""
+    if shown.values:
+        caption = (
+            "Files of single values: how far ours is from golden, over the golden value, every "
+            "case. Dashed: the largest error that passes. Those without any error are in the "
+            "lowest row."
         )
-    errors = {name: one for name, one in files.items() if one.unit != "sigma"}
-    if errors:
-        caption = "Errors, and tolerances in red. Errors of 0 are drawn at the left end."
-        yield Drawing(name="errors.png", caption=caption, figure=_errors(errors))
-    if FADING_STATISTICS in files:
+        yield Drawing(name="values.png", caption=caption, figure=_values(shown.values))
+    if shown.rates:
+        caption = (
+            "Probability that a packet is decoded, of the shortest (left of each pair) and of the "
+            "longest packets: golden as marks, where it is neither 0 nor 1, ours as lines."
+        )
+        yield Drawing(name="error-rate.png", caption=caption, figure=_error_rates(shown.rates))
+    if shown.errors:
+        caption = (
+            "How many values have an error of which size: bins of a quarter of a decade. Dashed: "
+            "the largest error that passes. Values without an error are counted at the left end."
+        )
+        yield Drawing(name="errors.png", caption=caption, figure=_errors(shown.errors))
+    if shown.fading:
         caption = (
             "Fading: differences of statistics in standard deviations of the difference, and "
-            "the distribution that equal samples have (line)."
+            "the distribution that equal samples have (line). A quantile of 1 agrees exactly."
         )
-        yield Drawing(name="fading.png", caption=caption, figure=_fading(files[FADING_STATISTICS]))
-    for name, comparison in files.items():
-        ratios = comparison.stack.ratios if comparison.stack else ()
-        if len(ratios) > 1:
-            run = name.removeprefix("stack/")
-            caption = (
-                f"{run}: packet reception ratio (PRR) over the distance, with given transmit "
-                "times. Golden with Wilson intervals of 95 %, ours as a line in its own interval; "
-                "the events of a bin are not independent, so the intervals are too narrow."
-            )
-            yield Drawing(name=f"prr-{run}.png", caption=caption, figure=_prr(ratios))
+        yield Drawing(name="fading.png", caption=caption, figure=_fading(shown.fading))
+    for run in shown.runs:
+        caption = (
+            f"{run.name}: packet reception ratio (PRR) over the distance, with given transmit "
+            "times. Golden with Wilson intervals of 95 %, ours as a line in its own interval; "
+            "the events of a bin are not independent, so the intervals are too narrow."
+        )
+        yield Drawing(name=f"prr-{run.name}.png", caption=caption, figure=_prr(run))
 
 
-def _grid(count: int, columns: int, height: float) -> tuple[Figure, list[Axes]]:
-    rows = math.ceil(count / columns)
-    figure = Figure(figsize=(11, height * rows), layout="constrained")
-    return figure, [figure.add_subplot(rows, columns, k + 1) for k in range(count)]
+def _grid(count: int, height: float) -> tuple[Figure, list[Axes]]:
+    rows = math.ceil(count / _COLUMNS)
+    figure = Figure(figsize=(WIDTH, height * rows + 0.3), layout="constrained")
+    return figure, [figure.add_subplot(rows, _COLUMNS, k + 1) for k in range(count)]
 
 
-def _values(files: Mapping[str, Comparison]) -> Figure:
-    figure, panels = _grid(len(files), 3, 3.2)
-    for axes, (name, comparison) in zip(panels, files.items(), strict=True):
-        for colour, one in zip(COLOURS * 3, comparison.series, strict=False):
-            axes.plot(one.golden, one.ours, ".", ms=2, color=colour, label=one.label)
-        axes.axline((0, 0), slope=1, color="black", lw=0.5)
-        axes.set_title(_TITLES[name], fontsize=10)
-        axes.set_xlabel("golden")
-        axes.set_ylabel("ours")
-        if len(comparison.series) <= _LEGEND:
-            axes.legend(fontsize=7, markerscale=4)
-    return figure
-
-
-def _error_rates(comparison: Comparison) -> Figure:
-    figure = Figure(figsize=(11, 3.6), layout="constrained")
-    axes = figure.add_subplot()
-    packets = [one for one in comparison.series if "packet" in one.label]
-    for colour, one in zip((*COLOURS, GREY), packets, strict=False):
-        order = np.argsort(one.x, kind="stable")
-        axes.plot(one.x[order], one.golden[order], ".", ms=2.5, color=colour)
-        low, high = (_extremes(one.x, one.ours, pick) for pick in (np.minimum, np.maximum))
-        axes.fill_between(low[0], low[1], high[1], color=colour, alpha=0.3, lw=0)
-        axes.plot(*low, color=colour, lw=0.7, label=one.label.split(",")[0])
-        axes.plot(*high, color=colour, lw=0.7)
-    axes.set_xlabel("SNIR [dB]; the lines are the shortest and the longest packets")
-    axes.set_ylabel("success")
-    axes.legend(fontsize=8, loc="lower right")
-    return figure
-
-
-def _extremes(x: Array, y: Array, pick: np.ufunc) -> tuple[Array, Array]:
-    """Find the smallest or largest y of each x."""
-    places, index = np.unique(x, return_inverse=True)
-    start = 2.0 if pick is np.minimum else -1.0
-    found = np.full(len(places), start)
-    pick.at(found, index, y)
-    return places, found
-
-
-def _errors(files: Mapping[str, Comparison]) -> Figure:
-    figure, panels = _grid(len(files), 4, 2.3)
-    for axes, (name, comparison) in zip(panels, files.items(), strict=True):
-        errors = [np.abs(one.ours - one.golden) for one in comparison.series]
-        first = errors[:1] if name.startswith("stack/") else errors  # the received powers
-        exponent = np.log10(np.maximum(np.concatenate(first), 1e-17))
-        tolerance = math.log10(comparison.tolerance)
-        top = max(tolerance + 1, float(exponent.max()) + 0.5)
-        axes.hist(exponent, bins=np.linspace(-17, top, 60).tolist(), color=BLUE)
-        axes.axvline(tolerance, color=VERMILLION, lw=1)
+def _values(files: Sequence[Values]) -> Figure:
+    figure, panels = _grid(len(files), 2.7)
+    for axes, one in zip(panels, files, strict=True):
+        for k, kind in enumerate(one.kinds):
+            label = kind.label if len(one.kinds) > 1 else None
+            axes.plot(
+                kind.golden, np.maximum(kind.error, LEAST), _MARKERS[k], ms=2.2, mew=0,
+                color=COLOURS[k], alpha=0.7, label=label,
+            )  # fmt: skip
+        _tolerance(axes.axhline, one.tolerance)
         axes.set_yscale("log")
-        axes.set_title(name.removeprefix("stack/"), fontsize=9)
-        unit = "" if comparison.unit == "1" else f" [{comparison.unit}]"
-        axes.set_xlabel(f"log10 of the error{unit}", fontsize=8)
-        axes.tick_params(labelsize=8)
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=6))
+        axes.set_ylim(LEAST / 4, _TOP)
+        _name_decades(axes.yaxis, -15, -3, 3)
+        axes.set_title(_TITLES[one.name])
+        axes.set_xlabel("golden [dB]")
+        if len(one.kinds) > 1:
+            axes.legend(
+                loc="upper left", ncols=2, markerscale=2.0, handletextpad=0.0, columnspacing=0.5,
+                borderaxespad=0.0,
+            )  # fmt: skip
+    figure.supylabel("error [dB]", fontsize=9.0)
     return figure
 
 
-def _fading(comparison: Comparison) -> Figure:
-    figure = Figure(figsize=(11, 2.6), layout="constrained")
+def _tolerance(draw: Callable[..., object], value: float) -> None:
+    """Draw where errors stop to pass."""
+    draw(value, color=BLACK, lw=1.0, ls="--")
+
+
+def _name_decades(axis: Axis, first: int, last: int, step: int) -> None:
+    """Label decades, and `none` where errors are drawn that are none."""
+    places = [LEAST, *(10.0**k for k in range(first, last + 1, step))]
+    names = ["none", *(f"$10^{{{k}}}$" for k in range(first, last + 1, step))]
+    axis.set_major_locator(FixedLocator(places))
+    axis.set_ticklabels(names)
+    axis.set_minor_locator(LogLocator(numticks=30))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _error_rates(rates: Sequence[Rate]) -> Figure:
+    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
     axes = figure.add_subplot()
-    sigma = comparison.series[0].x
-    bins = np.linspace(0, max(5.0, float(sigma[np.isfinite(sigma)].max(initial=0))), 41)
-    axes.hist(sigma, bins=bins.tolist(), color=BLUE)
+    between = []
+    for k, rate in enumerate(rates):
+        snir = np.array(rate.snir)
+        for golden, ours in zip(rate.golden, rate.ours, strict=True):
+            some = np.array(golden)
+            inner = (some > 1e-3) & (some < 1 - 1e-3)
+            between += snir[inner].tolist()
+            axes.plot(snir, ours, color=_COLOURS[k], lw=0.8)
+            axes.plot(
+                snir[inner], some[inner], _MARKERS[k], ms=3.5, mew=0.6, color=_COLOURS[k],
+                fillstyle="none",
+            )  # fmt: skip
+        axes.plot(
+            [], [], color=_COLOURS[k], lw=0.8, marker=_MARKERS[k], fillstyle="none",
+            label=rate.label,
+        )  # fmt: skip
+    if between:
+        axes.set_xlim(min(between) - 2.0, max(between) + 2.0)
+    axes.set_xlabel("SNIR [dB]; left of each pair: the shortest packets, right: the longest")
+    axes.set_ylabel("share of packets decoded")
+    figure.legend(loc="outside right upper", title="marks: golden\nlines: ours")
+    return figure
+
+
+def _errors(files: Sequence[Errors]) -> Figure:
+    figure, panels = _grid(len(files), 1.75)
+    for axes, one in zip(panels, files, strict=True):
+        edges = 10.0 ** np.array(one.exponents)
+        axes.bar(edges, one.counts, edges * (10**0.25 - 1), align="edge", color=BLUE)
+        if one.zeros:
+            axes.bar(
+                LEAST, one.zeros, LEAST * (10**0.5 - 1), align="center", color="white",
+                edgecolor=BLUE, hatch="////",
+            )  # fmt: skip
+        _tolerance(axes.axvline, one.tolerance)
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.set_xlim(LEAST / 4, _TOP)
+        axes.set_ylim(0.7, 2.0 * max(*one.counts, one.zeros, 1))
+        _name_decades(axes.xaxis, -14, -2, 4)
+        axes.set_title(one.name)
+        axes.set_xlabel("error" if one.unit == "1" else f"error [{one.unit}]", fontsize=SMALL)
+        axes.tick_params(labelsize=SMALL)
+    figure.supylabel("values", fontsize=9.0)
+    return figure
+
+
+def _fading(sigma: Sequence[float]) -> Figure:
+    figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
+    axes = figure.add_subplot()
+    known = np.array(sigma)
+    bins = np.linspace(0, max(5.0, float(known[np.isfinite(known)].max(initial=0))), 41)
+    axes.hist(
+        known, bins=bins.tolist(), color=BLUE, alpha=0.6, label=f"{len(known)} statistics"
+    )  # fmt: skip
     x = np.linspace(0, bins[-1], 200)
     density = np.sqrt(2 / np.pi) * np.exp(-(x**2) / 2)
-    axes.plot(x, density * len(sigma) * (bins[1] - bins[0]), color="black", lw=1)
-    axes.set_xlabel("difference [sigma]; a quantile of 1 agrees exactly")
+    expected = density * len(known) * (bins[1] - bins[0])
+    axes.plot(x, expected, color=BLACK, lw=1.2, label="expected of equal samples")
+    axes.set_xlabel("difference [standard deviations of it]")
     axes.set_ylabel("statistics")
+    axes.legend(loc="upper right")
     return figure
 
 
-def _prr(ratios: Sequence[ReceptionRatio]) -> Figure:
-    figure, panels = _grid(len(ratios), 3, 2.8)
-    for axes, one in zip(panels, ratios, strict=True):
-        colour = LINK_COLOURS[one.link]
-        low, high = wilson(one.ours, one.events)
+def _prr(run: Run) -> Figure:
+    figure = Figure(figsize=(WIDTH, 2.7), layout="constrained")
+    panels = figure.subplots(1, len(run.ratios), sharey=True, squeeze=False)[0]
+    for axes, one in zip(panels, run.ratios, strict=True):
+        colour, line = LINK_COLOURS[one.link], LINK_LINES[one.link]
+        events, ours, golden = (np.array(n) for n in (one.events, one.ours, one.golden))
+        low, high = wilson(ours, events)
         axes.fill_between(one.distance, low, high, color=colour, alpha=0.3, lw=0)
-        axes.plot(one.distance, one.ours / one.events, color=colour, label="ours")
-        golden = one.golden / one.events
-        low, high = wilson(one.golden, one.events)
-        bars = np.maximum([golden - low, high - golden], 0)
-        axes.errorbar(one.distance, golden, bars, fmt=".", color="black", ms=4, lw=1, label="Veins")
-        axes.set_title(f"{one.link}, {int(one.events.sum())} events", fontsize=10)
+        axes.plot(one.distance, ours / events, color=colour, ls=line, label=f"ours, {one.link}")
+        share = golden / events
+        low, high = wilson(golden, events)
+        bars = np.maximum([share - low, high - share], 0)
+        axes.errorbar(
+            one.distance, share, bars, fmt=".", color=BLACK, ms=4, lw=1, label="golden (Veins)"
+        )
+        axes.set_title(f"{one.link}, {events.sum()} frames")
         axes.set_xlabel("distance [m]")
-        axes.set_ylabel("PRR")
-        axes.set_ylim(-0.03, 1.03)
-        axes.legend(fontsize=8)
+        axes.set_xlim(left=0.0)
+    panels[0].set_ylim(-0.03, 1.03)
+    panels[0].set_ylabel("PRR")
+    legend_of(figure, panels, loc="outside upper right", ncols=len(panels) + 1)
     return figure

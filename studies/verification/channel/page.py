@@ -11,6 +11,7 @@ from studies.verification.channel import tolerances
 from studies.verification.channel.comparison import Comparison
 from studies.verification.channel.figures import drawings
 from studies.verification.channel.shadowing import BUILDINGS, DEGENERATE
+from studies.verification.channel.shown import FILE, Shown
 from studies.verification.channel.tolerances import Tolerance
 from studies.verification.channel.verification import Verification, amount
 from studies.verification.drawing import write
@@ -37,6 +38,8 @@ in the repository:
 $ nlosim verify channel --golden tests/studies/verification/channel/golden --seeds 10
 ```
 """
+
+_DATA: Final = "The numbers that the figures show: [{file}]({folder}/{file}).\n"
 
 _METHOD: Final = """\
 ## What is compared
@@ -104,11 +107,14 @@ def write_page(verification: Verification, golden: Path, folder: Path, seeds: in
     Returns:
         The path of the page.
     """
-    figures = write(drawings(verification.files), folder)
+    shown = Shown.of(verification.files)
+    figures = write(drawings(shown), folder)
+    shown.write(folder)
     parts = [
         _INTRODUCTION,
         _results(verification, golden, seeds),
         *(f"{one.shown_in(folder.name)}\n\n{one.caption}\n" for one in figures),
+        _DATA.format(folder=folder.name, file=FILE),
         *_stack(verification.files),
         _METHOD,
         _tolerances(),

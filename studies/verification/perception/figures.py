@@ -4,202 +4,232 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
 import numpy as np
-import shapely
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import PathPatch
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
-from shapely.geometry import Polygon
-from shapely.geometry.base import BaseGeometry
-from shapely.geometry.polygon import orient
+from matplotlib.ticker import FixedLocator, NullFormatter, StrMethodFormatter
 
-from orchestrator.palette import BLUE, COLOURS, GREEN, GREY, LIGHT, ORANGE, VERMILLION
+from orchestrator.drawing import WIDTH
+from orchestrator.palette import (
+    BLACK,
+    BLUE,
+    COLOURS,
+    GREEN,
+    GREY,
+    GROUND,
+    LIGHT,
+    ORANGE,
+    VERMILLION,
+)
 from studies.verification.drawing import Drawing
-from studies.verification.perception.parameter_set import (
-    RECOMMENDED,
-    SHARER_CURVES,
-    ZONE_CURVES,
-    Curve,
+from studies.verification.perception.shown import (
+    BEST,
+    CANDIDATE,
+    EGO,
+    OTHER,
+    SHARER,
+    Area,
+    Example,
+    SharerCurve,
+    Shown,
+    ZoneCurve,
 )
-from studies.verification.perception.scoring import Played, zone_area
-from studies.verification.perception.summary import (
-    ALWAYS,
-    DEMANDED,
-    WHOLE,
-    byte_share,
-    traffic,
-    zone_areas,
-)
-from studies.verification.perception.verification import DATA_SIZES, TARGET_BYTES, Verification
+from studies.verification.perception.summary import ALWAYS, DEMANDED, WHOLE
 
-_EGO, _SHARER, _BEST, _HIDDEN = BLUE, GREEN, ORANGE, VERMILLION
+_BODIES: Final[dict[str, dict[str, Any]]] = {
+    EGO: {"facecolor": BLUE},
+    SHARER: {"facecolor": GREEN, "hatch": "xxxx"},
+    BEST: {"facecolor": ORANGE, "hatch": "...."},
+    CANDIDATE: {"facecolor": "white"},
+    OTHER: {"facecolor": GREY},
+}
+_HIDDEN: Final = VERMILLION
 _HALF: Final = 58.0
 """Half the side of the part of a scene that is drawn [m], at least."""
-_SEAM: Final = 0.01
-"""Gaps between blind zones that are not drawn [m]."""
-_LINES: Final = {DEMANDED: "-", WHOLE: "--"}
-_MARKERS: Final = {DEMANDED: "o", WHOLE: "^", ALWAYS: "s"}
+
+_LINES: Final = {DEMANDED: "-", WHOLE: "--", ALWAYS: ":"}
+_MARKERS: Final = "o^sDv"
+_QUALITIES: Final = ("precision", "recall", "IoU")
 
 
-def drawings(verification: Verification) -> Iterator[Drawing]:
-    """Draw everything that `verification` has data for."""
-    if verification.examples:
+def drawings(shown: Shown) -> Iterator[Drawing]:
+    """Draw everything that there are data for."""
+    if shown.examples:
         caption = (
-            "Scenes with the recommended parameters: road (grey), houses (dark), what is "
-            "hidden from the ego vehicle (red), its blind zones (outlines) and route (blue), "
-            "candidates (white), the chosen sharer (green) and, if it is another one, the best "
-            "(orange)."
+            "Scenes with the recommended parameters: what is hidden from the ego vehicle in "
+            "truth, and its blind zones, which should cover that. The best sharer is drawn where "
+            "another one was chosen."
         )
-        yield Drawing(name="scenes.png", caption=caption, figure=_scenes(verification.examples))
+        yield Drawing(name="scenes.png", caption=caption, figure=_scenes(shown.examples))
     caption = (
-        "Blind zones against the hidden road over T1, for several ranges of window sizes: "
-        "precision solid, recall dashed, IoU dotted. T1 is a number of points per cell, or a "
-        "share of its ground that is seen."
+        f"Blind zones against the hidden road of {shown.scenes} scenes over T1, for several "
+        "ranges of window sizes. T1 is a number of points per cell, or a share of its ground that "
+        "is seen. Precision is the share of the zones that is hidden, recall the share of what is "
+        "hidden that is in zones, IoU what is both over what is either."
     )
-    yield Drawing(name="zones.png", caption=caption, figure=_zones(verification))
+    yield Drawing(name="zones.png", caption=caption, figure=_zones(shown.zones))
     caption = (
-        "Share of scenes with the right sharer (interval of 95 %), and without a trigger though "
-        "somebody reveals something (dashed), when one of the recommended parameters varies."
+        f"Share of the {shown.wanted} scenes with something to reveal, with intervals of 95 %, "
+        "when one of the recommended parameters varies."
     )
-    yield Drawing(name="sharers.png", caption=caption, figure=_sharers(verification))
+    yield Drawing(name="sharers.png", caption=caption, figure=_sharers(shown.sharers))
     caption = (
-        "Left: bytes of APMM over those of always-on sharing, by the number of candidates, with "
-        "what was demanded as answer (solid) and with whole scans (dashed); the line is the "
-        "target. Right: bytes per scan and hidden road that becomes known."
+        "Left: bytes of APMM over those of always-on sharing, by the number of candidates. Right: "
+        f"bytes per scan, and hidden road that becomes known, on average of {shown.scenes} scenes."
     )
-    yield Drawing(name="bytes.png", caption=caption, figure=_bytes(verification))
+    yield Drawing(name="bytes.png", caption=caption, figure=_bytes(shown))
 
 
-def _scenes(examples: Sequence[Played]) -> Figure:
-    count = len(examples)
-    figure = Figure(figsize=(5.5 * count, 5.6), layout="constrained")
-    for k, played in enumerate(examples):
-        _scene(figure.add_subplot(1, count, k + 1), played)
+def _scenes(examples: Sequence[Example]) -> Figure:
+    figure = Figure(figsize=(WIDTH, 4.7), layout="constrained")
+    panels = figure.subplots(1, len(examples), squeeze=False)[0]
+    for axes, one in zip(panels, examples, strict=True):
+        _scene(axes, one)
+    present = {body.role for one in examples for body in one.bodies}
+    figure.legend(
+        handles=[
+            *(
+                Patch(label=role, edgecolor=BLACK, lw=0.6, **look)
+                for role, look in _BODIES.items()
+                if role in present
+            ),
+            Line2D([], [], color=BLUE, lw=1.2, label="route of the ego"),
+            Patch(facecolor=_HIDDEN, alpha=0.45, label="hidden road"),
+            Patch(fill=False, edgecolor=BLACK, lw=0.8, ls="--", label="blind zones"),
+            Patch(facecolor=GROUND, hatch="///", edgecolor="white", lw=0, label="building"),
+        ],
+        loc="outside lower center",
+        ncols=5,
+    )
     return figure
 
 
-def _scene(axes: Axes, played: Played) -> None:
-    scene, truth = played.scene, played.truth
-    match = played.matches[RECOMMENDED.name]
-    ego = scene.by_id[scene.ego]
-    _fill(axes, scene.road, color=LIGHT, lw=0)
-    for house in scene.buildings:
-        _fill(axes, Polygon(house.ring), color=GREY, lw=0)
-    _fill(axes, truth.hidden, color=_HIDDEN, alpha=0.45, lw=0)
-    zones = zone_area(match, ego.heading).buffer(_SEAM, join_style="mitre")
-    _fill(axes, zones, facecolor="none", edgecolor="black", lw=0.8)
-    axes.plot(*scene.route.T, color=_EGO, lw=1.2)
-    best = max(truth.areas, key=lambda one: truth.areas[one])
-    colours = dict.fromkeys(scene.candidates, "white") | {best: _BEST, scene.ego: _EGO}
-    if match.sharers:
-        colours[match.sharers[0]] = _SHARER
-    for one in scene.vehicles:
-        colour = colours.get(one.id, "#bbbbbb")
-        _fill(axes, one.footprint, facecolor=colour, edgecolor="black", lw=0.8)
-    x, y = ego.position
-    shown = [scene.by_id[one].position for one in (best, *match.sharers[:1])]
-    half = max(_HALF, *(max(abs(a - x), abs(b - y)) + 6 for a, b in shown))
+def _scene(axes: Axes, one: Example) -> None:
+    _fill(axes, one.road, facecolor=LIGHT, lw=0)
+    _fill(axes, one.buildings, facecolor=GROUND, hatch="///", edgecolor="white", lw=0)
+    _fill(axes, one.hidden, facecolor=_HIDDEN, alpha=0.45, lw=0)
+    axes.plot(*np.array(one.route).T, color=BLUE, lw=1.2)
+    for body in one.bodies:
+        _fill(axes, body.area, edgecolor=BLACK, lw=0.6, **_BODIES[body.role])
+    _fill(axes, one.zones, fill=False, edgecolor=BLACK, lw=0.8, ls="--")
+    x, y = one.route[0]
+    corners = [
+        corner for body in one.bodies if body.role in (SHARER, BEST) for corner in body.area[0][0]
+    ]
+    half = max(_HALF, *(max(abs(a - x), abs(b - y)) + 3 for a, b in corners))
     axes.set_xlim(x - half, x + half)
     axes.set_ylim(y - half, y + half)
     axes.set_aspect("equal")
-    told = f"{truth.areas[match.sharers[0]]:.0f}" if match.sharers else "0"
+    axes.grid(visible=False)
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
     axes.set_title(
-        f"scene {played.result.number}: sharer reveals {told} of at most {truth.best:.0f} m$^2$",
-        fontsize=10,
+        f"scene {one.number}: the sharer reveals {one.told:.0f} m$^2$\nof at most {one.best:.0f}"
     )
 
 
-def _fill(axes: Axes, area: BaseGeometry, **style: Any) -> None:
-    for part in shapely.get_parts(area):
-        if isinstance(part, Polygon):
-            turned = orient(part)  # holes the other way round, so that they stay empty
-            rings = (turned.exterior, *turned.interiors)
-            outlines = [Outline(np.array(ring.coords), closed=True) for ring in rings]
-            axes.add_patch(PathPatch(Outline.make_compound_path(*outlines), **style))
+def _fill(axes: Axes, area: Area, **style: Any) -> None:
+    for rings in area:
+        outlines = [Outline(np.array(ring), closed=True) for ring in rings]
+        axes.add_patch(PathPatch(Outline.make_compound_path(*outlines), **style))
 
 
-def _zones(verification: Verification) -> Figure:
-    panels = list(dict.fromkeys(curve.panel for curve in ZONE_CURVES))
-    figure = Figure(figsize=(11, 3.8), layout="constrained")
-    for k, panel in enumerate(panels):
-        axes = figure.add_subplot(1, len(panels), k + 1)
-        curves = [curve for curve in ZONE_CURVES if curve.panel == panel]
-        for colour, curve in zip(COLOURS, curves, strict=False):
-            areas = [zone_areas(verification.results, one.name) for one in curve.sets.values()]
-            x = list(curve.sets)
-            axes.plot(x, [a.precision for a in areas], "o-", ms=3, color=colour, label=curve.label)
-            axes.plot(x, [a.recall for a in areas], "o--", ms=3, color=colour)
-            axes.plot(x, [a.iou for a in areas], ":", color=colour)
-        axes.set_ylim(0, 1)
-        axes.set_title(f"cells of {panel}", fontsize=10)
-        if curves[0].parameter == "threshold":
-            axes.set_xscale("log")
-        values = list(curves[0].sets)
-        axes.set_xticks(values, [f"{value:g}" for value in values])
-        axes.minorticks_off()
-        axes.set_xlabel("T1")
-        axes.legend(fontsize=7, title="windows", title_fontsize=7)
+def _zones(curves: Sequence[ZoneCurve]) -> Figure:
+    titles = list(dict.fromkeys(curve.panel for curve in curves))
+    figure = Figure(figsize=(WIDTH, 6.4), layout="constrained")
+    grid = figure.subplots(len(_QUALITIES), len(titles), sharey=True, sharex="col", squeeze=False)
+    for column, title in zip(grid.T, titles, strict=True):
+        own = [curve for curve in curves if curve.panel == title]
+        for k, curve in enumerate(own):
+            for axes, values in zip(
+                column, (curve.precision, curve.recall, curve.iou), strict=True
+            ):
+                axes.plot(
+                    curve.threshold, values, ls="-", marker=_MARKERS[k], ms=4.5, lw=1.2,
+                    color=COLOURS[k], label=curve.windows,
+                )  # fmt: skip
+        column[0].set_title(f"cells of {title}")
+        is_count = own[0].threshold[-1] > 1
+        if is_count:
+            column[0].set_xscale("log")
+        column[0].set_xticks(own[0].threshold, [f"{value:g}" for value in own[0].threshold])
+        column[0].minorticks_off()
+        column[-1].set_xlabel("T1 [points]" if is_count else "T1 [share of the ground]")
+        column[0].legend(title="windows", loc="lower left")
+    for row, name in zip(grid, _QUALITIES, strict=True):
+        row[0].set_ylabel(name)
+    grid[0, 0].set_ylim(0.0, 1.02)
     return figure
 
 
-def _sharers(verification: Verification) -> Figure:
+def _sharers(curves: Sequence[SharerCurve]) -> Figure:
     columns = 4
-    rows = -(-len(SHARER_CURVES) // columns)
-    figure = Figure(figsize=(13, 2.7 * rows), layout="constrained")
-    for k, curve in enumerate(SHARER_CURVES):
-        _sharer_panel(figure.add_subplot(rows, columns, k + 1), verification, curve)
-    figure.supylabel("share of scenes", fontsize=10)
+    rows = -(-len(curves) // columns)
+    figure = Figure(figsize=(WIDTH, 2.1 * rows + 0.3), layout="constrained")
+    for k, curve in enumerate(curves):
+        axes = figure.add_subplot(rows, columns, k + 1)
+        x = np.arange(len(curve.values))
+        right = np.array(curve.right)
+        bars = np.maximum([right - curve.low, np.array(curve.high) - right], 0)
+        axes.errorbar(
+            x, 100 * right, 100 * bars, fmt="o-", ms=4, capsize=2.5, lw=1.2, color=GREEN,
+            label="the right sharer was chosen",
+        )  # fmt: skip
+        axes.plot(
+            x, 100 * np.array(curve.missed), "^--", ms=4, lw=1.2, color=VERMILLION,
+            label="nobody was asked",
+        )  # fmt: skip
+        axes.set_xticks(x, [f"{value:g}" for value in curve.values])
+        axes.set_ylim(-3.0, 103.0)
+        axes.set_xlabel(curve.parameter)
+        axes.tick_params(labelleft=k % columns == 0)
+    figure.supylabel("share of scenes [%]", fontsize=9.0)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=2)
     return figure
 
 
-def _sharer_panel(axes: Axes, verification: Verification, curve: Curve) -> None:
-    scores = [verification.score(one) for one in curve.sets.values()]
-    x = np.arange(len(scores))
-    right = np.array([one.right for one in scores])
-    low = right - [one.right_low for one in scores]
-    high = np.array([one.right_high for one in scores]) - right
-    axes.errorbar(x, right, np.maximum([low, high], 0), fmt="o-", ms=4, color=_SHARER)
-    axes.plot(x, [one.missed for one in scores], "o--", ms=3, color=_HIDDEN)
-    axes.set_xticks(x, [f"{value:g}" for value in curve.sets])
-    axes.set_ylim(0, 1)
-    axes.set_title(curve.panel, fontsize=10)
-
-
-def _bytes(verification: Verification) -> Figure:
-    figure = Figure(figsize=(11, 3.8), layout="constrained")
-    _share_panel(figure.add_subplot(1, 2, 1), verification)
-    _gain_panel(figure.add_subplot(1, 2, 2), verification)
-    return figure
-
-
-def _share_panel(axes: Axes, verification: Verification) -> None:
-    groups = verification.by_candidates()
-    for colour, (size, data) in zip(COLOURS, DATA_SIZES.items(), strict=False):
-        for way, line in _LINES.items():
-            shares = [byte_share(group, RECOMMENDED.name, data, way) for group in groups.values()]
-            label = size if way == DEMANDED else None
-            axes.plot(list(groups), shares, f"o{line}", ms=4, color=colour, label=label)
+def _bytes(shown: Shown) -> Figure:
+    figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    sizes = list(dict.fromkeys(cost.size for cost in shown.costs))
+    looks = {size: (COLOURS[k], _MARKERS[k]) for k, size in enumerate(sizes)}
+    for cost in shown.costs:
+        colour, marker = looks[cost.size]
+        if cost.shares:
+            left.plot(
+                cost.candidates, 100 * np.array(cost.shares), _LINES[cost.way], marker=marker,
+                ms=4, lw=1.2, color=colour,
+            )  # fmt: skip
+        right.plot(cost.bytes / 1e3, cost.revealed, marker, ms=6, color=colour)
     for way, line in _LINES.items():
-        axes.plot([], [], line, color="black", label=way)
-    axes.axhline(TARGET_BYTES, color="black", lw=0.7, ls=":", label="target")
-    axes.set_ylim(0, None)
-    axes.set_xlabel("candidates")
-    axes.set_ylabel("bytes, APMM / always-on")
-    axes.legend(fontsize=8)
-
-
-def _gain_panel(axes: Axes, verification: Verification) -> None:
-    count = len(verification.results)
-    for colour, (size, data) in zip(COLOURS, DATA_SIZES.items(), strict=False):
-        ways = traffic(verification.results, RECOMMENDED.name, data)
-        for way, marker in _MARKERS.items():
-            one = ways[way]
-            axes.plot(one.bytes / count, (one.area or 0.0) / count, marker, color=colour)
-        axes.plot([], [], lw=4, color=colour, label=size)
-    for way, marker in _MARKERS.items():
-        axes.plot([], [], marker, color="black", label=way)
-    axes.set_xscale("log")
-    axes.set_ylim(0, 1.15 * axes.get_ylim()[1])
-    axes.set_xlabel("bytes per scan")
-    axes.set_ylabel("revealed [m$^2$ per scene]")
-    axes.legend(fontsize=8, ncols=2, loc="lower right")
+        own = [cost for cost in shown.costs if cost.way == way]
+        order = sorted(own, key=lambda cost: cost.bytes)
+        x, y = [cost.bytes / 1e3 for cost in order], [cost.revealed for cost in order]
+        right.plot(x, y, line, color=BLACK, lw=0.8, zorder=1)
+    left.axhline(100 * shown.target, color=BLACK, lw=0.8, ls="-.")
+    left.set_yscale("log")
+    left.yaxis.set_major_locator(FixedLocator([0.5, 1, 2, 5, 10, 20, 50]))
+    left.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    left.yaxis.set_minor_formatter(NullFormatter())
+    left.set_xlabel("candidates")
+    left.set_ylabel("bytes over those of always-on [%]")
+    right.set_xscale("log")
+    right.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    right.set_ylim(0, 1.15 * right.get_ylim()[1])
+    right.set_xlabel("bytes per scan [kB]")
+    right.set_ylabel("road that becomes known [m$^2$ per scene]")
+    figure.legend(
+        handles=[
+            *(
+                Line2D([], [], ls="", marker=marker, color=colour, label=size)
+                for size, (colour, marker) in looks.items()
+            ),
+            *(Line2D([], [], ls=line, color=BLACK, label=way) for way, line in _LINES.items()),
+            Line2D([], [], ls="-.", lw=0.8, color=BLACK, label="target"),
+        ],
+        loc="outside upper center",
+        ncols=4,
+    )
+    return figure

@@ -14,6 +14,7 @@ from studies.verification.perception.figures import drawings
 from studies.verification.perception.method import method_text, section, whole_percent
 from studies.verification.perception.parameter_set import RECOMMENDED, SHARER_CURVES
 from studies.verification.perception.scoring import SceneResult
+from studies.verification.perception.shown import FILE, Shown
 from studies.verification.perception.summary import (
     ALWAYS,
     CPM,
@@ -67,12 +68,15 @@ install 'nlosim[verify]'`) and takes about a quarter of an hour; a few scenes ar
 
 def write_page(verification: Verification, folder: Path) -> Path:
     """Draw figures into `folder` and write `<folder>.md` beside it; the path of the page."""
-    figures = write(drawings(verification), folder)
+    shown = Shown.of(verification)
+    figures = write(drawings(shown), folder)
+    shown.write(folder)
     page = folder.parent / f"{folder.name}.md"
     parts = [
         _INTRODUCTION,
         _results(verification),
         *(section(one.shown_in(folder.name), one.caption) for one in figures),
+        f"The numbers that the figures show: [{FILE}]({folder.name}/{FILE}).\n",
         _varied(verification),
         cost_text(verification),
         _misses(examine(verification.results, RECOMMENDED.name)),

@@ -69,7 +69,9 @@ def test_all_points_between_those_of_a_process_are_compiled(
 
     def fingerprint(name: str, *options: str) -> str:
         out = tmp_path / name
-        assert main(["run", str(scenario), "--out", str(out), "--quiet", *options]) == 0
+        assert (
+            main(["run", str(scenario), "--no-figure", "--out", str(out), "--quiet", *options]) == 0
+        )
         return str(Recording(out).manifest["fingerprint"])
 
     found = fingerprint("compiled", "--transport", transport)
@@ -88,5 +90,10 @@ def test_outputs_that_are_renewed_stay_in_python(
     for algorithm in ("jacobi", "gauss-seidel, order: [first, away, second]"):
         assert not points
         scenario.write_text(SCENARIO.format(algorithm=algorithm))
-        assert main(["run", str(scenario), "--out", str(tmp_path / algorithm), "--quiet"]) == 0
+        assert (
+            main(
+                ["run", str(scenario), "--no-figure", "--out", str(tmp_path / algorithm), "--quiet"]
+            )
+            == 0
+        )
     assert points

@@ -210,6 +210,7 @@ def stretches(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return found
 
 
+@pytest.mark.slow
 @given(network=networks(), sequential=st.booleans())
 @settings(
     suppress_health_check=[HealthCheck.function_scoped_fixture],

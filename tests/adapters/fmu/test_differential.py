@@ -143,6 +143,7 @@ def value_of(draw: Draw, component: Component, name: str, lengths: Mapping[str, 
 ACTIONS = st.sampled_from(["step", "step", "step", "save", "restore"])
 
 
+@pytest.mark.slow
 @settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 @pytest.mark.parametrize(
@@ -269,6 +270,7 @@ def replay(calls: list[tuple[str, Any]], peer: Peer) -> int:
     return compared
 
 
+@pytest.mark.slow
 def test_the_units_of_the_study_in_a_run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Channel, lidar and perception get what they get in the red light, and give the same."""
     heard = Overheard(monkeypatch)

@@ -18,9 +18,9 @@ from orchestrator.component import Component
 from orchestrator.observer import SimulationResult
 from orchestrator.recording.reader import Recording
 from orchestrator.recording.recorder import Recorder
-from orchestrator.remote.component import launch
+from orchestrator.remote.launching import launch
 from orchestrator.remote.local import LocalTransport
-from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.specification import ComponentSpec
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
 

@@ -71,7 +71,7 @@ def test_connectors_and_parameters_are_those_of_the_description(lag2: Path) -> N
     assert set(kind.parameters) == {
         *("time_constant", "fail_at", "fail_as", "method"),
         *("start.u", "start.count_in", "start.flag_in"),
-        *("fmi.tolerance", "fmi.locals", "fmi.smallest_step"),
+        *("fmi.tolerance", "fmi.locals", "fmi.logging", "fmi.smallest_step"),
     }
     assert "without" not in kind.description
 

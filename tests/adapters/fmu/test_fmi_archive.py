@@ -5,6 +5,7 @@ import struct
 import tempfile
 import warnings
 import zipfile
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from orchestrator.cli import main
 from orchestrator.errors import ComponentTypeError
 from orchestrator.randomness import stream
 
+TWICE = "is in it more than once, with different contents"
 LIBRARY = f"binaries/{host_folder(3)}/lag{fmpy.sharedLibraryExtension}"
 
 
@@ -85,6 +87,7 @@ def unpacked() -> set[Path]:
             "`resources\\evil` has a character that names in an FMU cannot have",
         ),
         ("resources/a:b", "`resources/a:b` has a character that names in an FMU cannot have"),
+        ("", "`` has a character that names in an FMU cannot have"),
         ("a\nb", "`a\\nb` has a character that names in an FMU cannot have"),
     ],
 )
@@ -112,8 +115,45 @@ def test_files_that_overwrite_each_other(copy: Path, again: str) -> None:
     with_entry(copy, "resources/map")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Python's module sees some of them, too
-        with_entry(copy, again)
-    assert refusal(copy) == "is refused: `resources/map` is in it more than once"
+        with_entry(copy, again, b"y")
+    assert refusal(copy) == f"is refused: `resources/map` {TWICE}"
+
+
+def with_both(copy: Path, first: bytes, second: bytes) -> Path:
+    """The archive with two files of one name."""
+    with_entry(copy, "resources/map", first)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return with_entry(copy, "resources/map", second)
+
+
+def test_equal_files_of_one_name_are_fine(copy: Path) -> None:
+    """So Reference FMUs come that list a folder twice, `Roberts` for one."""
+    component = FmuComponentType(with_both(copy, b"same", b"same")).create("lag", {})
+    component.setup(0, stream(1, "lag"))
+    (resources,) = Path(tempfile.gettempdir()).glob("nlosim-*/**/resources")
+    assert (resources / "map").read_bytes() == b"same"
+    component.close()
+
+
+def test_files_that_only_seem_to_be_equal(copy: Path) -> None:
+    """CRC-32 does not notice a change that is its own polynomial."""
+    first, second = bytes(8), bytes.fromhex("802083b8ed000000")
+    assert zlib.crc32(first) == zlib.crc32(second)
+    assert refusal(with_both(copy, first, second)) == f"is refused: `resources/map` {TWICE}"
+
+
+def test_equal_files_are_not_compared_where_they_are_too_large(copy: Path) -> None:
+    claiming(with_both(copy, b"same", b"same"), 3_000_000_000)
+    assert refusal(copy).startswith(f"is refused: `resources/map` {TWICE}; it unpacks to 300")
+
+
+def test_a_copy_that_is_damaged_is_none(copy: Path) -> None:
+    data = bytearray(with_both(copy, b"same" * 9, b"same" * 9).read_bytes())
+    start = data.index(b"resources/map") + len("resources/map")
+    data[start : start + 3] = b"\xff\xff\xff"
+    copy.write_bytes(data)
+    assert refusal(copy) == f"is refused: `resources/map` {TWICE}"
 
 
 def test_encrypted_entries(copy: Path) -> None:
@@ -124,6 +164,21 @@ def test_encrypted_entries(copy: Path) -> None:
     data[start + 8] |= 1
     copy.write_bytes(data)
     assert refusal(copy) == "is refused: `resources/secret` is encrypted"
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_LZMA, zipfile.ZIP_BZIP2, zipfile.ZIP_DEFLATED])
+def test_a_description_that_is_damaged(copy: Path, tmp_path: Path, method: int) -> None:
+    """Each method has errors of its own."""
+    with zipfile.ZipFile(copy) as source:
+        content = source.read("modelDescription.xml")
+    path = tmp_path / "damaged.fmu"
+    with zipfile.ZipFile(path, "w", method) as target:
+        target.writestr("modelDescription.xml", content)
+    data = bytearray(path.read_bytes())
+    start = data.index(b"modelDescription.xml") + len("modelDescription.xml")
+    data[start + 12 : start + 60] = bytes(48)
+    path.write_bytes(data)
+    assert refusal(path).startswith("cannot be read: ")
 
 
 def test_a_method_that_is_not_supported(copy: Path) -> None:

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from adapters.fmi.errors import failure
+from adapters.fmi.messages import MessageLog
 from orchestrator.cli import main
 from orchestrator.recording.reader import Recording
 
@@ -47,7 +49,9 @@ def run(scenario: Path, deed: int, *options: str) -> int:
     """The exit code of a run in which the bad one does `deed` of `misbehave.h`."""
     out = str(scenario.with_name("run"))
     change = f"components.bad.parameters.fail_as={deed}"
-    return main(["run", str(scenario), "--out", out, "--quiet", "--set", change, *options])
+    return main(
+        ["run", str(scenario), "--no-figure", "--out", out, "--quiet", "--set", change, *options]
+    )
 
 
 def recorded_until(scenario: Path) -> list[int]:
@@ -83,7 +87,8 @@ def test_a_fault_ends_the_run_by_name_and_time(
     how: str,
 ) -> None:
     """What was recorded until then can be read: four points of each, at 0, 0.1, 0.2 and 0.3 s."""
-    assert run(scenario, deed) == 3
+    patience = () if "deadline" in how else ("--set", "components.bad.deadline=120 s")
+    assert run(scenario, deed, *patience) == 3
     assert NAMED + how in capsys.readouterr().err
     assert recorded_until(scenario) == [300_000_000] * 2
     manifest = json.loads((scenario.with_name("run") / "manifest.json").read_text())
@@ -97,6 +102,7 @@ def test_a_change_of_directory_stays_in_its_process(scenario: Path) -> None:
     assert recorded_until(scenario) == [1_000_000_000] * 2
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="only there somebody waits")
 @pytest.mark.parametrize(
     ("deed", "how"),
@@ -139,8 +145,30 @@ def test_a_change_of_directory_in_this_process_loses_nothing(
     scenario.write_text(text)
     monkeypatch.chdir(scenario.parent)
     settings = ["--set", "components.bad.parameters.fail_as=10", "--transport", "in-process"]
-    assert main(["run", scenario.name, "--out", "run", *settings]) == 0
+    assert main(["run", scenario.name, "--no-figure", "--out", "run", *settings]) == 0
     assert Path.cwd() == scenario.parent
     assert recorded_until(scenario) == [1_000_000_000] * 2
     assert len((scenario.parent / "t.csv").read_text().splitlines()) == 12
     assert (scenario.with_name("run") / "metrics.json").is_file()
+
+
+@pytest.mark.parametrize("is_asked", [False, True])
+def test_an_fmu_is_asked_to_log_all_it_can_if_the_scenario_says_so(
+    scenario: Path, *, is_asked: bool
+) -> None:
+    change = ["--set", f"components.good.parameters.fmi.logging={str(is_asked).lower()}"]
+    assert run(scenario, 0, "--transport", "in-process", *change) == 0
+    log = (scenario.with_name("run") / "log.txt").read_text()
+    assert ("nlosim.fmu.good: logAll: it begins" in log) is is_asked
+    assert "nlosim.fmu.bad" not in log
+
+
+def test_the_error_of_an_fmu_that_says_nothing_names_what_would_make_it_speak() -> None:
+    ask = ", as it was not asked to; `fmi.logging: true` (`nlosim fmu run --logging`) asks it"
+    for is_asked, rest in ((False, ask), (True, "")):
+        log = MessageLog("unit", is_asked=is_asked)
+        log.receive(0, b"", b"all is well")
+        said = str(failure("fmi2DoStep", "Fatal", log))
+        assert said == f"fmi2DoStep returned Fatal: the FMU logged no reason{rest}"
+    log.receive(3, b"logStatusError", b"the boiler is dry")
+    assert str(failure("fmi2DoStep", "Error", log)).endswith("returned Error: the boiler is dry")

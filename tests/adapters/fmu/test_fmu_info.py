@@ -1,5 +1,6 @@
 """`nlosim fmu info`."""
 
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -47,3 +48,17 @@ def test_info_refuses_what_is_no_fmu(tmp_path: Path, text: str) -> None:
     outcome = execute("info", str(path))
     assert outcome.exit_code is Exit.WRONG_INPUT
     assert f"{path}: is no FMU" in outcome.text
+
+
+@pytest.mark.parametrize("encoding", ["nowhere", "utf-7"])
+def test_an_encoding_that_is_none_is_told(
+    fmu: Callable[[str], Path], tmp_path: Path, encoding: str
+) -> None:
+    """Python's parser raises other errors for it than for text that is no XML."""
+    head = f'<?xml version="1.0" encoding="{encoding}"?>'.encode()
+    path = tmp_path / "a.fmu"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("modelDescription.xml", head + b"<fmiModelDescription/>")
+    outcome = execute("info", str(path))
+    assert outcome.exit_code is Exit.WRONG_INPUT
+    assert f"{path}: is no FMU: modelDescription.xml is no XML: " in outcome.text

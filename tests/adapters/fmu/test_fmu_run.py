@@ -62,7 +62,9 @@ def test_a_step_is_a_fraction_of_a_second(lag2: Path, tmp_path: Path) -> None:
     wrong = run(lag2, "--stop-time", "1", "--step", "1/7.5")
     assert "--step '1/7.5': write seconds, such as `0.01` or `1/60`" in wrong.text
     wrong = run(lag2, "--stop-time", "1", "--step", "3/7")
-    assert "--step 0.428571: the interval of 1000000000 ns is not a whole number of" in wrong.text
+    assert (
+        "--step 0.428571: the interval of 1 s is not a whole number of steps of 3/7 s" in wrong.text
+    )
 
 
 def test_it_is_what_fmpy_simulates(lag2: Path, tmp_path: Path) -> None:
@@ -126,7 +128,10 @@ def test_the_summary_has_last_least_greatest_and_mean(lag2: Path, tmp_path: Path
         (("--start-value", "u=text"), "--start-value u: 'text' is no number"),
         (("--start-value", "time_constant=-1"), "--start-value time_constant: "),
         (("--record", "z*"), "--record z*: no variable matches"),
-        (("--step", "0.3"), "--step 0.3: "),
+        (
+            ("--step", "0.3"),
+            "--step 0.3: the interval of 1 s is not a whole number of steps of 300 ms: 100 ms",
+        ),
         (("--step", "x"), "--step 'x': write seconds"),
         (("--stop-time", "-1"), "the run stops at -1 s, not after its start at 0 s"),
         (("--output", "a.txt"), "--output a.txt: write a name that ends in .csv or .parquet"),
@@ -169,6 +174,14 @@ def test_what_fails_leaves_the_results_until_then(lag2: Path, tmp_path: Path) ->
     assert len(times) == round(times[-1] * 10) + 1
 
 
+@pytest.mark.parametrize("words", [[], ["--logging"]])
+def test_an_fmu_is_heard_if_it_is_asked_to_speak(
+    lag2: Path, words: list[str], capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert run(lag2, "--stop-time", "1", "--step", "0.1", *words).exit_code == 0
+    assert capfd.readouterr().err == ("logAll: it begins\n" if words else "")
+
+
 def test_arrays_are_one_field_in_and_columns_out(
     fmu: Callable[[str], Path], tmp_path: Path
 ) -> None:
@@ -183,6 +196,55 @@ def test_arrays_are_one_field_in_and_columns_out(
     assert [[found[f"float64.out[{k}]"][i] for k in range(3)] for i in (1, 2)] == expected
     path.write_text("time,float64.in\n0,1 2\n")
     assert f"{path}: `float64.in` has 3 elements, not 2" in run(fmu("mirror"), *words).text
+
+
+MOST, MOST_UNSIGNED = 2**63 - 1, 2**64 - 1
+
+
+@pytest.mark.parametrize(
+    ("kind", "heading", "values"),
+    [
+        ("int64", "int64.out", (-MOST - 1, MOST - 2000)),
+        ("int64", "int64.out", (MOST - 1001, 0)),
+        ("uint64", "uint64.out[1]", (1, MOST_UNSIGNED - 2000)),
+    ],
+)
+def test_whole_numbers_arrive_to_the_last_digit(
+    fmu: Callable[[str], Path], tmp_path: Path, kind: str, heading: str, values: tuple[int, int]
+) -> None:
+    """Float64 has all up to 2^53; the Reference FMUs come with inputs of 2^64 - 1.
+
+    What comes out is what went in, and 1000 more for every second.
+    """
+    path, out = tmp_path / "in.csv", tmp_path / "out.csv"
+    around = ("", "") if kind == "int64" else ("7 ", " 8")
+    rows = [f"{t},{around[0]}{value}{around[1]}" for t, value in enumerate(values)]
+    path.write_text("\n".join([f"time,{kind}.in", *rows]))
+    words = ("--stop-time", "2", "--step", "1", "--input", path, "--record", f"{kind}.out")
+    outcome = run(fmu("mirror"), *words, "--output", out)
+    assert outcome.exit_code == 0, outcome.text
+    with out.open(newline="") as file:
+        found = [int(row[heading]) for row in csv.DictReader(file)]
+    assert found[1:] == [values[0] + 1000, values[1] + 2000]
+
+
+@pytest.mark.parametrize(
+    ("kind", "row", "said"),
+    [
+        ("int64", f"{MOST + 1}", f"int64, not {MOST + 1}"),
+        ("int64", "9.3e18", "int64, not 9.3e+18"),
+        ("uint64", "1 -1 2", "uint64, not -1"),
+        ("uint64", f"1 {MOST_UNSIGNED + 1} 2", "uint64, not 1.84467e+19"),
+        ("int8", "1 2 -129", "int8, not -129"),
+    ],
+)
+def test_a_whole_number_that_the_type_has_not_is_told(
+    fmu: Callable[[str], Path], tmp_path: Path, kind: str, row: str, said: str
+) -> None:
+    path = tmp_path / "in.csv"
+    path.write_text(f"time,{kind}.in\n0,{'1 ' * len(row.split())}\n1,{row}\n")
+    words = ("--stop-time", "2", "--step", "1", "--input", path)
+    assert f"{path}:3: `{kind}.in` is {said}" in run(fmu("mirror"), *words).text
 
 
 def test_results_are_compared_at_common_times(tmp_path: Path) -> None:

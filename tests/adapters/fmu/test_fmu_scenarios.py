@@ -94,8 +94,9 @@ def test_mistakes_are_located_and_say_what_to_write(
 
 
 def test_components_shows_items_sizes_and_units(
-    scenario: Path, capsys: pytest.CaptureFixture[str]
+    scenario: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setenv("COLUMNS", "300")  # a line each
     path = str(scenario.with_name("table.fmu"))
     assert main(["components", path]) == 0
     lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]

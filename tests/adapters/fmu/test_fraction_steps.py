@@ -31,7 +31,7 @@ def path(lag2: Path, tmp_path: Path) -> Path:
 
 
 def ran(path: Path, out: Path, *options: str) -> Recording:
-    assert main(["run", str(path), "--out", str(out), "--quiet", *options]) == 0
+    assert main(["run", str(path), "--no-figure", "--out", str(out), "--quiet", *options]) == 0
     return Recording(out)
 
 

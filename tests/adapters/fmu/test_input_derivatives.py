@@ -20,8 +20,8 @@ from orchestrator.cli import main
 from orchestrator.component import Component
 from orchestrator.course import Course
 from orchestrator.randomness import stream
-from orchestrator.remote.component import launch
-from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.launching import launch
+from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport
 from orchestrator.signal import Causality, Connector
 from orchestrator.simulation import simulate

@@ -114,7 +114,16 @@ def test_a_run_has_the_same_bytes_in_another_process(scenario: Path, tmp_path: P
     fingerprints = []
     for k, transport in enumerate(("in-process", "local", "in-process")):
         out = tmp_path / str(k)
-        words = ["run", str(scenario), "--out", str(out), "--quiet", "--transport", transport]
+        words = [
+            "run",
+            str(scenario),
+            "--no-figure",
+            "--out",
+            str(out),
+            "--quiet",
+            "--transport",
+            transport,
+        ]
         assert main(words) == 0
         fingerprints.append(json.loads((out / "manifest.json").read_text())["fingerprint"])
         run = Recording(out)
@@ -145,7 +154,16 @@ def test_processes_follow_inputs_as_well(ball: Path, tmp_path: Path) -> None:
     found = []
     for transport in ("in-process", "local"):
         out = tmp_path / transport
-        words = ["run", str(path), "--out", str(out), "--quiet", "--transport", transport]
+        words = [
+            "run",
+            str(path),
+            "--no-figure",
+            "--out",
+            str(out),
+            "--quiet",
+            "--transport",
+            transport,
+        ]
         assert main(words) == 0
         found.append(json.loads((out / "manifest.json").read_text())["fingerprint"])
     assert found[0] == found[1]
@@ -164,7 +182,7 @@ def test_what_fails_ends_a_run_by_name_and_time(
     scenario.write_text(
         SCENARIO.replace("    parameters:\n", "    parameters:\n" + indented(change))
     )
-    words = ["run", str(scenario), "--out", str(tmp_path / "run"), "--quiet"]
+    words = ["run", str(scenario), "--no-figure", "--out", str(tmp_path / "run"), "--quiet"]
     assert main(words) == Exit.COMPONENT_FAILED
     assert said in capsys.readouterr().err
 

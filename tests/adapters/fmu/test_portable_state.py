@@ -13,8 +13,8 @@ from adapters.fmi.errors import FmuError
 from orchestrator.capabilities import PortableState
 from orchestrator.component import Component
 from orchestrator.errors import ComponentError
-from orchestrator.remote.component import launch
-from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.launching import launch
+from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport
 from orchestrator.signal import Signal, Signals
 

@@ -96,7 +96,7 @@ def test_what_is_too_short_ends_the_run_as_before(lag2: Path) -> None:
     lag.step(INPUTS, 0, STEP)
     message = (
         r"fmi2DoStep returned Discard \(the last successful time is 0.1 s\): the FMU logged no "
-        r"reason; it does so in calls of 0.05 s \(`fmi.smallest_step`\)"
+        r"reason.*; it does so in calls of 0.05 s \(`fmi.smallest_step`\)"
     )
     with pytest.raises(FmuError, match=f"^{message}$"):
         lag.step(INPUTS, STEP, STEP)

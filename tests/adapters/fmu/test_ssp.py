@@ -73,7 +73,7 @@ def written(folder: Path, fmu: Path, text: str) -> Path:
 
 
 def fingerprint(path: Path, out: Path) -> str:
-    assert main(["run", str(path), "--out", str(out), "--quiet"]) == 0
+    assert main(["run", str(path), "--no-figure", "--out", str(out), "--quiet"]) == 0
     found: str = Document.read(out / "manifest.json").data["fingerprint"]
     return found
 
@@ -266,7 +266,7 @@ def test_the_runner_of_fmpy_says_the_same(lag2: Path, tmp_path: Path) -> None:
     theirs = simulate_ssp(str(numbers), stop_time=2.0 - 1e-9, step_size=0.02)
     outcome = ssp("import", path, "-o", tmp_path / "back")
     back = str(outcome.data["scenario"])
-    assert main(["run", back, "--out", str(tmp_path / "run"), "--quiet"]) == 0
+    assert main(["run", back, "--no-figure", "--out", str(tmp_path / "run"), "--quiet"]) == 0
     run = Recording(tmp_path / "run")
     times = [20_000_000 * k for k in range(1, 101)]
     ours: dict[str, Any] = {n: [float(run[n].at(t)) for t in times] for n in ("a.x", "b.x")}

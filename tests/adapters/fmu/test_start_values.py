@@ -52,7 +52,8 @@ def scenario(starts3: Path, tmp_path: Path) -> Path:
 def test_what_can_be_chosen_is_offered_with_unit_bounds_and_default(starts3: Path) -> None:
     """What is calculated has no start value to choose; a first guess says that it is one."""
     offered = FmuComponentType(starts3).parameters
-    assert set(offered) == {"start.u", "start.x", "start.guess", "fmi.tolerance", "fmi.locals"}
+    chosen = {"fmi.tolerance", "fmi.locals", "fmi.logging"}
+    assert set(offered) == {"start.u", "start.x", "start.guess", *chosen}
     u, x = offered["start.u"], offered["start.x"]
     assert (u.default, u.unit, u.maximum, u.doc) == (2.0, "m", 9.0, "start value of this input")
     assert (x.default, x.doc) == (1.0, "start value of this state: grows with time")

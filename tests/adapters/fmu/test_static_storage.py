@@ -10,6 +10,8 @@ import pytest
 
 from adapters.fmi.static_storage import remembers_nothing
 
+pytestmark = pytest.mark.slow
+
 PLAIN = """\
 void *calloc(unsigned long, unsigned long);
 int puts(const char *);

@@ -17,7 +17,7 @@ from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.errors import SystemStructureError
 from orchestrator.operation import spelled
 from orchestrator.recording.recorder import Recorder
-from orchestrator.remote.protocol import _connector, _describe
+from orchestrator.remote.declarations import _connector, _describe
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System

@@ -338,3 +338,16 @@ def test_what_is_no_fmu_is_said(tmp_path: Path) -> None:
         archive.writestr(DESCRIPTION, '<fmiModelDescription fmiVersion="1.0"/>')
     assert "`fmiVersion` is '1.0': neither FMI 2.0 nor 3.0" in validate(path)[0].what
     assert execute("validate", str(tmp_path / "none.fmu")).exit_code is Exit.WRONG_INPUT
+
+
+def test_what_its_schema_cannot_be_asked_about_is_told(
+    fmu: Callable[[str], Path], tmp_path: Path
+) -> None:
+    """libxml2 gives up on entities that are not replaced."""
+    start = "<fmiModelDescription"
+    declared = f'<!DOCTYPE fmiModelDescription [<!ENTITY e SYSTEM "file:///x">]>{start}'
+    path, _ = altered(
+        fmu("lag"), tmp_path, (start, declared), ("<ModelVariables>", "<ModelVariables>&e;")
+    )
+    told = [each.what for each in validate(path)]
+    assert any(what.startswith("cannot be compared with its schema: ") for what in told)

@@ -1,6 +1,7 @@
 """What may be in a package, and in which files."""
 
 import io
+import json
 import zipfile
 from pathlib import Path
 
@@ -201,6 +202,15 @@ def test_notes_of_nlosim_that_are_wrong_are_told(tmp_path: Path) -> None:
     found = problems(tmp_path, description(system("t", component("a", inside=note))))
     assert "`parameters` of a note of nlosim: Expecting property name" in found[0]
     assert found[1].endswith("`step` of a note of nlosim: expected a time (s), got a length (m)")
+
+
+def test_annotations_of_others_are_not_taken_for_notes(tmp_path: Path) -> None:
+    note = (
+        '<ssd:Annotations><ssc:Annotation type="com.example">'
+        '<x step="3 s" parameters="{" /></ssc:Annotation></ssd:Annotations>'
+    )
+    found = imported(tmp_path, description(system("t", component("a", inside=note))))
+    assert "3 s" not in json.dumps(scenario(found))
 
 
 def test_systems_that_multiply_are_refused(tmp_path: Path) -> None:

@@ -130,3 +130,28 @@ def test_steps_of_any_size_give_equal_ratios(library: Library) -> None:
         found.append(told)
     assert found[0] == found[1] == found[2]
     assert all(0.3 < ratio < 0.5 for told in found[0] for ratio in told)
+
+
+@pytest.mark.parametrize("begin", [0, 50 * MS, 1234567 * US + 89])
+def test_a_long_step_tells_what_many_short_ones_do(library: Library, begin: int) -> None:
+    """Windows in which nothing happens are passed over; the noise ends 1.5 s after it began."""
+    window = {"busy_window": 0.01, **SCHEDULED}
+    sent = [noise(1, 0, time=begin, duration=1500 * MS), packet(2, 1, time=begin + 1700 * MS)]
+    ends = [begin / 1e9 + after for after in (0.7, 1.4999, 1.503, 1.5104, 1.7003, 1.72, 9.0)]
+    for end in ends:
+        with Channel(library, PAIR, **window) as channel:
+            channel.step(0.0, end, sent)
+            at_once = _ratios(channel)
+        with Channel(library, PAIR, **window) as channel:
+            count = 397
+            for k in range(count):
+                channel.step(end * k / count, end * (k + 1) / count - end * k / count, sent)
+            assert _ratios(channel) == pytest.approx(at_once, abs=1e-12)
+    assert at_once == [0, 0]
+
+
+def test_a_step_of_a_month_ends(library: Library) -> None:
+    with Channel(library, PAIR, **SCHEDULED, busy_window=1e-3) as channel:
+        received = channel.step(0.0, 2.6e6, [packet(1, 0), packet(2, 0, time=10**15)])
+        assert _ratios(channel) == [0, 0]
+        assert len(received) == 2

@@ -55,6 +55,30 @@ def test_a_hop_takes_its_airtime_and_the_relays_delay(library: Library) -> None:
     assert sent["queued"].tolist() == sent["time"].tolist()
 
 
+def test_what_is_lost_directly_says_nothing_of_what_is_lost_over_the_relay(
+    library: Library,
+) -> None:
+    """Source and relay stand together, so both hops to the far one have the same SNIR, at which
+    about half of all frames are received: of each pair of copies independently."""
+    cars = [Vehicle(id=0), Vehicle(id=1, position=(0.0, 3.0, 0.0))]
+    scene = Scene(vehicles=[*cars, Vehicle(id=2, position=(830.0, 1.5, 0.0))])
+    count = 400
+    frames = [packet(k, 0, to=2, via=[1], time=2 * k * MS) for k in range(count)]
+    radio = {"transmit_power": 14.0, "sensitivity": -110.0, "noise_floor": -98.0}
+    with Channel(library, scene, vehicle_shadowing=False, **radio) as channel:
+        records = channel.step(0.0, 1.0, frames)
+    far = records[records["receiver"] == 2]
+    first, second = (
+        np.sort(far[far["hop"] == hop], order="packet")["outcome"] == OUTCOMES.index("R")
+        for hop in (0, 1)
+    )
+    assert len(first) == len(second) == count
+    assert 0.2 < first.mean() < 0.8
+    assert abs(first.mean() - second.mean()) < 4 * np.sqrt(0.5 / count)
+    correlation = np.corrcoef(first, second)[0, 1]
+    assert abs(correlation) < 4 / np.sqrt(count)
+
+
 def test_a_relay_contends_for_each_hop(library: Library) -> None:
     with Channel(library, CORNER) as channel:
         records = channel.step(0.0, 0.1, [packet(1, 0, to=2, via=[1], time=MS)])

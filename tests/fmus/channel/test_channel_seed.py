@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from adapters.fmi import FmuComponentType
 from fmus.messages.records import RECEPTION, unframe
@@ -48,6 +49,7 @@ def _inputs(component: Component, scene: Scene, library: Library, sent: bytes) -
     return {**values, **scene.inputs(library), "packets": sent}
 
 
+@pytest.mark.slow
 def test_the_component_redraws_and_equal_streams_redraw_equally(
     library: Library, built: Callable[[str], Path]
 ) -> None:

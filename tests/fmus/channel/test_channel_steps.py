@@ -15,6 +15,8 @@ from tests.fmus.scene import Building, Scene, Vehicle, rectangle
 from .harness import AIRTIME, MS, Channel, packet, run
 from .town import BUSY, RADIOS, TOWN, WEAK, busy_traffic, light_traffic
 
+pytestmark = pytest.mark.slow
+
 TRAFFIC = light_traffic()
 WHOLE = [0.0, 0.08]
 

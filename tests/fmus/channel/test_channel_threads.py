@@ -21,6 +21,8 @@ from tests.fmus.scene import Scene
 from .harness import MS, Channel, packet
 from .town import TOWN, WEAK, by_time, town
 
+pytestmark = pytest.mark.slow
+
 NEEDS_CHECKER: Final = pytest.mark.skipif(
     sys.platform != "linux", reason="the checker of threads needs Linux"
 )

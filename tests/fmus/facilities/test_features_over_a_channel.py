@@ -121,6 +121,7 @@ def assert_binomial(successes: int, trials: int, share: float) -> None:
     assert abs(successes - trials * share) < 4.0 * deviation
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("granularity", "share"), [("frame", 1 - PER), ("packets", (1 - PER) ** PACKETS)]
 )
@@ -130,6 +131,7 @@ def test_the_share_of_usable_messages(granularity: str, share: float) -> None:
     assert_binomial(sum(map(bool, found)), SCANS, share)
 
 
+@pytest.mark.slow
 def test_the_share_of_usable_keypoints() -> None:
     """Two share a packet, so there are half as many independent trials."""
     found = arrived("keypoint")
@@ -138,6 +140,7 @@ def test_the_share_of_usable_keypoints() -> None:
     assert_binomial(sum(packets), PACKETS * SCANS, 1 - PER)
 
 
+@pytest.mark.slow
 def test_with_the_same_losses_packets_bring_less_than_the_others() -> None:
     frame, packets, keypoint = (arrived(name) for name in ("frame", "packets", "keypoint"))
     for whole, least, part in zip(frame, packets, keypoint, strict=True):

@@ -36,9 +36,13 @@ void test_free(void *memory) {
     free(memory);
 }
 
-/* Whether the program is to be starved; then nothing is refused yet. */
+static long stride = 1; /* every so manyth allocation fails once */
+
+/* Whether the program is to be starved; then nothing is refused yet. `starved 7`: at every seventh
+ * allocation only, for what watches closely and is slow. */
 static inline int shall_starve(int count, char **arguments) {
     countdown = -1;
+    if (count > 2) stride = atol(arguments[2]);
     return count > 1 && strcmp(arguments[1], "starved") == 0;
 }
 
@@ -133,7 +137,7 @@ static inline void move_state(fmi3Instance from, fmi3Instance to) {
  * memory everything succeeds. */
 static inline int starve(void (*live_once)(void)) {
     is_starved = 1;
-    for (long n = 0;; n++) {
+    for (long n = 0;; n += stride) {
         countdown = n;
         failures = messages = 0;
         live_once();

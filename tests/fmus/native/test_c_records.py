@@ -12,6 +12,8 @@ from fmus.messages import records
 from fmus.native.c_records import BODIES, CONSTANTS, KINDS, STRUCTS, records_header
 from fmus.native.targets import zig_environment
 
+pytestmark = pytest.mark.slow
+
 NUMBERS: Final = {
     **CONSTANTS,
     **KINDS,

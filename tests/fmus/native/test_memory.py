@@ -15,6 +15,8 @@ from tests.fmus.starving import (
     run_starved,
 )
 
+pytestmark = pytest.mark.slow
+
 FMUS: Final = Path(__file__).parent.parent
 
 
@@ -26,7 +28,8 @@ class Life:
         unit: its name.
         driver: the C file that makes the program; it prints what was seen, then what went wrong.
         sees: the least that must be seen, number by number.
-        starves_in_valgrind: whether valgrind watches it with short memory, too, which takes long.
+        starves_in_valgrind: whether valgrind watches it with short memory, too: where every
+            seventh allocation fails, as it takes long.
     """
 
     unit: str
@@ -77,4 +80,4 @@ def test_every_allocation_of_the_shell_may_fail(tmp_path: Path) -> None:
 def test_valgrind_finds_no_error_and_no_leak(life: Life, program: Path) -> None:
     run_in_valgrind(program)
     if life.starves_in_valgrind:
-        run_in_valgrind(program, "starved")
+        run_in_valgrind(program, "starved", "7")

@@ -156,6 +156,18 @@ def test_the_threshold_grows_towards_the_sensor(library: Library) -> None:
     assert len(found.ranges) == blind.sum()
 
 
+@pytest.mark.parametrize(("across", "zones"), [(11, []), (9, [(0.0, 0.0)])])
+def test_the_threshold_is_bounded_at_the_sensor(
+    library: Library, across: int, zones: list[tuple[float, float]]
+) -> None:
+    """T1 is 5 points * 50 m / d, with d at least 2.5 m: 100 points, in the window around the sensor
+    as in its neighbours. There are 121 in each cell of 5 m, or 81."""
+    carpet = ground(-50, 50, 5.0 / across)
+    found = perceive(library, carpet, threshold_exponent=1, window_largest=2)
+    np.testing.assert_allclose(found.centers, np.array(zones).reshape(-1, 2), atol=1e-9)
+    assert found.ranges.tolist() == [5.0] * len(zones)
+
+
 @pytest.mark.parametrize("ego", [-1, 77])
 def test_without_an_ego_sensor_there_is_no_blind_zone(library: Library, ego: int) -> None:
     found = perceive(library, np.zeros((0, 3)), ego=ego)

@@ -117,6 +117,47 @@ def test_without_noise_two_scans_are_enough(library: Library) -> None:
     np.testing.assert_allclose(found["velocity"][1], [-10, 0], atol=0.3)
 
 
+def test_a_part_that_is_lost_is_no_motion_once_the_velocity_is_known(library: Library) -> None:
+    """From the fourth scan on, which finds three: its front is 1.2 m farther back at once."""
+
+    def scenery(t: float) -> list[Box]:
+        front = 14 - 10 * t
+        return [Box(instance=5, low=(front + 1.2 * (t > 0.25), 5.0), high=(front + 4.5, 6.8))]
+
+    found = track(library, scenery, 5, 8)
+    assert found["minimum"][3, 0] - found["minimum"][2, 0] == pytest.approx(0.2, abs=0.1)
+    np.testing.assert_allclose(found["velocity"][1:], [(-10, 0)] * 7, atol=0.5)
+
+
+def test_a_car_that_is_elsewhere_again_and_again_does_move_so(library: Library) -> None:
+    """It is pushed back: 1.5 m from where it is expected in each scan, which no brake explains."""
+
+    def scenery(t: float) -> list[Box]:
+        return [car(5, 14 - 10 * t if t < 0.65 else 8 + 5 * (t - 0.6), 6)]
+
+    found = track(library, scenery, 5, 24)
+    np.testing.assert_allclose(found["velocity"][2:7], [(-10, 0)] * 5, atol=0.3)
+    np.testing.assert_allclose(found["velocity"][7], (-10, 0), atol=0.3)  # not at once
+    np.testing.assert_allclose(found["velocity"][-1], (5, 0), atol=0.5)
+
+
+@pytest.mark.parametrize("large", [0, 1], ids=["large first", "small first"])
+def test_of_two_parts_of_a_body_the_one_of_its_size_keeps_the_track(
+    library: Library, large: int
+) -> None:
+    """A bus of 12 m, of which a sign post hides all but the first 8 m and the last 2 m."""
+    cut = ((-6.0, 2.0), (4.0, 6.0)) if large == 0 else ((-6.0, -4.0), (-2.0, 6.0))
+    whole = Box(instance=5, low=(-6.0, 8.0), high=(6.0, 10.5), height=3.2)
+    parts = [Box(instance=5, low=(a, 8.0), high=(b, 10.5), height=3.2) for a, b in cut]
+    with Perception(library) as unit:
+        for k in range(4):
+            (bus,) = unit.step(cloud(look(EGO, (0, 0), [whole], time=k * 10**8))).objects
+        found = unit.step(cloud(look(EGO, (0, 0), parts, time=4 * 10**8))).objects
+    lengths = (found["maximum"] - found["minimum"])[:, 0]
+    assert sorted(np.round(lengths).tolist()) == [2.0, 8.0]
+    assert found["instance"][lengths > 5].tolist() == [bus["instance"]]
+
+
 def test_a_moving_sensor_does_not_move_what_stands(library: Library) -> None:
     found = track(
         library, lambda _: [car(5, 25, 5)], 5, 20, sensor=lambda t: (9.0 * t, 0.0), noise=0.01

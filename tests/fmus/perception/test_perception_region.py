@@ -103,6 +103,7 @@ def test_the_searched_area_is_that_of_the_road(
     assert searched_area(library, road, region_resolution=0.05) == pytest.approx(area, abs=2.01)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 4), corners=st.integers(3, 9))
 def test_the_searched_area_is_that_of_the_union_of_any_polygons(
     library: Library, seed: int, count: int, corners: int

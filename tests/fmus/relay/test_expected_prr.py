@@ -1,5 +1,6 @@
 """Expected PRR: laws of the expectation, and what the policy makes of it."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -279,3 +280,30 @@ def best(values: Inputs, at_once: int) -> float:
     obstacles = surroundings.obstacles(situation)
     walls = surroundings.walls(situation.known)
     return float(expectation.of_routes(situation, obstacles, walls).max())
+
+
+def test_who_is_not_heard_at_the_ego_spoils_nothing_there() -> None:
+    """The sharer reports whom it hears, and that is not LEFT: LEFT may send whenever it does."""
+    table = {SHARER: (0.0, 60.0, 1.5), RIGHT: (25.0, 30.0, 1.5)}
+    overlapping = {**BARE, "bsm_overlap": 0.5}
+
+    def direct(
+        others: Mapping[int, tuple[float, float, float]],
+        *links: tuple[int, int],
+        last: float = -60.0,
+    ) -> float:
+        values = at_rest({**table, **others})
+        values |= {
+            "received.link.transmitter": np.array([a for a, _ in links], np.int64),
+            "received.link.receiver": np.array([b for _, b in links], np.int64),
+            "received.link.power": np.array([*[-60.0] * (len(links) - 1), last]),
+        }
+        return expected(values, **overlapping)[NO_VEHICLE]
+
+    left = {LEFT: (-20.0, 30.0, 1.5)}
+    reports = ((SHARER, RIGHT), (RIGHT, SHARER), (SHARER, EGO))
+    without = direct({}, *reports)
+    assert direct(left, *reports) == pytest.approx(without, abs=1e-12)
+    for power in (-60.0, -20.0):  # each BSM that overlaps with a packet is its loss
+        heard = direct(left, *reports, (LEFT, EGO), last=power)
+        assert heard == pytest.approx(without * np.exp(-0.5), abs=1e-6)

@@ -1,6 +1,5 @@
 """Relay policies in the red-light scenario: the same run again, and nothing but what was told."""
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,35 +19,29 @@ from orchestrator.signal import Causality
 from tests.fmus.relay.world import Inputs
 
 SCENARIO = Path(scenarios.__file__).with_name("red_light.yaml")
+BRIEFLY = ("--no-figure", "--quiet", "--set", "measures={}")
 
 
-def run(relay: str, out: Path, capsys: pytest.CaptureFixture[str]) -> Any:
-    capsys.readouterr()
+def run(relay: str, out: Path) -> Recording:
     policy, stop = f"components.relay.type={relay}", "time.stop=10 s"
     command = ["run", str(SCENARIO), "--set", policy, "--set", stop, "--out", str(out)]
-    code = main([*command, "--no-figure", "--json", "--quiet"])
-    captured = capsys.readouterr()
-    assert code == 0, captured.out + captured.err
-    return json.loads(captured.out)
+    assert main([*command, *BRIEFLY]) == 0
+    return Recording(out)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "relay", ["relay-expected-prr", "relay-mohed", "relay-random", "relay-signal-strength"]
-)
-def test_the_same_seed_gives_the_same_relays(
-    relay: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    first, second = (run(relay, tmp_path / name, capsys) for name in ("first", "second"))
-    assert first["fingerprint"] == second["fingerprint"]
+@pytest.mark.parametrize("relay", ["relay-expected-prr", "relay-mohed", "relay-random"])
+def test_the_same_seed_gives_the_same_relays(relay: str, tmp_path: Path) -> None:
+    first, second = (run(relay, tmp_path / name) for name in ("first", "second"))
+    assert first.fingerprint() == second.fingerprint()
 
 
 @pytest.mark.slow
-def test_signal_strength_takes_neighbours_whose_hops_the_ego_was_told(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_signal_strength_takes_the_same_neighbours_whose_hops_the_ego_was_told(
+    tmp_path: Path,
 ) -> None:
-    run("relay-signal-strength", tmp_path / "run", capsys)
-    recording = Recording(tmp_path / "run")
+    recording, again = (run("relay-signal-strength", tmp_path / name) for name in ("one", "two"))
+    assert recording.fingerprint() == again.fingerprint()
     relays = _vehicles(recording["relay.relay"]) - {NO_VEHICLE}
     assert relays
     assert relays <= _vehicles(recording["facilities.received.link.receiver"])
@@ -82,7 +75,7 @@ def traffic(policy: str, tmp_path_factory: pytest.TempPathFactory) -> Run:
     """14 s in which every message that arrives is one of the channel's."""
     out = tmp_path_factory.mktemp("run") / policy
     command = ["run", str(SCENARIO), "--set", f"components.relay.type={policy}"]
-    assert main([*command, "--set", "time.stop=14 s", "--out", str(out), "--quiet"]) == 0
+    assert main([*command, *BRIEFLY, "--set", "time.stop=14 s", "--out", str(out)]) == 0
     recording = Recording(out)
     names = [n for n, c in CONNECTORS.items() if c.causality is Causality.INPUT]
     signals = {n: f"{SOURCES.get(n.split('.')[0], 'traffic')}.{n}" for n in names}

@@ -29,6 +29,25 @@ def test_the_sub_matrix_of_two_nodes_holds_every_cell_that_can_obstruct_them() -
         assert set(crossings(hop, cells).obstacle) <= set(spanned)
 
 
+def test_a_body_over_which_a_hop_begins_or_ends_is_crossed_and_one_behind_the_end_is_not() -> None:
+    """A hop of 100 m to the east; bodies of 10 m x 2 m, that of the antenna itself left out."""
+    middles = [-6.0, -4.0, 50.0, 104.0, 106.0]
+    cells = Obstacles(
+        owner=np.array([3, 4, 5, 6, 7]),
+        center=np.array([[x, 0.5] for x in middles]),
+        heading=np.zeros(5),
+        half=np.tile([5.0, 1.0], (5, 1)),
+        height=np.full(5, 4.0),
+        velocity=np.zeros((5, 2)),
+    )
+    ends = np.array([[0.0, 0.0, 1.5]]), np.array([[100.0, 0.0, 1.5]])
+    found = crossings(Hops(vehicle=np.array([[1, 2]]), start=ends[0], end=ends[1]), cells)
+    assert found.obstacle.tolist() == [1, 2, 3]
+    assert found.middle.tolist() == [0.005, 0.5, 0.995]  # of the part that is over the body
+    found = crossings(Hops(vehicle=np.array([[4, 2]]), start=ends[0], end=ends[1]), cells)
+    assert found.obstacle.tolist() == [2, 3]
+
+
 def body(center: tuple[float, float], half: tuple[float, float]) -> Obstacles:
     """A standing vehicle, 1.5 m high."""
     return Obstacles(

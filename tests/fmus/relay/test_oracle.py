@@ -183,7 +183,7 @@ def test_an_oracle_among_several_processes_is_refused(capsys: pytest.CaptureFixt
     (problem,) = json.loads(capsys.readouterr().out)["error"]["problems"]
     assert problem["message"].startswith(
         "component `relay` tries its alternatives in copies of this process, but `traffic`, "
-        "`lidar`, `perception`, `channel`, `relay` step outside of it and would not be copied"
+        "`lidar`, `perception`, `relay` step outside of it and would not be copied"
     )
     assert problem["line"] > 1
 

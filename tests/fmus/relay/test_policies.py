@@ -4,9 +4,19 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from typing_extensions import override
 
 from fmus.messages.records import NO_VEHICLE, frame
-from fmus.relay import Direct, ExpectedPrr, Mohed, Random, SignalStrength
+from fmus.relay import (
+    Choice,
+    Direct,
+    ExpectedPrr,
+    Mohed,
+    Random,
+    RelaySelection,
+    SignalStrength,
+    Situation,
+)
 from fmus.relay.connectors import CONNECTORS
 from fmus.relay.selection import SelectionParameters
 from orchestrator.component import Component, DecidingComponent
@@ -183,3 +193,17 @@ def test_while_the_ego_is_not_there_nothing_is_chosen_and_nothing_remembered(nam
     if isinstance(late, DecidingComponent) and isinstance(new, DecidingComponent):
         assert late.decision == new.decision is not None
     assert switches(late) == 0
+
+
+class Careless(RelaySelection):
+    """A policy of somebody else's, which returns what it is not asked for."""
+
+    @override
+    def choose(self, situation: Situation) -> Choice:
+        return 5  # type: ignore[return-value]
+
+
+def test_a_policy_that_makes_no_choice_is_told_so() -> None:
+    policy = Careless(Careless.Parameters())
+    with pytest.raises(TypeError, match=r"`Careless.choose` returned `int`, not a `Choice`"):
+        chosen(started(policy), only(next(iter(NEIGHBOURS.keys() - {SHARER}))))

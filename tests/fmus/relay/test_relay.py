@@ -73,6 +73,21 @@ def test_a_building_on_a_hop_is_a_risk() -> None:
     assert chosen(started(Mohed(Mohed.Parameters())), values) == RIGHT
 
 
+def test_walls_are_those_of_the_map_of_now() -> None:
+    """A map that changes is read again; the choice follows at the next window."""
+    policy = started(Mohed(Mohed.Parameters()))
+    at_left = np.array([[-14.0, 10.0], [-6.0, 10.0], [-6.0, 20.0], [-14.0, 20.0]])
+    window = 100 * STEP  # longer than a choice is held
+    choices = []
+    for k, corners in enumerate([at_left[:0], at_left, at_left * (-1.0, 1.0), at_left[:0]]):
+        values = inputs(neighbours(v4=(20.0, 30.0, 1.5)), truck(0, 30))
+        index = np.zeros(len(corners), np.int32)
+        values |= {"building.vertex": corners, "building.index": index}
+        choices.append(chosen(policy, values, t=k * window))
+    assert choices[1:3] == [RIGHT, LEFT]
+    assert choices[0] == choices[3] or choices[3] == LEFT
+
+
 def test_a_received_layer_reveals_an_obstacle_that_the_ego_does_not_see() -> None:
     layer = np.zeros((20, 20), APM_LAYER_CELL)
     apm = apm_of(vehicle=SHARER, position=(0.0, 60.0), center=(0.0, 30.0), layer=layer)

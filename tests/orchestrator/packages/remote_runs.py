@@ -10,8 +10,8 @@ from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.component import Component
 from orchestrator.limits import Deadlines
 from orchestrator.observer import Observer, SimulationResult
-from orchestrator.remote.component import launch
-from orchestrator.remote.protocol import ComponentSpec
+from orchestrator.remote.launching import launch
+from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import Transport
 from orchestrator.signal import Signals
 from orchestrator.simulation import simulate

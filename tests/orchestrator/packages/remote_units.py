@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from typing_extensions import override
 
+from orchestrator.absence import Need, Undriven
 from orchestrator.capabilities import (
     InitialEvaluation,
     PointEvaluation,
@@ -56,7 +57,7 @@ class Swarm(Component):
                 causality=INPUT,
                 shape=(2,),
                 start=np.array([0.0, -0.0]),
-                needed="they drift",
+                undriven=Undriven("they drift", Need.IF_OFFERED, frozenset({"scenery"})),
                 parameter=("weights", 1),
             ),
             "scenery": Connector(causality=INPUT, dtype=np.float32, shape=("mark", 2)),
@@ -231,6 +232,11 @@ def _hand_down() -> None:
         raise RuntimeError("a child has a socket of its parent")
 
 
+def _have_no_segments() -> None:
+    if ".zenoh" in Path("/proc/self/maps").read_text():
+        raise RuntimeError("this process has shared memory of Zenoh, which outlives it")
+
+
 def _read_input() -> None:
     sys.stdin.read()
 
@@ -253,6 +259,7 @@ DEEDS = {
     "fork_and_quit": _fork_and_quit,
     "close_all": lambda: os.closerange(3, 200),
     "hand_down": _hand_down,
+    "have_no_segments": _have_no_segments,
     "read_input": _read_input,
 }
 
@@ -460,3 +467,53 @@ class Lasting(Component, PortableState):
     @override
     def load(self, content: bytes) -> None:
         self._rng.bit_generator.state, self._count, self._y = json.loads(content)
+
+
+class Slow(Component):
+    """Takes its time at the start."""
+
+    @dataclass(frozen=True, slots=True, kw_only=True)
+    class Parameters:
+        creating: float = parameter(0.0, unit="s", doc="how long it takes to be created")
+        setting_up: float = parameter(0.0, unit="s", doc="how long it takes to be set up")
+
+    connectors: Mapping[str, Connector] = {}
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._p = parameters
+        time.sleep(parameters.creating)
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        time.sleep(self._p.setting_up)
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        pass
+
+    @override
+    def outputs(self) -> Signals:
+        return {}
+
+
+class Steady(Component):
+    """Gives the very same array in all steps of all runs, and what it was given."""
+
+    connectors = {  # noqa: RUF012
+        "u": Connector(causality=INPUT, shape=(2,)),
+        "y": Connector(causality=OUTPUT, shape=(2,)),
+        "seen": Connector(causality=OUTPUT, shape=(2,)),
+    }
+    _Y = np.array([3.0, 4.0])
+
+    @override
+    def setup(self, start: Time, rng: np.random.Generator) -> None:
+        self._seen = np.zeros(2)
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._seen = np.array(inputs["u"])
+
+    @override
+    def outputs(self) -> Signals:
+        return {"y": self._Y, "seen": self._seen}

@@ -3,12 +3,12 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
-from matplotlib.axes import Axes
 from typing_extensions import override
 
+from orchestrator.absence import Need, Undriven
 from orchestrator.component import Component
 from orchestrator.measure import Answer, Measure
 from orchestrator.parameters import ParameterProblem, parameter
@@ -17,6 +17,9 @@ from orchestrator.report import Report
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.timebase import Duration, Time
 from tests.idle import Idle
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes  # takes longer than all else in a process of a test
 
 _OUT = Causality.OUTPUT
 _IN = Causality.INPUT
@@ -145,7 +148,10 @@ class Carts(Idle):
     def connectors(self) -> Mapping[str, Connector]:
         steered = {
             f"{name}.wheel": Connector(
-                causality=_IN, unit="m", needed=f"`{name}` rolls on", parameter=("names", k)
+                causality=_IN,
+                unit="m",
+                undriven=Undriven(f"`{name}` rolls on", Need.NEVER),
+                parameter=("names", k),
             )
             for k, name in enumerate(self._names)
         }
@@ -236,7 +242,7 @@ class Course(Measure):
         series = recording[self.signal]
         values = np.where(series.times > 0, series.values, np.nan)
 
-        def panel(axes: Axes) -> None:
+        def panel(axes: "Axes") -> None:
             axes.plot(series.times, values)
 
         return Answer(

@@ -12,7 +12,7 @@ import scenarios
 from orchestrator.errors import ScenarioError
 from orchestrator.experiment.load import load_experiment
 from orchestrator.experiment.plan import Experiment
-from studies.collision import CollisionStudy
+from studies.collision import CollisionStudy, figures
 from studies.collision.__main__ import main
 from studies.collision.page import page
 from studies.collision.report import write_campaign
@@ -59,6 +59,12 @@ def copy(campaign: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(campaign, tmp_path / "results"))
 
 
+@pytest.fixture
+def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are made but not painted; `test_equal_results_make_equal_bytes` has their bytes."""
+    monkeypatch.setattr(figures, "write", lambda figure, path: None)
+
+
 def read_points(folder: Path, name: str) -> list[Point]:
     return points(name, read(folder, name))
 
@@ -68,6 +74,7 @@ def written(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
+@pytest.mark.slow
 def test_equal_results_make_equal_bytes(campaign: Path, copy: Path, tmp_path: Path) -> None:
     other = Path(shutil.copytree(campaign, tmp_path / "other"))
     first = written(copy)
@@ -126,6 +133,7 @@ def test_the_origin_names_no_host(campaign: Path) -> None:
     assert "secret" not in (campaign / "collision_relay_provenance.json").read_text()
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_times_of_the_expert_reach_the_table_of_all(copy: Path) -> None:
     written(copy)
     rows = records.read(copy / "collision.csv", Result)
@@ -134,6 +142,7 @@ def test_times_of_the_expert_reach_the_table_of_all(copy: Path) -> None:
     assert all(not row.sct for row in rows if row.speed_kmh == 25.0)
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_the_page_has_the_numbers_and_keeps_what_was_written_by_hand(
     copy: Path, tmp_path: Path
 ) -> None:
@@ -159,6 +168,7 @@ def test_the_page_has_the_numbers_and_keeps_what_was_written_by_hand(
     assert "Because" not in page(copy, "results", analysis)
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_loads_stand_beside_the_single_packets_of_the_relay_experiment(copy: Path) -> None:
     written(copy)
     text = page(copy, "results").split("## Loads and losses\n")[1].split("\n## ")[0]
@@ -167,6 +177,7 @@ def test_loads_stand_beside_the_single_packets_of_the_relay_experiment(copy: Pat
     assert sorted(rows[2:]) == sorted([f"| {case}", name] for case in cases for name in NAMES)
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_weaker_radios_stand_beside_those_of_the_relay_experiment(copy: Path) -> None:
     written(copy)
     text = page(copy, "results").split("## Weaker radios\n")[1].split("\n## ")[0]
@@ -174,6 +185,7 @@ def test_weaker_radios_stand_beside_those_of_the_relay_experiment(copy: Path) ->
     assert sorted(rows[2:]) == sorted([f"| {n}", p] for p in ("26", "20", "10") for n in NAMES)
 
 
+@pytest.mark.usefixtures("unpainted")
 @pytest.mark.parametrize("missing", EXPERIMENTS)
 def test_an_experiment_that_was_not_run_is_named_and_the_rest_is_there(
     copy: Path, missing: str

@@ -176,8 +176,8 @@ def test_the_page(tmp_path: Path) -> None:
     beside = next(row for row in rows if row[:2] == ["red light", "blind"])
     assert beside[2:4] == ["4", "0.0 [0.0, 49.0]"]
     assert beside[4::2] == ["47.3 ± 18.7", "46.1 ± 18.4", "51.4 ± 17.4"]
-    assert ["bev-32", "red light", "truck", "66.7 [20.8, 93.9]", "< 5", "missed"] in rows
-    assert ["bev-32", "red light", "as trained", "0.0 [0.0, 56.1]", "< 1", "open"] in rows
+    assert ["bev-32", "red light", "truck", "66.67 [20.77, 93.85]", "< 5", "missed"] in rows
+    assert ["bev-32", "red light", "as trained", "0.00 [0.00, 56.15]", "< 1", "open"] in rows
     assert ["skewed", "yes", "4", "75.0 [30.0, 95.0]", "25.0 [5.0, 70.0]"] in rows
     assert "training `general-32`" in text
     assert "[every run](results/generalisation_red_light_runs.csv)" in text

@@ -219,7 +219,19 @@ def scenario(
 
 def test_a_scenario_asks_for_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Both ends are equal at all times here, and so is what they take each other to be."""
-    assert main(["run", str(scenario(tmp_path)), "--out", str(tmp_path / "run"), "--quiet"]) == 0
+    assert (
+        main(
+            [
+                "run",
+                str(scenario(tmp_path)),
+                "--no-figure",
+                "--out",
+                str(tmp_path / "run"),
+                "--quiet",
+            ]
+        )
+        == 0
+    )
     manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
     assert manifest["turns"] == ["a", "b"]
     found = json.loads((tmp_path / "run" / "metrics.json").read_text())["measures"]["energy"]
@@ -254,5 +266,5 @@ def test_what_cannot_be_said_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], algorithm: str, step: str, what: str
 ) -> None:
     path = scenario(tmp_path, algorithm, step)
-    assert main(["run", str(path), "--out", str(tmp_path / "run"), "--quiet"]) != 0
+    assert main(["run", str(path), "--no-figure", "--out", str(tmp_path / "run"), "--quiet"]) != 0
     assert what in capsys.readouterr().err

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from orchestrator import tables_of
+from orchestrator.campaign import workers
 from orchestrator.cli import main
 from orchestrator.errors import ScenarioError
 from orchestrator.experiment.load import load_experiment
 from orchestrator.experiment.tables import units
 from tests.orchestrator.files import change
+from tests.workers import workers_here
 
 ROOT = Path(__file__).parents[3]
 SHIPPED = ROOT / "studies" / "measures" / "experiments" / "city_equipment.yaml"
@@ -27,9 +29,13 @@ def test_the_metrics_say_which_measures_are_asked() -> None:
 
 
 @pytest.mark.slow
-def test_it_runs_and_more_radios_make_more_hidden_road_users_known(tmp_path: Path) -> None:
+def test_it_runs_and_more_radios_make_more_hidden_road_users_known(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Two seconds of a twentieth of the traffic; shares of radios, and of those known, ascend."""
     pytest.importorskip("pyarrow")
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(workers, "local_workers", workers_here)
     text = SHIPPED.read_text().replace("../../../scenarios", str(ROOT / "scenarios"))
     text = text.replace(
         "time.stop: 20 s", "time.stop: 2 s, components.traffic.parameters.scale: 0.1"
@@ -37,7 +43,7 @@ def test_it_runs_and_more_radios_make_more_hidden_road_users_known(tmp_path: Pat
     file = tmp_path / "small.yaml"
     file.write_text(text)
     out = tmp_path / "out"
-    arguments = ["experiment", str(file), "--seeds", "1", "--workers", "2", "--quiet"]
+    arguments = ["experiment", str(file), "--seeds", "1", "--quiet"]
     assert main([*arguments, "--out", str(out)]) == 0
     tables = tables_of(out)
     assert set(tables) == {"runs", "summary"}
@@ -94,12 +100,17 @@ def of_signals(tmp_path: Path) -> Path:
 
 
 def test_metrics_of_signals_need_no_word_in_the_scenario(
-    of_signals: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    of_signals: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     """A rise to 4 m in 0.5 s: held, 0 until then; straight, 0.8 m more in each step of 0.1 s."""
     parquet = pytest.importorskip("pyarrow.parquet")
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(workers, "local_workers", workers_here)
     out = tmp_path / "out"
-    arguments = ["experiment", str(of_signals), "--workers", "1", "--quiet", "--out", str(out)]
+    arguments = ["experiment", str(of_signals), "--quiet", "--out", str(out)]
     assert main(arguments) == 0
     said = capsys.readouterr().out
     assert " ".join(said.splitlines()[0].split()) == "between n mean [m] above [s] apart [m] rows"

@@ -72,6 +72,7 @@ def test_a_wall_hides_and_a_house_beside_the_line_does_not(tmp_path: Path) -> No
     assert between(record(tmp_path / "c", high, 0.1, buildings=[HOUSE]))[1, 2] == "LOS"
 
 
+@pytest.mark.slow
 def test_walls_are_found_as_by_a_search_among_all(tmp_path: Path) -> None:
     """500 lines among 60 random houses: hidden exactly if the line touches one of them."""
     rng = np.random.default_rng(3)

@@ -10,6 +10,7 @@ from orchestrator.cli import main
 ROOT = Path(__file__).parents[3]
 
 
+@pytest.mark.slow
 def test_results_are_in_pandas_as_the_manual_says(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -163,7 +163,7 @@ def test_a_run_that_names_no_report_and_no_measures_has_a_table_and_a_page(
     out = tmp_path / "out"
     assert main(["run", str(scenario), "--out", str(out)]) == 0
     said = capsys.readouterr().out
-    assert "signals: columns 2, rows 11, drawn 2, not_drawn -" in said
+    assert "signals: columns 2, rows 11, drawn 2" in said
     assert (out / "measures.svg").read_text().startswith("<?xml")
     found = read_table(out / "measures" / "signals-table.csv")
     assert list(found) == ["time [s]", "source.height [m]", "source.x[2] [m]"]

@@ -51,6 +51,7 @@ def test_there_are_measures() -> None:
     assert NAMES == ["aoi", "awareness", "cbr", "delivery", "hidden", "pet", "pir", "prr", "ttc"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scenario", ["red_light", "town"])
 def test_every_measure_finds_plausible_numbers(
     scenario: str, request: pytest.FixtureRequest
@@ -109,7 +110,7 @@ def test_the_ratio_does_not_depend_on_what_the_channel_tells(tmp_path: Path) -> 
         scenario = str(ROOT / "scenarios" / "red_light.yaml")
         arguments = ["run", scenario, "--set", "time.stop=1 s", "--set", "measures={prr: }"]
         chosen = ["--set", f"components.channel.parameters.weak_receptions={weak}"]
-        assert main([*arguments, *chosen, "--out", str(out), "--quiet"]) == 0
+        assert main([*arguments, *chosen, "--no-figure", "--out", str(out), "--quiet"]) == 0
         found.append(json.loads((out / "metrics.json").read_text())["measures"]["prr"])
     every, noticed = found
     assert (every["weak_recorded"], noticed["weak_recorded"]) == (True, False)
@@ -153,7 +154,7 @@ def _random_run(folder: Path, *, backwards: bool) -> Recording:
     )
 
 
-def _spelt(answer: Answer) -> Any:
+def spelt(answer: Answer) -> Any:
     tables = {
         name: {column: np.asarray(values).tolist() for column, values in table.items()}
         for name, table in answer.tables.items()
@@ -161,6 +162,7 @@ def _spelt(answer: Answer) -> Any:
     return json.dumps({"numbers": dict(answer.numbers), "tables": tables})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "cbr"])
 def test_the_order_of_vehicles_changes_nothing(name: str, tmp_path: Path) -> None:
     """The busy ratio apart: it has the order of the channel, which asks for ascending ids."""
@@ -169,7 +171,7 @@ def test_the_order_of_vehicles_changes_nothing(name: str, tmp_path: Path) -> Non
     second = measure.compute(_random_run(tmp_path / "b", backwards=True))
     assert isinstance(first, Answer)
     assert isinstance(second, Answer)
-    assert _spelt(first) == _spelt(second)
+    assert spelt(first) == spelt(second)
     assert first.numbers
 
 

@@ -11,6 +11,7 @@ N = np.full(5, 40.0)
 COUNTS = st.lists(st.integers(0, 40), min_size=5, max_size=5).map(lambda k: np.array(k, float))
 
 
+@pytest.mark.slow
 @given(COUNTS)
 @settings(max_examples=40, deadline=None)
 def test_no_straight_line_on_a_grid_is_likelier(hits: np.ndarray) -> None:
@@ -20,6 +21,7 @@ def test_no_straight_line_on_a_grid_is_likelier(hits: np.ndarray) -> None:
     assert found <= min(other for other in others if not np.isnan(other)) + 1e-3
 
 
+@pytest.mark.slow
 @given(COUNTS)
 @settings(max_examples=40, deadline=None)
 def test_no_logistic_curve_on_a_grid_is_likelier(hits: np.ndarray) -> None:

@@ -174,6 +174,8 @@ def test_metrics_of_a_known_run() -> None:
     assert asdict(found.session) == {"begin": 0.0, "scans": 2, "served": pytest.approx(1 / 2)}
     assert found.relay_switches == 1
     assert found.relays == (7,)
+    told = "relays         chosen: 7; 1 switches (changes while fusion goes on)"
+    assert told in RedLightReport().summary(asdict(found), {}).splitlines()
     assert found.bytes_sent == 600
     assert asdict(found.hidden_vehicle) == {
         "id": 2,
@@ -189,6 +191,9 @@ def test_metrics_of_a_known_run() -> None:
         "seen_by": 3,
         "data_age": pytest.approx(0.15),
     }
+
+
+CLOSEST = "no collision, smallest gap to the hidden vehicle"
 
 
 def outcome(*, partner: int | None, completed: float | None) -> dict[str, Samples]:
@@ -210,12 +215,12 @@ def outcome(*, partner: int | None, completed: float | None) -> dict[str, Sample
         (
             outcome(partner=None, completed=0.19),
             (None, None, 0.19, True),
-            "no collision, smallest gap 0.00 m at 0.20 s; completed at 0.19 s",
+            f"{CLOSEST} 0.00 m at 0.20 s; completed at 0.19 s",
         ),
         (
             outcome(partner=None, completed=None),
             (None, None, None, False),
-            "no collision, smallest gap 0.00 m at 0.20 s; not completed",
+            f"{CLOSEST} 0.00 m at 0.20 s; not completed",
         ),
         (
             outcome(partner=3, completed=None),
@@ -237,6 +242,27 @@ def test_success_is_to_complete_without_a_collision(
     assert tuple(getattr(found, name) for name in names) == expected
     assert found.collision == (expected[0] is not None)
     assert RedLightReport().summary(asdict(found), {}).splitlines()[0] == told
+
+
+def test_the_gap_to_anybody_is_the_smallest_recorded_one_under_a_name_of_its_own() -> None:
+    """A truck is passed at 1.32 m, and the hidden vehicle comes no closer than 0 m to the ego."""
+    run = recording() | outcome(partner=None, completed=None)
+    run["traffic.ego.gap"] = Samples([np.array(each) for each in (3.0, 1.32, 2.0)])
+    run["traffic.ego.nearest"] = Samples([np.array(each) for each in (2, 6, 2)])
+    found = compute(Traces(run))
+    assert (found.ego_gap_m, found.ego_gap_time, found.ego_gap_vehicle) == (1.32, 0.1, 6)
+    assert found.min_gap_m == 0.0
+    assert RedLightReport().summary(asdict(found), {}).splitlines()[0] == (
+        f"{CLOSEST} 0.00 m at 0.20 s, to any 1.32 m at 0.10 s (vehicle 6); not completed"
+    )
+
+
+def test_there_is_no_gap_to_anybody_where_nobody_is_or_nobody_recorded_it() -> None:
+    run = recording() | outcome(partner=None, completed=None)
+    assert compute(Traces(run)).ego_gap_m is None
+    run["traffic.ego.gap"] = Samples([np.array(1000.0)] * 3)
+    run["traffic.ego.nearest"] = Samples([np.array(-1)] * 3)
+    assert compute(Traces(run)).ego_gap_m is None
 
 
 @pytest.mark.parametrize(("role", "told"), [(0, "a vehicle of the background"),

@@ -9,8 +9,10 @@ from orchestrator.experiment.load import load_experiment
 from orchestrator.experiment.plan import Experiment
 from orchestrator.run import run_scenario
 from orchestrator.scenario.build import load_scenario
-from studies.relay.reading_table import BASE, BUDGET, POLICIES, READINGS, SCENES
-from studies.relay.readings_page import EXPERIMENTS, MAPS
+from studies.relay.ahead import Place, places
+from studies.relay.maps_page import MAPS
+from studies.relay.reading_table import AHEAD, BASE, BUDGET, FORESIGHT, POLICIES, READINGS, SCENES
+from studies.relay.readings_page import EXPERIMENTS
 
 FOLDER = Path(__file__).parents[3] / "studies" / "relay" / "experiments"
 FILES = {
@@ -18,6 +20,8 @@ FILES = {
     POLICIES: "relay_readings",
     SCENES: "relay_scenes",
     BUDGET: "relay_map_budget",
+    AHEAD: "relay_ahead",
+    FORESIGHT: "relay_trajectories",
 }
 
 
@@ -26,6 +30,7 @@ def experiment(name: str) -> Experiment:
     return load_experiment(FOLDER / f"{name}.yaml")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reading", READINGS, ids=lambda one: f"{one.name}, {one.rule}")
 def test_every_method_of_a_reading_is_run_once(reading: object) -> None:
     for role in ("mohed", "strength", "random", "direct"):
@@ -34,11 +39,21 @@ def test_every_method_of_a_reading_is_run_once(reading: object) -> None:
         assert sum(where.levels.items() <= one.levels.items() for one in combinations) == 1
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("place", [*places()], ids=lambda one: one.name)
+def test_every_method_beside_trajectories_is_run_once(place: Place) -> None:
+    for where in (place.ahead, place.mohed, place.total, place.own):
+        combinations = experiment(FILES[where.table]).combinations
+        assert sum(where.levels.items() <= one.levels.items() for one in combinations) == 1
+
+
+@pytest.mark.slow
 def test_all_meet_the_seeds_of_the_study() -> None:
     (seeds,) = {experiment(name).seeds for name in ("paper_relay", *EXPERIMENTS)}
     assert (seeds[0], seeds[-1], len(seeds)) == (101, 150, 50)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MAPS)
 def test_a_map_has_four_by_four_cells_with_two_methods(name: str) -> None:
     found = experiment(name)
@@ -67,6 +82,7 @@ def test_a_scene_of_the_readings_is_the_cell_of_the_map() -> None:
         cell = {"tall_vehicles": tall, "path__loss_exponent": exponent, "method": "mohed"}
         one = scene("relay_scenes", scene=name, method="random")
         assert one == scene("relay_map_budget", **cell), name
+        assert one == scene("relay_ahead", scene=name), name
 
 
 @pytest.mark.parametrize("name", EXPERIMENTS)

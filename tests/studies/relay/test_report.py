@@ -32,6 +32,7 @@ def write(folder: Path, *, without: int | None = None) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
+@pytest.mark.slow
 def test_equal_results_make_equal_bytes(tmp_path: Path) -> None:
     first, second = write(tmp_path / "first"), write(tmp_path / "second")
     assert first == second
@@ -52,6 +53,7 @@ def test_equal_results_make_equal_bytes(tmp_path: Path) -> None:
     assert b"<dc:date>" not in first["figure7.svg"]
 
 
+@pytest.mark.slow
 def test_other_results_make_other_figures(tmp_path: Path) -> None:
     whole, part = write(tmp_path / "whole"), write(tmp_path / "part", without=3)
     assert all(whole[name] != part[name] for name in ("figure7.svg", "figure8.svg"))
@@ -71,6 +73,7 @@ def test_nothing_at_all_has_a_report_too(tmp_path: Path) -> None:
     assert (tmp_path / "figure8.svg").is_file()
 
 
+@pytest.mark.slow
 def test_the_origin_names_commit_and_machine_but_no_host(tmp_path: Path) -> None:
     text = write(tmp_path / "out")["relay_provenance.json"].decode()
     assert "secret" not in text
@@ -80,6 +83,7 @@ def test_the_origin_names_commit_and_machine_but_no_host(tmp_path: Path) -> None
     assert session["machine"]["cpu"] == "a CPU"
 
 
+@pytest.mark.slow
 def test_the_cost_is_time_of_workers_over_simulated_time(tmp_path: Path) -> None:
     origin = json.loads(write(tmp_path / "out")["relay_provenance.json"])
     first, *_, total = origin["cost"]
@@ -88,6 +92,7 @@ def test_the_cost_is_time_of_workers_over_simulated_time(tmp_path: Path) -> None
     assert (total["runs"], total["simulated_s"]) == (48, 960.0)
 
 
+@pytest.mark.slow
 def test_the_page_has_the_numbers_and_keeps_what_was_written_by_hand(tmp_path: Path) -> None:
     write(tmp_path / "relay")
     analysis = tmp_path / "relay-analysis.md"

@@ -37,7 +37,7 @@ def found() -> Results:
         for seed, prr in enumerate((rate - 0.01, rate + 0.01)):
             lost = {f"lost_{cause}": 0.0 for cause in CAUSES}
             lost |= {"lost_noise": (1 - prr) / 2, "lost_interference": (1 - prr) / 2}
-            state = {"fingerprint": "0", "wall_s": 5.0, "error": None}
+            state = {"fingerprint": "0", "wall_s": 5.0, "cpu_s": None, "error": None}
             rows.append({"method": method, "setting": setting, "seed": seed, "prr": prr})
             rows[-1] |= lost | state
     return Results(experiment=plan(), rows=rows, metrics=[{} for _ in rows], sessions=[SESSION])

@@ -8,6 +8,7 @@ from studies.sharing.moments import APMM, PLAIN, choices
 from studies.verification.perception.session import UnitsUnderTest
 
 
+@pytest.mark.slow
 def test_the_units_choose_in_the_traffic_of_the_red_light(monkeypatch: pytest.MonkeyPatch) -> None:
     """All matrices are heard; what anybody reveals is part of what is hidden."""
     monkeypatch.setattr(moments, "LOOKS", {"red_light": (6,)})

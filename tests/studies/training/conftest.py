@@ -1,8 +1,7 @@
 """Fixtures of the tests of training: a laboratory whose workers are this very process."""
 
-import contextlib
 import json
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,14 +10,13 @@ import pytest
 
 from orchestrator import registry, report
 from orchestrator.campaign.conduct import Options
-from orchestrator.campaign.work import Result, RunKey, Work, perform
-from orchestrator.campaign.workers import Workers
 from studies.training import figure, learner
 from studies.training.collection import Collection
 from studies.training.conduct import TrainingOutcome, conduct_training
 from studies.training.load import load_training
 from tests.installation import install
 from tests.studies.training import toys
+from tests.workers import HereAndNow
 
 TOYS = {
     registry.COMPONENTS: {
@@ -34,25 +32,6 @@ TOYS = {
         "lacking": "tests.studies.training.lacking:Learner",
     },
 }
-
-
-class HereAndNow:
-    """Performs runs in this process, one after the other."""
-
-    def __init__(self) -> None:
-        self.done: list[Work] = []
-
-    def results(
-        self, work: Iterable[tuple[RunKey, Work]]
-    ) -> Generator[tuple[RunKey, Result], None, None]:
-        for key, each in work:
-            self.done.append(each)
-            result = perform(each)
-            yield key, result if result.error is None else perform(each)
-
-    @contextlib.contextmanager
-    def pool(self) -> Iterator[Workers]:
-        yield self
 
 
 class Laboratory:

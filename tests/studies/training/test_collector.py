@@ -132,6 +132,7 @@ def test_the_expert_drives_with_beta_1_and_the_network_with_beta_0(tmp_path: Pat
     assert (driven != by_expert()).any(axis=1).all()
 
 
+@pytest.mark.slow
 def test_they_take_turns(tmp_path: Path) -> None:
     """Each turn is one's as a whole; the share of the expert's is beta."""
     expert, learned = by_expert(), by_network(UNSEEN)
@@ -146,6 +147,7 @@ def test_they_take_turns(tmp_path: Path) -> None:
     assert np.mean(shares) == pytest.approx(0.3, abs=0.1)  # 240 turns: three standard deviations
 
 
+@pytest.mark.slow
 def test_the_wheel_is_pulled_in_some_turns_and_the_expert_does_not_say_so(tmp_path: Path) -> None:
     expert = by_expert()
     component = collector(tmp_path, with_network=False, disturbance=0.5, disturbance_angle=0.2)
@@ -165,6 +167,7 @@ def test_the_wheel_is_pulled_in_some_turns_and_the_expert_does_not_say_so(tmp_pa
         assert (sample.expert == expert[step - 1]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("beta", [0.0, 1.0])
 def test_every_scan_is_one_sample_with_the_truth_of_its_moment(tmp_path: Path, beta: float) -> None:
     expert = by_expert()

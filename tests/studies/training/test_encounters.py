@@ -256,6 +256,7 @@ def test_the_experts_runs_depend_on_their_own_seed_only(several: Laboratory) -> 
     assert min(first.lessons(1).seeds) == 8_000_006
 
 
+@pytest.mark.slow
 def test_a_collection_is_driven_once(several: Laboratory) -> None:
     """Another seed: the expert's lessons are not driven again, and the network is as if alone."""
     collection = Collection(several.folder / "kept" / "expert")
@@ -308,6 +309,7 @@ def test_a_damaged_collection_is_driven_anew(several: Laboratory) -> None:
     assert several.checkpoint == expected
 
 
+@pytest.mark.slow
 def test_several_seeds_and_what_differs_between_them(several: Laboratory) -> None:
     training, collection = load_training(several.file), Collection(several.folder / "expert")
     options = several.options("all")
@@ -333,6 +335,7 @@ def test_several_seeds_and_what_differs_between_them(several: Laboratory) -> Non
     assert {name for name, _ in phases(several)} & {"expert", "validation"} == set()
 
 
+@pytest.mark.slow
 def test_several_seeds_go_on_where_they_were_interrupted(several: Laboratory) -> None:
     training = load_training(several.file)
     left = 20

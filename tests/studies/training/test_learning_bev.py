@@ -107,6 +107,7 @@ def test_the_network_that_drives_is_the_model_that_learned(seed: int) -> None:
         assert found[:2].argmax() == pedals.argmax()
 
 
+@pytest.mark.slow
 def test_learning_makes_the_loss_small() -> None:
     """Runs that it learned from, and one that it did not."""
     made = learner()

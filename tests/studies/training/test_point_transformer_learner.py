@@ -211,6 +211,7 @@ def learner(**given: Any) -> Any:
     return create_learner(learner_type("point-transformer"), values, optimisation, 3, "cpu")
 
 
+@pytest.mark.slow
 def test_it_learns_to_brake_for_what_is_ahead(tmp_path: Path) -> None:
     """A network without eyes has a loss of 0.65 at best: whatever it does, half is wrong."""
     student = learner(yielding_weight=1.0)

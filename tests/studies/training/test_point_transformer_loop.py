@@ -15,7 +15,7 @@ from orchestrator.signal import Array
 from studies.training import figure
 from studies.training.conduct import conduct_training
 from studies.training.load import load_training
-from tests.studies.training.conftest import HereAndNow
+from tests.workers import HereAndNow
 
 SCENARIOS = Path(scenarios.__file__).parent
 TRAINING = f"""

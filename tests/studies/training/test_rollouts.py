@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from orchestrator.recording.layout import RecordingError
 from studies.training.conduct import TrainingOutcome
 from studies.training.learner import RecordedRun
 from studies.training.load import load_training
@@ -144,3 +145,20 @@ def test_attempts_leave_nothing_when_they_succeed(laboratory: Laboratory) -> Non
     assert not (laboratory.folder / "out" / "runs").exists()
     files = list(Path(laboratory.folder / "out" / "samples").iterdir())
     assert {path.suffix for path in files} == {".npz"}
+
+
+@pytest.mark.parametrize("place", [0, 3, 90, -30, -5, "cut", "empty", "ends"])
+def test_samples_that_are_damaged_are_named(tmp_path: Path, place: int | str) -> None:
+    """Whatever NumPy, zipfile and zlib raise for it."""
+    path = tmp_path / "run.npz"
+    write_samples(path, [b"abc", b"de"])
+    content = bytearray(path.read_bytes())
+    if place == "ends":
+        np.savez_compressed(path, bytes=np.zeros(3, np.uint8), ends=np.array([9]))
+    elif isinstance(place, str):
+        path.write_bytes(b"" if place == "empty" else content[:50])
+    else:
+        content[place] ^= 0xFF
+        path.write_bytes(content)
+    with pytest.raises(RecordingError, match=f"`{path}` cannot be read"):
+        read_samples(path)

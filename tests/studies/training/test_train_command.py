@@ -7,17 +7,20 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from orchestrator.campaign import workers
 from orchestrator.cli import main
 from studies.training import train
 from studies.training.journal import ENTRIES
 from tests.installation import site
 from tests.studies.training import toys
 from tests.studies.training.conftest import TOYS, Laboratory
+from tests.workers import workers_here
 
 pytest.importorskip("distributed", reason="needs the extra `train`")
 
@@ -67,11 +70,34 @@ def shell(tmp_path: Path) -> Shell:
     return Shell(tmp_path)
 
 
+Here = Callable[..., dict[str, Any]]
+"""Trains by the command in this process, which performs the runs, too; see `Shell.run`."""
+
+
+@pytest.fixture
+def here(
+    shell: Shell,
+    installed: None,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> Here:
+    monkeypatch.chdir(shell.folder)
+    monkeypatch.setattr(workers, "local_workers", workers_here)
+
+    def run(*options: str, code: int = 0) -> dict[str, Any]:
+        capsys.readouterr()
+        assert main(["train", "training.yaml", "--json", *options]) == code
+        content: dict[str, Any] = json.loads(capsys.readouterr().out)
+        return content
+
+    return run
+
+
 @pytest.mark.slow
-def test_ctrl_c_and_on_with_other_workers(shell: Shell) -> None:
+def test_ctrl_c_and_on_with_other_workers(shell: Shell, here: Here) -> None:
     """The network of two workers, interrupted while driving, is that of one, uninterrupted."""
     shell.change("expert: {runs: 4}", "expert: {runs: 40}")
-    whole = shell.run("--out", "whole", "--workers", "1", "--checkpoint", "whole.safetensors")
+    whole = here("--out", "whole", "--checkpoint", "whole.safetensors")
     process = shell.start("--out", "parts", "--workers", "2")
     journal = shell.folder / "parts" / ENTRIES
     while not (journal.exists() and journal.read_text().count("\n") >= 5):
@@ -99,7 +125,7 @@ def test_ctrl_c_and_on_with_other_workers(shell: Shell) -> None:
 
 
 @pytest.mark.slow
-def test_runs_that_fail(shell: Shell) -> None:
+def test_runs_that_fail(shell: Shell, here: Here) -> None:
     """All of them: the command that repeats one fails, too; none after that, and it goes on."""
     scenario = shell.folder / "ball.yaml"
     scenario.write_text(
@@ -108,7 +134,7 @@ def test_runs_that_fail(shell: Shell) -> None:
             "step: 100 ms, parameters: {fails: [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]}",
         )
     )
-    error = shell.run("--out", "out", "--workers", "2", code=3)["error"]
+    error = here("--out", "out", code=3)["error"]
     assert (
         "2 of 2 runs of the phase `validation` failed, the first with: component"
         in (error["message"])
@@ -131,7 +157,7 @@ def test_runs_that_fail(shell: Shell) -> None:
     [
         (["--resume"], "--resume needs --out DIR"),
         (["--workers", "0"], "--workers must be at least 1, got 0"),
-        (["--seed", "-1"], "--seed must be between 0 and 1000000, got -1"),
+        (["--seed", "-1"], "--seed: expected a whole number from 0 on, got '-1'"),
         (["--seeds", "1..3"], "--seeds needs --out DIR, the directory of all trainings"),
         (["--seeds", "1..3", "--seed", "1"], "--seed and --seeds exclude each other"),
         (["--seeds", "three", "--out", "x"], "--seeds: expected a number of seeds, a range"),

@@ -41,6 +41,7 @@ def interrupting(every: int, *, before: bool) -> Callable[[Journal, Entry], None
     return add
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("every", "when"), [(2, "before"), (3, "before"), (1, "after"), (4, "after")]
 )

@@ -13,7 +13,7 @@ enum { TERMINATE = 1, EARLY_RETURN, DISCARD, DISCARD_SILENTLY, TERMINATE_WITH_WA
 typedef struct {
     fmi3Float64 ends_at, y;
     fmi3Int32 kind, calls;
-    fmi3Boolean may_return_early;
+    fmi3Boolean may_return_early, is_kept;
     fmi3IntermediateUpdateCallback update;
 } Ends;
 
@@ -64,6 +64,7 @@ fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference r[], size_t n, 
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *s) {
     if (!*s) *s = malloc(sizeof(Ends));
     if (!*s) return fmi3Error;
+    ((Ends *)c)->is_kept = fmi3True;
     memcpy(*s, c, sizeof(Ends));
     return fmi3OK;
 }
@@ -99,7 +100,7 @@ static bool show(Ends *ends, fmi3Float64 t) {
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean no_set_state,
                       fmi3Boolean *event, fmi3Boolean *terminate, fmi3Boolean *early_return, fmi3Float64 *last) {
     Ends *ends = c;
-    (void)no_set_state;
+    if (ends->is_kept && no_set_state) return fmi3Error; /* why was it kept? */
     if (ends->update && !show(ends, t + h / 2)) return fmi3Error;
     *event = *terminate = *early_return = fmi3False;
     if (t + h > ends->ends_at) {

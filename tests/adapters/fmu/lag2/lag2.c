@@ -23,12 +23,13 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *callbacks, fmi2Boolean visible,
                               fmi2Boolean logging) {
-    (void)name, (void)resources, (void)visible, (void)logging;
+    (void)resources, (void)visible;
     if (type != fmi2CoSimulation || strcmp(guid, "{lag2-test}") != 0) return NULL;
     Lag *lag = callbacks->allocateMemory(1, sizeof *lag);
     if (!lag) return NULL;
     *lag = (Lag){.time_constant = 2, .fail_at = 1e9, .fail_as = 3, .count = 7,
                  .method = 1, .x = 1, .callbacks = callbacks};
+    if (logging) callbacks->logger(callbacks->componentEnvironment, name, fmi2OK, "logAll", "it begins");
     return lag;
 }
 void fmi2FreeInstance(fmi2Component c) {

@@ -5,9 +5,17 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
+from typing_extensions import override
 
 from fmus.channel.interface import INTERFACE
-from fmus.channel.stand_ins import ConstantPer, Trace
+from fmus.channel.stand_ins import (
+    ConstantPer,
+    LinkModel,
+    LinkModelComponent,
+    RadioParameters,
+    Trace,
+    Verdicts,
+)
 from fmus.channel.stand_ins.connectors import CONNECTORS
 from fmus.messages.connectors import SIGNALS
 from fmus.messages.records import BSM, FATES, NO_VEHICLE, NOISE, OUTCOMES, RECEPTION, frame
@@ -267,3 +275,49 @@ def test_every_kind_of_packet_keeps_its_kind_and_category() -> None:
     assert run.receptions["kind"].tolist() == [BSM + 2]
     assert run.transmissions[["kind", "access_category"]].tolist() == [(BSM + 2, 1)]
     assert OUTCOMES[run.receptions["outcome"][0]] == "R"
+
+
+class Careless(LinkModelComponent):
+    """A channel of somebody else's, whose model returns what it is not asked for."""
+
+    def __init__(self, parameters: RadioParameters, verdicts: Any = None) -> None:
+        super().__init__(parameters)
+        self._verdicts = verdicts
+
+    @override
+    def link_model(self, seed: int) -> LinkModel:
+        return CarelessLinks(self._verdicts)
+
+
+class CarelessLinks(LinkModel):
+    def __init__(self, verdicts: Any) -> None:
+        self._verdicts = verdicts
+
+    @override
+    def judge(self, frame: Any, receivers: Any, usual_delay: Any) -> Verdicts:
+        return self._verdicts  # type: ignore[no-any-return]
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "error", "complaint"),
+    [
+        (np.ones(1), TypeError, "`CarelessLinks.judge` returned `ndarray`, not `Verdicts`"),
+        (
+            Verdicts.of(np.ones(3, bool), np.ones(3, np.int64)),
+            ValueError,
+            r"`CarelessLinks.judge` judged \(3,\) of 1 receivers: one verdict for each",
+        ),
+    ],
+)
+def test_a_model_that_gives_no_verdicts_is_told_so(
+    verdicts: Any, error: type[Exception], complaint: str
+) -> None:
+    run = Run(Careless(Careless.Parameters(), verdicts))
+    with pytest.raises(error, match=complaint):
+        run.step(scene(row_of(2)), packets([packet(0, 0, time=MS)]))
+
+
+def test_a_channel_without_parameters_of_its_own_has_those_of_the_radios() -> None:
+    assert set(PythonComponentType(Careless).parameters) < set(
+        PythonComponentType(ConstantPer).parameters
+    )

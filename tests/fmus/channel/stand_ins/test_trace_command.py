@@ -59,6 +59,7 @@ components:
     return receptions(out)
 
 
+@pytest.mark.slow
 def test_a_replay_of_the_outcomes_repeats_the_run(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -150,6 +151,7 @@ def test_the_shipped_recording_says_how_it_was_made() -> None:
     assert remark in (shipped.parent / "README.md").read_text()
 
 
+@pytest.mark.slow
 def test_a_scenario_with_a_wrong_recording_is_refused_by_check(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

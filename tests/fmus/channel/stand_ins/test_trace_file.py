@@ -207,6 +207,19 @@ def test_parquet_without_pyarrow_names_the_extra(
         read_trace(tmp_path / "links.parquet", {}, 0)
 
 
+def test_parquet_with_lists_or_records_in_its_cells_is_refused(tmp_path: Path) -> None:
+    arrow = pytest.importorskip("pyarrow", reason="needs the extra `parquet`")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    columns = {"time": [0.0, 1.0], "per": [[0.1], [0.2]], "link": [{"x": 1}, {"x": 2}]}
+    path = tmp_path / "links.parquet"
+    parquet.write_table(arrow.table(columns), path)
+    with pytest.raises(TableError) as caught:
+        read_trace(path, {}, 0)
+    first, second = str(caught.value).splitlines()
+    assert first.startswith(f"{path}:1:2: the column `per` holds list<")
+    assert second.startswith(f"{path}:1:3: the column `link` holds struct<x: int64>; write one")
+
+
 def test_parquet_is_read_and_checked_like_csv(tmp_path: Path) -> None:
     arrow = pytest.importorskip("pyarrow", reason="needs the extra `parquet`")
     parquet = pytest.importorskip("pyarrow.parquet")

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -108,6 +109,7 @@ def damaged(path: Path, **changes: object) -> str:
         ({"architecture": 3}, "does not say its architecture"),
         ({"architecture": SMALL.as_text() | {"hidden": "x"}}, "does not say its .*'x'"),
         ({"architecture": SMALL.as_text() | {"early": "2"}}, "`early` is `2`; it must be True or"),
+        ({"architecture": SMALL.as_text() | {"hidden": math.inf}}, "`hidden` is inf, no text"),
         ({"architecture": SMALL.as_text() | {"legs": "2"}}, "does not say its .*legs"),
         (
             {"architecture": SMALL.as_text() | {"hidden": "5"}},

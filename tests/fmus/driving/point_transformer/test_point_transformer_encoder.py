@@ -83,6 +83,7 @@ def test_numbers_of_weights(blocks: int, parameters: int, published: int | None)
         assert stored == published - (2 * 64 + 2 * 128 + 3 * 32 + 32 + 64 + 128)
 
 
+@pytest.mark.slow
 @BOTH
 def test_the_order_of_the_points_does_not_matter(blocks: int) -> None:
     encoder, points = used(blocks), cloud()
@@ -145,6 +146,7 @@ def test_equal_seeds_make_equal_encoders_and_equal_results() -> None:
     assert not torch.equal(encoded(a, points).features, encoded(c, points).features)
 
 
+@pytest.mark.slow
 @BOTH
 def test_a_batch_gives_what_its_clouds_give_alone(blocks: int) -> None:
     encoder, points = used(blocks), cloud(clouds=3)
@@ -220,6 +222,7 @@ def test_fewer_points_suit_if_enough_are_left_for_the_last_level() -> None:
     assert encoder.capacity(512) == 32
 
 
+@pytest.mark.slow
 @BOTH
 def test_nothing_is_computed_beside_the_device(blocks: int) -> None:
     """PyTorch refuses to mix tensors of this device, which has shapes only, with others."""

@@ -170,6 +170,7 @@ def test_it_follows_a_slower_vehicle_at_its_headway() -> None:
     assert acceleration == pytest.approx(0.0, abs=0.05)
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(st.floats(3.0, 17.0), st.floats(-4.0, 6.0), st.floats(35.0, 70.0))
 def test_it_lets_pass_who_crosses_and_goes_on(speed: float, late: float, distance: float) -> None:
@@ -217,6 +218,7 @@ def test_contract() -> None:
     check_component(Expert(Expert.Parameters()), steps=5, h=STEP, seed=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "speed", "trucks"), [(1, 20, 3), (2, 30, 4), (3, 33, 6)])
 def test_in_traffic_it_yields_to_the_collision_vehicle_and_completes(
     seed: int, speed: float, trucks: int

@@ -117,6 +117,7 @@ def test_it_waits_until_the_patience_is_over() -> None:
     assert leaves_at(second) - leaves_at(first) == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_it_passes_the_same_way_on_any_road_and_on_the_other_side() -> None:
     straight = trip(12.0, truck(6.0)).offset
     assert trip(12.0, truck(6.0), turn=2.0).offset == pytest.approx(straight, abs=1e-3)

@@ -281,3 +281,21 @@ def test_while_it_is_not_there_nothing_is_of_it() -> None:
     body.update(ego(0.0, 0.0, np.pi / 2, vehicle=3), STEP)  # another vehicle plays the ego
     assert body.is_in(view).all()
     assert body.is_in(np.empty(0, OBJECT)).shape == (0,)
+
+
+class Careless(DrivingPolicy):
+    """A policy of somebody else's, which returns what it is not asked for."""
+
+    @property
+    @override
+    def reads(self) -> frozenset[str]:
+        return EGO
+
+    @override
+    def drive(self, inputs: Inputs, now: Time) -> Command:
+        return [0.0, 0.0, 0.0]  # type: ignore[return-value]
+
+
+def test_a_policy_that_gives_no_command_is_told_so() -> None:
+    with pytest.raises(TypeError, match=r"`Careless.drive` returned `list`, not a `Command`"):
+        drive(Careless(), np.zeros(0, OBJECT))

@@ -83,6 +83,22 @@ def test_a_follower_is_no_conflict_for_the_one_it_follows() -> None:
     assert np.isinf(conflict(EGO, follower)[0])
 
 
+@pytest.mark.parametrize(("ahead", "is_judged"), [(-2.1, False), (-1.9, True), (1.9, True)])
+def test_who_cuts_in_from_beside_is_a_conflict_unless_wholly_behind(
+    ahead: float, *, is_judged: bool
+) -> None:
+    """A car of 4 m whose front is `ahead` of the ego's middle closes a gap of 2 m at 4 m/s."""
+    beside = Bodies(
+        minimum=np.array([[3.0, ahead - 4.0]]),
+        maximum=np.array([[5.0, ahead]]),
+        velocity=np.array([[-4.0, EGO.speed]]),
+    )
+    time, distance = conflict(EGO, beside)
+    assert time == (pytest.approx(0.5, abs=0.051) if is_judged else np.inf)
+    if is_judged:  # its rear bumper, seen from the ego's front, when they touch
+        assert distance == pytest.approx(max(ahead - 4.0 + EGO.speed * time - 2.0, 0.0))
+
+
 def test_each_body_is_judged_as_if_it_were_alone() -> None:
     alone = [crossing(-20.0, 20.0, 10.0), crossing(-10.0, 30.0, 10.0), crossing(20.0, 15.0, -9.0)]
     together = Bodies(
@@ -139,6 +155,22 @@ def test_it_brakes_for_what_arrived_and_says_whose_it_was() -> None:
     assert np.asarray(outputs["command"])[1] > 0.3
     assert int(np.asarray(outputs["hazard.sensor"])) == 5
     assert int(np.asarray(outputs["hazard.instance"])) == 7
+
+
+@pytest.mark.parametrize(("gap", "deceleration"), [(12.0, 5.0), (17.0, 10.0 / 3), (7.0, 10.0)])
+def test_it_brakes_as_much_as_it_takes_to_stop_before_what_stands(
+    gap: float, deceleration: float
+) -> None:
+    """From 10 m/s to a stop 2 m before it, `gap` ahead of the front: v^2 / (2 (gap - 2 m)); the
+    pedal is a share of 8 m/s^2, and has a stop."""
+    row = unframe("OBJS", seen(1, 0.0, 0.0, 0.0), OBJECT).copy()
+    length = 4.5
+    row["minimum"] = (-1.0, length / 2 + gap)
+    row["maximum"] = (1.0, length / 2 + gap + 2.0)
+    given = {"objects": frame("OBJS", row), "ego_speed": np.array(10.0)}
+    for policy in (RuleBased(RuleBased.Parameters()), Blind(Blind.Parameters())):
+        pedals = np.asarray(command(policy, **given)["command"])
+        assert pedals[:2] == pytest.approx([0.0, min(deceleration / 8.0, 1.0)], abs=0.002)
 
 
 def test_it_does_not_brake_for_itself_as_others_see_it() -> None:

@@ -106,6 +106,24 @@ def test_a_roof_in_the_ground_belongs_to_the_ground(device: str) -> None:
     assert set(points["instance"].tolist()) == {-1}
 
 
+@pytest.mark.parametrize("under", [0.0, 0.5])
+@pytest.mark.parametrize("tilt", [{}, {"pitch": 0.1}])
+def test_a_sensor_in_the_ground_sees_bodies_and_no_ground(
+    device: str, under: float, tilt: dict[str, float]
+) -> None:
+    """Exactly at its level, or beneath: the ground is hit from above only."""
+    given = (
+        {"mount_height": 0.25, "elevation_top": 0.07, "elevation_bottom": -0.35} | NO_NOISE | tilt
+    )
+    sunk = Vehicle(id=1, position=(0.0, 0.0, -1.75 - under), size=(4.5, 1.8, 1.5), lidar=True)
+    wall = Vehicle(id=2, position=(15.0, 0.0, -2.0), size=(2.5, 12.0, 8.0))
+    scene = Scene(vehicles=[sunk, wall])
+    points = points_of(scan("lidar-torch", scene, device=device, azimuths=600, **given))
+    assert set(points["instance"].tolist()) == {2}
+    found = both(scene, device, **given)
+    assert (found.exceptions, found.hits) == (0, len(points))
+
+
 @pytest.mark.parametrize("tilt", [{}, {"pitch": 0.1}])
 @pytest.mark.parametrize("corner", [(0.0, 0.0), (-12.0, 0.0), (-4.0, -6.0)])
 def test_a_sensor_over_the_edge_of_a_roof(

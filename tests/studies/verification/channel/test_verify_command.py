@@ -25,6 +25,7 @@ def execute(*words: str) -> Outcome:
     return executed(add_unit, "channel", "--seeds", str(SEEDS), *words)
 
 
+@pytest.mark.slow
 def test_a_set_that_passes(golden: Path) -> None:
     shutil.rmtree(golden / "stack")
     outcome = execute("--golden", str(golden))
@@ -35,6 +36,7 @@ def test_a_set_that_passes(golden: Path) -> None:
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_set_that_does_not_pass(golden: Path) -> None:
     shutil.rmtree(golden / "stack")
     change_cell(golden / "pathloss.csv", "loss_db", lambda _: "1.0")
@@ -61,6 +63,7 @@ def test_too_few_seeds_are_refused(seeds: str, capsys: pytest.CaptureFixture[str
     assert "must be 10 or more" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_page_shows_its_figures(tmp_path: Path) -> None:
     folder = tmp_path / "validation"
     outcome = execute("--golden", str(GOLDEN), "--figures", str(folder))
@@ -71,10 +74,12 @@ def test_the_page_shows_its_figures(tmp_path: Path) -> None:
     assert set(shown) == {path.name for path in folder.iterdir()}
     assert set(shown) == {
         "values.png", "errors.png", "error-rate.png", "fading.png", f"prr-{run}.png",
+        "figures.json",
     }  # fmt: skip
     assert f"| {RUN} | 3784 |" in page.read_text()
 
 
+@pytest.mark.slow
 def test_the_same_results_make_the_same_bytes(golden: Path, tmp_path: Path) -> None:
     for path in [*golden.glob("*.csv"), *golden.glob("[bkm]*.json")]:
         path.unlink()
@@ -84,5 +89,5 @@ def test_the_same_results_make_the_same_bytes(golden: Path, tmp_path: Path) -> N
         execute("--golden", str(golden), "--figures", str(folder))
         files = [path for path in folder.parent.rglob("*") if path.is_file()]
         written.append({path.name: path.read_bytes() for path in files})
-    assert len(written[0]) == 4
+    assert len(written[0]) == 5
     assert written[0] == written[1]

@@ -38,6 +38,7 @@ class TwoSteps(Check):
         return Comparison.of_values(LOSS, [], [])
 
 
+@pytest.mark.slow
 def test_every_check_advances_as_often_as_it_has_work(channel: ChannelUnderTest) -> None:
     for name, check in read_golden_set(GOLDEN, SEEDS).checks.items():
         steps = itertools.count()

@@ -169,6 +169,7 @@ def test_one_changed_value_is_found_and_named(
     assert note in as_text(verification)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_missing", [True, False])
 def test_events_that_one_side_lacks_are_mismatches(
     channel: ChannelUnderTest, golden: Path, *, is_missing: bool

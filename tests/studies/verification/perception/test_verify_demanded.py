@@ -31,6 +31,8 @@ from studies.verification.perception.truth import Interest, Truth, find_truth
 
 from .conftest import SEED
 
+pytestmark = pytest.mark.slow
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setting:

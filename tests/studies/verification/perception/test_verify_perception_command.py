@@ -23,6 +23,8 @@ from tests.commands import executed
 
 from .conftest import SCENES, SEED
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(autouse=True)
 def built_units(types: dict[str, ComponentType], monkeypatch: pytest.MonkeyPatch) -> None:

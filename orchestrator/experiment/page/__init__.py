@@ -1,0 +1,1 @@
+"""The page of an experiment: one file to look at all its runs, in a browser, offline."""

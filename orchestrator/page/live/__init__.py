@@ -1,0 +1,1 @@
+"""The page of a run while it goes on, in a browser."""

@@ -1,0 +1,1 @@
+"""Serving components to runs on other hosts."""

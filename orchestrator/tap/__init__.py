@@ -1,0 +1,1 @@
+"""Looking at the signals of a run that goes on."""

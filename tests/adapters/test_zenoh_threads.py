@@ -1,0 +1,51 @@
+"""Threads of Zenoh that call us back."""
+
+import socket
+import threading
+from collections import defaultdict
+from queue import SimpleQueue
+from time import monotonic, sleep
+
+import zenoh
+from zenoh.handlers import Callback
+
+from adapters.zenoh.session import close_session, is_matched, open_session
+from adapters.zenoh.threads import stay_known
+
+COUNT = 50
+
+
+def test_a_thread_that_calls_back_stays_known_to_python() -> None:
+    """What belongs to the thread is there again in its next callback, and others run meanwhile."""
+    own = threading.local()
+    came: SimpleQueue[tuple[int, int]] = SimpleQueue()
+
+    def on_sample(sample: zenoh.Sample) -> None:
+        del sample
+        stay_known()
+        own.count = getattr(own, "count", 0) + 1
+        came.put((threading.get_ident(), own.count))
+
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    listening = open_session({"mode": "peer", "listen/endpoints": [endpoint]})
+    speaking = open_session({"mode": "client", "connect/endpoints": [endpoint]})
+    try:
+        _subscriber = listening.declare_subscriber("threads", Callback(on_sample, indirect=False))
+        publisher = speaking.declare_publisher("threads")
+        before = monotonic()
+        while not is_matched(publisher) and monotonic() < before + 30:
+            sleep(0.01)
+        counts = defaultdict(list)
+        for _ in range(COUNT):
+            publisher.put(b"x")
+            thread, count = came.get(timeout=30)
+            counts[thread].append(count)
+    finally:
+        close_session(speaking)
+        close_session(listening)
+    assert threading.get_ident() not in counts
+    assert sum(map(len, counts.values())) == COUNT
+    for found in counts.values():
+        assert found == list(range(1, len(found) + 1))

@@ -1,0 +1,1 @@
+"""Breaks in the code, one at a time: does a test notice?"""
