@@ -8,6 +8,8 @@ from typing import Any, Final
 
 import zenoh
 
+from orchestrator import leaving
+
 _log = logging.getLogger(__name__)
 
 LEASE: Final = 5.0
@@ -101,6 +103,7 @@ def served_key(component: str, serving: str) -> str:
 
 def open_session(settings: Mapping[str, Any]) -> zenoh.Session:
     """Open a session with `settings` on top of the common ones."""
+    leaving.called_from_outside()  # its threads outlive the session
     config = zenoh.Config()
     for key, value in {**COMMON, **settings}.items():
         config.insert_json5(key, json.dumps(value))

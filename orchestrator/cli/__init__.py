@@ -4,6 +4,7 @@ import os
 import sys
 from collections.abc import Sequence
 
+from orchestrator import leaving
 from orchestrator.cli.requests import heard_at_once
 
 # One thread per process: components are parallel to each other, and the order in which threads
@@ -22,7 +23,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit code; see `orchestrator.cli.outcome.Exit`.
     """
     if argv is None:
+        leaving.prepare()
         heard_at_once(is_json="--json" in sys.argv)
     from orchestrator.cli.execution import execute  # noqa: PLC0415 - takes a while
 
-    return execute(argv)
+    code = execute(argv)
+    return leaving.ends_with(code) if argv is None else code

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from typing_extensions import override
 
+from orchestrator import leaving
 from orchestrator.remote.guard import guarded
 
 if TYPE_CHECKING:
@@ -56,6 +57,7 @@ class RecordCollector(logging.Handler):
 def main() -> int:
     """Host one component until there are no more commands."""
     guarded(lifeline=0)
+    leaving.prepare()
     from orchestrator.remote.admission import Exactly  # noqa: PLC0415 - the guard is small
     from orchestrator.remote.host import ComponentHost  # noqa: PLC0415
 
@@ -75,7 +77,7 @@ def main() -> int:
         host.close()
     finally:
         channel.close()
-    return 0
+    return leaving.ends_with(0)
 
 
 def _connect(instructions: dict[str, Any]) -> "HostChannel":

@@ -1,6 +1,8 @@
-"""Threads of Zenoh that call us back."""
+"""Threads of Zenoh that call us back, and ours that are in a call of Zenoh's."""
 
 import socket
+import subprocess
+import sys
 import threading
 from collections import defaultdict
 from queue import SimpleQueue
@@ -13,6 +15,28 @@ from adapters.zenoh.session import close_session, is_matched, open_session
 from adapters.zenoh.threads import stay_known
 
 COUNT = 50
+AT_THE_END = """
+import sys, threading, time, types
+from orchestrator import leaving
+leaving.prepare()
+from adapters.zenoh.session import open_session
+session = open_session({"mode": "peer", "listen/endpoints": []})
+publisher = session.declare_publisher("threads")
+def put():
+    while True:
+        publisher.put(bytes(100))
+threading.Thread(target=put, daemon=True).start()
+class Slow:
+    def __del__(self, clock=time.monotonic):
+        end = clock() + 0.1
+        while clock() < end:
+            pass
+sys.modules["holder"] = types.ModuleType("holder")
+sys.modules["holder"].slow = Slow()
+time.sleep(0.05)
+sys.exit(leaving.ends_with(4))
+"""
+"""A program that Ctrl-C ends once more while it waits for a thread, as `nlosim serve` does."""
 
 
 def test_a_thread_that_calls_back_stays_known_to_python() -> None:
@@ -49,3 +73,10 @@ def test_a_thread_that_calls_back_stays_known_to_python() -> None:
     assert sum(map(len, counts.values())) == COUNT
     for found in counts.values():
         assert found == list(range(1, len(found) + 1))
+
+
+def test_a_thread_in_a_call_of_zenoh_takes_no_process_along() -> None:
+    """Before Python 3.14 Python ends such a thread so that Zenoh aborts: exit code -6."""
+    words = [sys.executable, "-c", AT_THE_END]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (4, "")

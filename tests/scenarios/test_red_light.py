@@ -80,14 +80,15 @@ def test_the_fingerprint_does_not_depend_on_where_components_run(
 
     As users run it, and with the channel, too, in a process of its own.
     """
-    prints = {}
-    for where, *elsewhere in (
+    ways: tuple[tuple[str, ...], ...] = (
         ("in-process",),
         ("local",),
         ("loopback", *FIVE_ELSEWHERE),
         ("local", *FIVE_ELSEWHERE),
         ("zenoh", *FIVE_ELSEWHERE),
-    ):
+    )
+    prints: dict[Path, str] = {}
+    for where, *elsewhere in ways:
         out = tmp_path / str(len(prints))
         words = ("--transport", where, *elsewhere, "--set", "time.stop=9 s", "--out", out)
         prints[out] = nlosim("run", SCENARIO, *BRIEFLY, *words, capsys=capsys)["fingerprint"]
