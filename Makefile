@@ -21,7 +21,7 @@ EXTRAS_mutation = mutation
 # what a new installation is needed for: dependencies, entry points, and what the FMUs are made of
 INSTALLED_FROM := pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -name 'undriven.py' -o -name 'caution.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py' -o -path 'fmus/messages/bodies.py') orchestrator/plan/engine.c
 
-.PHONY: help demo test test-slow docs bench paper paper-relay paper-collision paper-generalisation paper-lasting paper-readings paper-sensitivity train general verify verify-perception net release clean apmm verify-faults verify-reliability verify-mutation paper-oracle costs figures release-again audit dependencies
+.PHONY: help demo test test-slow docs bench paper paper-relay paper-collision paper-point-transformer paper-generalisation paper-lasting paper-readings paper-sensitivity train general verify verify-perception net release clean apmm verify-faults verify-reliability verify-mutation paper-oracle costs figures release-again audit dependencies
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -123,6 +123,12 @@ endif
 
 paper-collision: .venv-paper/installed  ## Figures 9 and 10 of the paper, and docs/collision-study.md
 	$(call study,collision,$(COLLISION),studies.collision,collision,collision-study)
+
+paper-point-transformer: .venv-train/installed  ## how the network in COOPERNAUT's shape drives, for docs/physics-policy.md
+	.venv-train/bin/nlosim experiment studies/collision/experiments/point_transformer.yaml --out runs/point_transformer$(SUFFIX) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard runs/point_transformer$(SUFFIX)/experiment.json),--resume)
+ifndef SEEDS
+	cp runs/point_transformer/summary.csv docs/results/point_transformer_summary.csv
+endif
 
 paper-lasting: .venv-paper/installed  ## Figures 9 and 10 where the obstruction lasts through the decision, and docs/collision-lasting.md
 	$(call study,collision,$(LASTING),studies.lasting,lasting,collision-lasting)

@@ -90,6 +90,7 @@ def test_the_fingerprint_does_not_depend_on_where_components_run(
     prints: dict[Path, str] = {}
     for where, *elsewhere in ways:
         out = tmp_path / str(len(prints))
+        words: tuple[str | Path, ...]
         words = ("--transport", where, *elsewhere, "--set", "time.stop=9 s", "--out", out)
         prints[out] = nlosim("run", SCENARIO, *BRIEFLY, *words, capsys=capsys)["fingerprint"]
     assert len(set(prints.values())) == 1, prints
