@@ -17,12 +17,12 @@ _code: int | None = None
 
 
 def prepare() -> None:
-    """To be called first in a program: what others register for its end is done before."""
+    """See to the end of this process; called first, so that what others register is done before."""
     atexit.register(_leave)
 
 
 def called_from_outside() -> None:
-    """From now on threads that Python has not started may call it, to the end of the process."""
+    """Note that threads which Python has not started may call it, to the end of the process."""
     global _is_called  # noqa: PLW0603 - a process has one end
     _is_called = True
 
