@@ -9,11 +9,12 @@ import abc
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from types import MappingProxyType, TracebackType
-from typing import Any, Final, Self, TypeAlias
+from types import MappingProxyType
+from typing import Any, Final, TypeAlias
 
 from typing_extensions import override
 
+from orchestrator.closing import Closing
 from orchestrator.hosts_file import Hosts
 from orchestrator.installed import installed_class
 from orchestrator.limits import Deadlines
@@ -128,23 +129,13 @@ class Reception(abc.ABC):
         """
 
 
-class Lobby(abc.ABC):
+class Lobby(Closing):
     """Where runs come to; open from its creation on."""
 
     @abc.abstractmethod
+    @override
     def close(self) -> None:
         """Let nobody in any more. Idempotent."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
 
 class Network(abc.ABC):

@@ -7,11 +7,12 @@ here, Zenoh in `adapters`. Entry points in the group `orchestrator.transports` o
 import abc
 from collections.abc import Collection, Mapping, Sequence
 from time import monotonic
-from types import MappingProxyType, TracebackType
-from typing import ClassVar, Final, Self
+from types import MappingProxyType
+from typing import ClassVar, Final
 
 from typing_extensions import override
 
+from orchestrator.closing import Closing
 from orchestrator.errors import CosimError
 from orchestrator.remote.host import ComponentHost
 from orchestrator.remote.process import HostProcess
@@ -107,7 +108,7 @@ def dismiss(links: Collection[ProcessLink]) -> None:
             link.abandon()
 
 
-class Transport(abc.ABC):
+class Transport(Closing):
     """Starts hosts for components, connects to them, and ends them.
 
     No host outlives `close`, nor the process that called `open`, however that ends.
@@ -151,19 +152,9 @@ class Transport(abc.ABC):
         """
 
     @abc.abstractmethod
+    @override
     def close(self) -> None:
         """End all hosts: those that listen in their own way, the others by force. Idempotent."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
 
 class LoopbackTransport(Transport):

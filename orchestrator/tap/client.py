@@ -5,10 +5,12 @@ import socket
 from base64 import b64encode
 from collections.abc import Iterator, Sequence
 from time import monotonic
-from types import TracebackType
-from typing import Final, Self
+from typing import Final
 from urllib.parse import urlencode
 
+from typing_extensions import override
+
+from orchestrator.closing import Closing
 from orchestrator.tap.place import NoTapError, Place
 from orchestrator.tap.websocket import Frames, accepted
 
@@ -17,7 +19,7 @@ _CONNECT: Final = 5.0
 """How long a connection may take [s]; the run answers at its next communication point."""
 
 
-class TapClient:
+class TapClient(Closing):
     """Connects to the tap of a run; its messages come in their order.
 
     Args:
@@ -79,20 +81,10 @@ class TapClient:
                 return
             yield from self._frames.feed(received)
 
+    @override
     def close(self) -> None:
         """Look no more."""
         self._socket.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _answered(self, expected: str, patience: float) -> bytes:
         """Read the answer to the request; what came after it."""

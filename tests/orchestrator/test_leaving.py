@@ -1,5 +1,6 @@
 """A process that threads of libraries may call ends before Python is taken apart."""
 
+import os
 import subprocess
 import sys
 import textwrap
@@ -18,7 +19,11 @@ LOUD = """
 def ended(program: str) -> tuple[int, str]:
     """Exit code and standard output of a program with something that tells when it is freed."""
     words = [sys.executable, "-c", textwrap.dedent(LOUD) + textwrap.dedent(program)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=60, check=False)
+    # with the usual buffer, of which nothing may be lost
+    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    done = subprocess.run(
+        words, capture_output=True, text=True, timeout=60, check=False, env=buffered
+    )
     assert not done.stderr
     return done.returncode, done.stdout
 
