@@ -17,12 +17,12 @@ class Rows:
     """The samples of one signal, all of the same size.
 
     Attributes:
-        data: of all samples, one after the other.
+        data: of all samples, one after the other; it is used again for the next stretch.
         sizes: of each sample of a Binary [byte], int64, shape (sample,); empty for arrays.
         shape: of each sample of an array.
     """
 
-    data: bytes
+    data: bytes | memoryview
     sizes: Array = field(default_factory=lambda: _NO_SIZES)
     shape: tuple[int, ...] = ()
 

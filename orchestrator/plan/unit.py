@@ -83,6 +83,7 @@ class UnitPlan(Readable):
         self._pasts: dict[str, Past] = {}
         self._recorded = [name for name in names if name in recorded]
         self._shown: dict[str, Signal] = {}
+        self._left: Time | None = None  # what the engine knows of this point is all there is
         self._keep: list[Any] = []  # what the table points to
         self._driven: list[Driven] = []
         self._setting_names: list[tuple[str, list[str]]] = []
@@ -268,6 +269,15 @@ class UnitPlan(Readable):
 
     def enter(self, t: Time, published: Mapping[str, Signals]) -> None:
         """Take over what Python did since the last stretch."""
+        self._table.ending = self._attendance.ending
+        if t != self._left:
+            self._take_over(t, published)
+        self._mixes.enter()
+        for past in self._pasts.values():
+            past.enter()
+
+    def _take_over(self, t: Time, published: Mapping[str, Signals]) -> None:
+        """Bring in the values of all signals; those before `t` were not the engine's."""
         for name, value in self.participant.published.items():
             if value is not self._shown.get(name):
                 self.published.put(name, value, self._library)
@@ -275,7 +285,6 @@ class UnitPlan(Readable):
         if self._is_parallel and self._is_under_way(t):
             for name, value in self.participant.pending.items():
                 self._pending.put(name, value, self._library)
-        self._table.ending = self._attendance.ending
         owner = self._unit.owner
         for each in self._driven:
             feed = each.feed
@@ -283,9 +292,6 @@ class UnitPlan(Readable):
                 each.name, published[feed.component][feed.output]
             )
             each.enter(is_set=is_set)
-        self._mixes.enter()
-        for past in self._pasts.values():
-            past.enter()
 
     def _is_under_way(self, t: Time) -> bool:
         """Whether a step that was begun before `t` ends behind it."""
@@ -309,6 +315,7 @@ class UnitPlan(Readable):
 
     def leave(self, t: Time, published: Mapping[str, Signals]) -> None:
         """Let the component go on where the engine was, when all units are shown."""
+        self._left = t
         written = {
             each.name: published[feed.component][feed.output]
             for each in self._driven
@@ -341,7 +348,7 @@ class UnitPlan(Readable):
                 binary = ctypes.string_at(content.data, content.size) if content.size else b""
                 rows[name] = Rows(binary, data.view(np.int64))
             else:
-                rows[name] = Rows(data.tobytes(), shape=self._unit.variables[name].shape)
+                rows[name] = Rows(data.data, shape=self._unit.variables[name].shape)
         return Samples(times, rows)
 
     def fail(self, outcome: int, call: int, status: int, t: Time) -> ComponentError:

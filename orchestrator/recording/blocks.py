@@ -136,7 +136,7 @@ class BlockFile:
         lengths: Sequence[int],
         *,
         is_last: bool = False,
-    ) -> None:
+    ) -> bytes:
         """Compress and write a block.
 
         Args:
@@ -144,15 +144,26 @@ class BlockFile:
             rows: how many.
             lengths: bytes of each sample, where they tell how to cut.
             is_last: write also that there are no more blocks, in place of `end`.
+
+        Returns:
+            What was written.
         """
         about, streams = self._columns.split(content, lengths) if content else (_EMPTY, [])
         frames = [compress(each) for each in streams]
         sizes = [len(each) for each in frames]
         note = _note({"first": self._rows, "rows": rows, "frames": sizes, **about})
         end = _note({"end": self._rows + rows}) if is_last else b""
-        self._write(b"".join((note, *frames, end)))
+        data = b"".join((note, *frames, end))
+        self._write(data)
         self._rows += rows
         self._columns.learn(sum(sizes) / max(len(content), 1))
+        return data
+
+    def append_same(self, block: bytes, other: "BlockFile") -> None:
+        """Write the block that `other`, which has had the same rows all along, has made last."""
+        self._write(block)
+        self._rows = other.rows
+        self._columns.recall(other.memory()["columns"])
 
     def end(self) -> None:
         """Write that there are no more blocks."""

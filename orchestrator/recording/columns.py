@@ -34,10 +34,16 @@ LONGEST_RECORD: Final = 256
 """Samples of bytes are cut into records of at most so many bytes."""
 
 TRIED: Final = 1024
-"""Numbers of a column on which simple filters are tried."""
+"""Numbers in the middle of a column on which simple filters are tried."""
 
+SHORT: Final = 1 << 17
+ENOUGH: Final = 64
+"""A filter that makes numbers so many times smaller is taken without trying the others, where a
+column has at most `SHORT` bytes: there is less to gain than a trial takes."""
+
+FEWEST_GUESSED: Final = 1024
 GUESSED: Final = 1 << 15
-"""Numbers of a column for which guesses are looked for."""
+"""Guesses are looked for where a column has so many numbers; and among how many of them."""
 
 NOISY: Final = 3.0
 """Guesses are looked for from so many compressed bytes per number on."""
@@ -45,9 +51,9 @@ NOISY: Final = 3.0
 WORTH: Final = 0.1
 """The share of numbers from which on a guess is used."""
 
-_SIMPLE: Final[tuple[Filter, ...]] = (Words(), Planes(), Deltas())
-_OF_BYTES: Final[tuple[Filter, ...]] = (Words(), Deltas())
-"""Planes of bytes are the bytes."""
+_STAYING: Final[tuple[Filter, ...]] = (Words(), Deltas(), Planes())
+_GOING: Final[tuple[Filter, ...]] = (Deltas(), Words(), Planes())
+"""What is tried, in this order, on numbers that end as they begin, and on others."""
 _NONE: Final = Records()
 _COMPRESSOR: Final = Compressor(LEVEL, checksum=True)
 
@@ -285,17 +291,34 @@ def _choose(columns: Sequence[Numbers]) -> tuple[Filter, ...]:
     chosen: list[Filter] = []
     noisy: list[int] = []
     for k, column in enumerate(columns):
-        few = column[:TRIED]
-        tried = _SIMPLE if column.dtype.itemsize > 1 else _OF_BYTES
-        sizes = [len(compress(each.encode(few, _NONE)[0])) for each in tried]
-        size = min(sizes)
-        best: Filter = tried[sizes.index(size)]
-        if column.dtype.itemsize == 8 and len(few) == TRIED and size > NOISY * TRIED:
+        few = column[max(len(column) - TRIED, 0) // 2 :][:TRIED]
+        size, best = _simple(few, ENOUGH if column.nbytes <= SHORT else math.inf)
+        is_noisy = size > NOISY * len(few)
+        if column.dtype.itemsize == 8 and len(column) >= FEWEST_GUESSED and is_noisy:
             some = Records([each[:GUESSED] for each in columns[:k]])
             best = _guesses(column[:GUESSED], some, noisy) or best
             noisy.append(k)
         chosen.append(best)
     return tuple(chosen)
+
+
+def _simple(few: Numbers, enough: float) -> tuple[float, Filter]:
+    """What the best simple filter makes of `few` numbers [byte], and that filter.
+
+    Args:
+        few: the numbers.
+        enough: one that makes them so many times smaller is good enough.
+    """
+    stays = len(few) == 0 or few[0] == few[-1]
+    tried = _STAYING if stays else _GOING
+    least: tuple[float, Filter] = (math.inf, tried[0])
+    for each in tried[:2] if few.dtype.itemsize == 1 else tried:  # planes of bytes are the bytes
+        size = len(compress(each.encode(few, _NONE)[0]))
+        if size < least[0]:
+            least = (size, each)
+        if size * enough <= few.nbytes:
+            break
+    return least
 
 
 def _guesses(column: Numbers, earlier: Records, noisy: Sequence[int]) -> Guesses | None:

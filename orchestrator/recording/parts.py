@@ -28,6 +28,45 @@ BLOCK_BYTES: Final = 4 << 20
 """A block is stored when it has at least so many bytes; the fewer, the less there is to find."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Made:
+    """A block that was made.
+
+    Attributes:
+        content: its rows.
+        before: the digest of the rows of earlier blocks and flushes.
+        block: what was written of it.
+        sha256: of all rows.
+        stored: where it was written.
+    """
+
+    content: bytes
+    before: bytes
+    block: bytes
+    sha256: Any
+    stored: BlockFile
+
+    def is_same(self, content: memoryview, sha256: Any) -> bool:
+        """Whether a block behind rows of the digest `sha256` becomes this one, byte for byte."""
+        return (
+            self.content == bytes(content)  # a memoryview would compare number by number
+            and self.before == sha256.digest()
+        )
+
+
+class Latest:
+    """The block of times that was made last: many components publish at the same ones.
+
+    Parts that share it are given rows that are appended one by one, or as if they were: so equal
+    rows lie in equal blocks.
+    """
+
+    __slots__ = ("made",)
+
+    def __init__(self) -> None:
+        self.made: _Made | None = None
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shared:
     """What the parts of a recording have in common.
@@ -35,10 +74,17 @@ class Shared:
     Attributes:
         again: what was there at a checkpoint, by name.
         room: in which blocks are made.
+        times: of the components.
     """
 
     again: Again = field(default_factory=lambda: NOTHING)
     room: Room = field(default_factory=Room)
+    times: Latest = field(default_factory=Latest)
+
+    def release(self) -> None:
+        """Give memory back; parts can go on."""
+        self.room.release()
+        self.times.made = None
 
 
 class Part:
@@ -54,15 +100,16 @@ class Part:
         kind: the declared type of the signal; empty for times, row counts and shapes.
         samples: whether what is appended at once is a sample of bytes, whose lengths tell how to
             cut them.
+        latest: where equal blocks of other parts are found; `None`: none is expected.
         shared: with the other parts of the recording; `None`: there are no others, and it is new.
 
     Attributes:
         name: as given.
     """
 
-    __slots__ = ("_buffer", "_dtype", "_flushed", "_held", "_kind", "_known", "_lengths",
-                 "_path", "_room", "_row_bytes", "_row_shape", "_rows", "_samples", "_sha256",
-                 "_stored", "_tail", "_write", "name")  # fmt: skip
+    __slots__ = ("_buffer", "_dtype", "_flushed", "_held", "_kind", "_known", "_latest",
+                 "_lengths", "_path", "_room", "_row_bytes", "_row_shape", "_rows", "_samples",
+                 "_sha256", "_stored", "_tail", "_write", "name")  # fmt: skip
 
     def __init__(
         self,
@@ -73,9 +120,11 @@ class Part:
         *,
         kind: str = "",
         samples: bool = False,
+        latest: Latest | None = None,
         shared: Shared | None = None,
     ) -> None:
         shared = shared or Shared()
+        self._latest = latest
         self._path, self.name, self._kind = path, name, kind
         self._room = shared.room
         self._dtype, self._row_shape = dtype, row_shape
@@ -146,7 +195,7 @@ class Part:
             self._lengths.append(len(rows))
         self._take(rows, count)
 
-    def append_rows(self, data: bytes, count: int) -> None:
+    def append_rows(self, data: bytes | memoryview, count: int) -> None:
         """Append `count` rows, given in C order, as if each were appended alone.
 
         Raises:
@@ -168,7 +217,9 @@ class Part:
             self._take(rest[: some * size], some)
             rest, count = rest[some * size :], count - some
 
-    def append_samples(self, data: bytes, lengths: Sequence[int] | npt.NDArray[np.int64]) -> None:
+    def append_samples(
+        self, data: bytes | memoryview, lengths: Sequence[int] | npt.NDArray[np.int64]
+    ) -> None:
         """Append samples of any number of rows, as if each were appended alone.
 
         Args:
@@ -231,14 +282,37 @@ class Part:
             content = self._room.rows.take(self._held).data
             self._tail.read_into(content[: self._known])
             content[self._known :] = fresh
-        self._stored.append(content, self._rows, self._lengths, is_last=is_last)
-        self._sha256.update(fresh)
+        if self._latest is None:
+            self._stored.append(content, self._rows, self._lengths, is_last=is_last)
+            self._sha256.update(fresh)
+        else:
+            self._store_as(self._latest, content, fresh, is_last=is_last)
         if self._tail is not None:
             self._tail.remove()
             self._tail = None
         self._forget()
         del self._lengths[:]
         self._rows = self._flushed = self._held = self._known = 0
+
+    def _store_as(
+        self, latest: Latest, content: memoryview, fresh: memoryview, *, is_last: bool
+    ) -> None:
+        """Store a block that may be the one that another part has stored just now."""
+        made = latest.made
+        if made and made.is_same(content, self._sha256):
+            self._stored.append_same(made.block, made.stored)
+            self._sha256 = made.sha256.copy()
+            return
+        before = self._sha256.digest()
+        block = self._stored.append(content, self._rows, self._lengths, is_last=is_last)
+        self._sha256.update(fresh)
+        latest.made = _Made(
+            content=bytes(content),
+            before=before,
+            block=block,
+            sha256=self._sha256.copy(),
+            stored=self._stored,
+        )
 
     def _fresh(self) -> memoryview:
         """What came since the last flush."""

@@ -225,7 +225,7 @@ class Recorder(Observer):
         for component in self._components.values():
             hindrance = component.close()
             problem = problem or hindrance
-        self._shared.room.release()
+        self._shared.release()
         return problem
 
     def _flush_if_due(self) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from typing_extensions import override
 
 from orchestrator.recording.layout import Files, Layout, RecordingError
-from orchestrator.recording.parts import Part, Shared
+from orchestrator.recording.parts import Latest, Part, Shared
 from orchestrator.recording.stored import Stored
 from orchestrator.signal import Array, Connector, Signal
 from orchestrator.stretch import Rows
@@ -151,7 +151,8 @@ def _append_equal(values: Part, rows: Rows, count: int, each: int) -> None:
 
 def times_part(files: Files, shared: Shared | None = None) -> Part:
     """Create the part with the times of a component, or go on with what is there."""
-    return _part(files, files.times, INT64, (), shared)
+    shared = shared or Shared()
+    return _part(files, files.times, INT64, (), shared, latest=shared.times)
 
 
 def _part(
@@ -163,9 +164,12 @@ def _part(
     *,
     kind: str = "",
     samples: bool = False,
+    latest: Latest | None = None,
 ) -> Part:
     name = files.name_of(path)
-    return Part(path, name, dtype, row_shape, kind=kind, samples=samples, shared=shared)
+    return Part(
+        path, name, dtype, row_shape, kind=kind, samples=samples, latest=latest, shared=shared
+    )
 
 
 def sample_writer(files: Files, connector: Connector, shared: Shared) -> SampleWriter:

@@ -21,12 +21,15 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
 
+import orchestrator.recording.blocks
 import orchestrator.recording.parts
 from orchestrator.recording.blocks import scan
+from orchestrator.recording.columns import compress
 from orchestrator.recording.filters import Guesses, Records
-from orchestrator.recording.layout import RecordingError, plain_of
-from orchestrator.recording.parts import BLOCK_BYTES, Part, Shared
+from orchestrator.recording.layout import Files, RecordingError, plain_of
+from orchestrator.recording.parts import BLOCK_BYTES, Latest, Part, Shared
 from orchestrator.recording.reader import Recording
+from orchestrator.recording.samples import times_part
 from orchestrator.recording.stored import Stored, damage_of
 
 DTYPES = st.one_of(
@@ -153,6 +156,68 @@ def test_how_much_arrives_at_once_does_not_show(
         many.close()
         assert (Path(folder) / "1").read_bytes() == (Path(folder) / "2").read_bytes()
         assert one.digest == many.digest
+
+
+SEVERAL = st.lists(
+    st.lists(st.tuples(st.integers(0, 3), st.integers(0, 1), st.booleans()), max_size=8),
+    min_size=2,
+    max_size=4,
+)
+"""Of each part: how many numbers come at once, which ones, and whether they are flushed then."""
+
+
+@settings(max_examples=300, deadline=None)
+@given(several=SEVERAL, block=st.integers(1, 60), data=st.data())
+def test_parts_that_may_share_blocks_are_what_they_are_alone(
+    several: list[list[tuple[int, int, bool]]], block: int, data: st.DataObject
+) -> None:
+    """Whether their rows are equal throughout, for a while, or not; and whenever they come."""
+    several[-1] = data.draw(st.sampled_from(several))
+    shared = Shared()
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(orchestrator.recording.parts, "BLOCK_BYTES", block)
+
+        def part(name: str, latest: Latest | None) -> Part:
+            return Part(Path(folder, name), "y.npy", np.dtype("<i8"), latest=latest, shared=shared)
+
+        alike = [part(f"alike{k}", shared.times) for k in range(len(several))]
+        alone = [part(f"alone{k}", None) for k in range(len(several))]
+        for turn in range(8):
+            for rows, *both in zip(several, alike, alone, strict=True):
+                for count, value, is_flushed in rows[turn : turn + 1]:
+                    for each in both:
+                        each.append_rows(np.full(count, value, "<i8").tobytes(), count)
+                        if is_flushed:
+                            each.flush()
+        for k, (one, other) in enumerate(zip(alike, alone, strict=True)):
+            one.close()
+            other.close()
+            assert one.digest == other.digest
+            assert one.size == other.size
+            assert one.memory().keys() == other.memory().keys()
+            assert str(one.memory()) == str(other.memory())
+            assert Path(folder, f"alike{k}").read_bytes() == Path(folder, f"alone{k}").read_bytes()
+
+
+def test_equal_times_are_compressed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of three components, of which two publish at the same times."""
+    shared = Shared()
+    made: list[int] = []
+    for name in "abc":
+        (tmp_path / "signals" / name).mkdir(parents=True)
+    parts = [times_part(Files(tmp_path, name, ""), shared) for name in "abc"]
+    for part, step in zip(parts, (1, 1, 2), strict=True):
+        part.append_rows(np.arange(0, 100 * step, step).tobytes(), 100)
+
+    def counted(stream: Any) -> bytes:
+        made.append(len(stream))
+        return compress(stream)
+
+    monkeypatch.setattr(orchestrator.recording.blocks, "compress", counted)
+    for part in parts:
+        part.close()
+    assert len(made) == 2
+    assert [read(tmp_path / "signals" / n / "time.zst")[99] for n in "abc"] == [99, 99, 198]
 
 
 def test_many_rows_at_once_must_be_rows(tmp_path: Path) -> None:
