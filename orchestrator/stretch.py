@@ -1,8 +1,8 @@
 """What observers see of the points that the engine worked through."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Final
+from dataclasses import dataclass
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -12,8 +12,7 @@ from orchestrator.timebase import Time
 _NO_SIZES: Final[Array] = np.empty(0, np.int64)
 
 
-@dataclass(frozen=True, slots=True)
-class Rows:
+class Rows(NamedTuple):
     """The samples of one signal, all of the same size.
 
     Attributes:
@@ -23,7 +22,7 @@ class Rows:
     """
 
     data: bytes | memoryview
-    sizes: Array = field(default_factory=lambda: _NO_SIZES)
+    sizes: Array = _NO_SIZES
     shape: tuple[int, ...] = ()
 
 

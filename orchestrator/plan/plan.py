@@ -41,7 +41,8 @@ _SPAN_NS: Final = 10_000_000
 """Wall time of a stretch, about: a request to stop is heard between two."""
 
 _MOST_GROWTH: Final = 16
-"""How many times more points a stretch may have than the one before."""
+_LEAST_GROWTH: Final = 1.25
+"""How many times more points a stretch may have than the one before, if it has more."""
 
 
 def plan_of(
@@ -271,8 +272,8 @@ class RunPlan:
 
     def _adapt(self, spent: int, points: int) -> None:
         """Let the next stretch take about `_SPAN_NS`."""
-        growth = min(_SPAN_NS // max(spent, 1), _MOST_GROWTH)
-        if points == self._most and growth > 1:
-            self._most = min(growth * self._most, self._limit)
+        growth = min(_SPAN_NS / max(spent, 1), _MOST_GROWTH)
+        if points == self._most and growth > _LEAST_GROWTH:
+            self._most = min(int(growth * self._most), self._limit)
         elif spent > 2 * _SPAN_NS:
             self._most = max(1, self._most // 2)

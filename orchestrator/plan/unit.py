@@ -88,7 +88,8 @@ class UnitPlan(Readable):
         self._driven: list[Driven] = []
         self._setting_names: list[tuple[str, list[str]]] = []
         self._tracks: list[layouts.Track] = []
-        self._rings: dict[str, Array] = {}
+        self._rings: dict[str, tuple[memoryview, int, tuple[int, ...]]] = {}
+        self._binary_rings: dict[str, tuple[layouts.Track, Array]] = {}
         self._attendance = Attendance(participant, unit.owner)
         self._describe(table, unit)
         unit.owner.count_calls(ctypes.addressof(table) + layouts.Unit.calls.offset)
@@ -263,8 +264,12 @@ class UnitPlan(Readable):
         """
         for track, name in zip(self._tracks, self._recorded, strict=True):
             size = points * track.size
-            self._rings[name] = memory[:size]
             track.row = memory.ctypes.data
+            if track.is_binary:
+                self._binary_rings[name] = track, memory[:size].view(np.int64)
+            else:
+                shape = self._unit.variables[name].shape
+                self._rings[name] = memory[:size].data, track.size, shape
             memory = memory[_room(size) :]
 
     def enter(self, t: Time, published: Mapping[str, Signals]) -> None:
@@ -341,14 +346,12 @@ class UnitPlan(Readable):
         """
         count = self.rows
         rows = {}
-        for track, name in zip(self._tracks, self._recorded, strict=True):
-            data = self._rings[name][: count * track.size]
-            if track.is_binary:
-                content = track.bytes
-                binary = ctypes.string_at(content.data, content.size) if content.size else b""
-                rows[name] = Rows(binary, data.view(np.int64))
-            else:
-                rows[name] = Rows(data.data, shape=self._unit.variables[name].shape)
+        for name, (ring, size, shape) in self._rings.items():
+            rows[name] = Rows(ring[: count * size], shape=shape)
+        for name, (track, sizes) in self._binary_rings.items():
+            content = track.bytes
+            binary = ctypes.string_at(content.data, content.size) if content.size else b""
+            rows[name] = Rows(binary, sizes[:count])
         return Samples(times, rows)
 
     def fail(self, outcome: int, call: int, status: int, t: Time) -> ComponentError:
