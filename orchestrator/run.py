@@ -237,9 +237,10 @@ def _run(
         )
     except BaseException as error:
         logger.info("the run ended early: %r", error, exc_info=error)
-        _report_anyway(asked, directory)
         if isinstance(error, KeyboardInterrupt):
+            _report_anyway(scenario.asked(every_run=False), directory)
             raise RunInterrupted(directory) from error
+        _report_anyway(asked, directory)
         raise RunFailedError(str(error), directory) from error
     last_call.nobody()
     if result.early_end is not None:
@@ -302,7 +303,8 @@ def _name(scenario: Scenario) -> str | None:
 def _report_anyway(asked: Questions, directory: Path) -> None:
     """Metrics of what there is; what ended the run matters more than a report that fails.
 
-    The figure can wait for `nlosim report`: whoever watches wants to know why it ended.
+    The figure can wait for `nlosim report`: whoever watches wants to know why it ended. So can,
+    where he ended it himself, all that the scenario does not ask for.
     """
     try:
         make_report(asked, directory, figure=False)

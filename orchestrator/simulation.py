@@ -191,6 +191,7 @@ class _Audience:
 
     @contextmanager
     def timed(self) -> Iterator[None]:
+        self._last_call.nobody()
         before = perf_counter_ns()
         try:
             yield

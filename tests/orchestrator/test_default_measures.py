@@ -11,9 +11,11 @@ from orchestrator import findings, measure
 from orchestrator.cli import main
 from orchestrator.experiment.load import load_experiment
 from orchestrator.run import run_scenario
+from orchestrator.run_outcome import RunInterrupted
 from orchestrator.scenario.build import load_scenario
 from tests.installation import install
 from tests.orchestrator.conftest import SAMPLE_UNITS
+from tests.orchestrator.resumable import Cut
 
 
 @pytest.fixture
@@ -68,6 +70,22 @@ def test_a_run_from_python_asks_what_the_scenario_names(two: Path, tmp_path: Pat
     assert outcome.metrics == {}
     outcome = run_scenario(load_scenario(two), tmp_path / "b", figure=False, default_measures=True)
     assert list(outcome.metrics["measures"]) == ["travel"]
+
+
+def test_who_stops_a_run_does_not_wait_for_them(two: Path, tmp_path: Path) -> None:
+    """They can be had later; what the scenario asks for is there, and is what it was."""
+    for number, (more, asked) in enumerate({"": {}, "measures.way.type=travel": {"way"}}.items()):
+        out = tmp_path / str(number)
+        scenario = load_scenario(two, [more] if more else [])
+        with pytest.raises(RunInterrupted):
+            run_scenario(
+                scenario, out, figure=False, default_measures=True, observers=[Cut(scenario.start)]
+            )
+        metrics = json.loads((out / "metrics.json").read_text())
+        assert metrics.get("measures", {}).keys() == set(asked)
+        assert main(["report", str(out)]) == 0
+        later = json.loads((out / "metrics.json").read_text())["measures"]
+        assert later.keys() == (asked or {"travel"})
 
 
 def test_an_experiment_asks_the_measures_that_its_metrics_name(two: Path) -> None:

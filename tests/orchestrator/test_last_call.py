@@ -3,11 +3,21 @@
 import ctypes
 import struct
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
+from typing_extensions import override
 
+from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.last_call import FILE, Call, CutOff, LastCall, LastCallFile, cut_off
+from orchestrator.observer import Observer, SimulationResult
+from orchestrator.signal import Connector, Signals
+from orchestrator.simulation import simulate
+from orchestrator.system import System
+from orchestrator.timebase import Duration, Time
+from tests.idle import Idle
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="files that are open are locked")
 
@@ -112,3 +122,59 @@ def test_notes_without_a_file_are_harmless() -> None:
     noted.begin(NAMES)
     noted.compiled(NAMES, 0, 8)
     noted.notes_of(1).step(5)
+
+
+class _Looking(Observer):
+    """Notes whether a component is being called when it is asked itself."""
+
+    def __init__(self, last_call: LastCall) -> None:
+        self._cells = memoryview(last_call._memory)[:16].cast("q")
+        self.seen: dict[str, int] = {}
+
+    @override
+    def begin(self, system: System, start: Time, stop: Time) -> None:
+        self.seen["begin"] = self._cells[0]
+
+    @override
+    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
+        self.seen["observe"] = self._cells[0]
+
+    @override
+    def end(self, result: SimulationResult) -> None:
+        self.seen["end"] = self._cells[0]
+
+
+class _Leaving(Idle):
+    """Notes what is said to be called while it is closed; the user stops the run at 3 ns."""
+
+    connectors: ClassVar[Mapping[str, Connector]] = {}
+
+    def __init__(self, last_call: LastCall) -> None:
+        self._cells = memoryview(last_call._memory)[:16].cast("q")
+        self.closing = 0
+
+    @override
+    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        if t == 3:
+            raise KeyboardInterrupt
+
+    @override
+    def outputs(self) -> Signals:
+        return {}
+
+    @override
+    def close(self) -> None:
+        self.closing = self._cells[0]
+
+
+def test_nobody_is_called_while_observers_are_asked() -> None:
+    """Not even the component that was closed last: what takes long then is not its fault."""
+    last_call = LastCall()
+    looking, first, second = _Looking(last_call), _Leaving(last_call), _Leaving(last_call)
+    with pytest.raises(KeyboardInterrupt):
+        simulate(
+            System({"first": first, "second": second}, {"first": 1, "second": 1}, []),
+            Jacobi(), start=0, stop=9, seed=0, observers=[looking], last_call=last_call,
+        )  # fmt: skip
+    assert looking.seen == {"begin": 0, "observe": 0, "end": 0}
+    assert [first.closing, second.closing] == [Call.CLOSE << 32, Call.CLOSE << 32 | 1]
