@@ -51,8 +51,9 @@ NOISY: Final = 3.0
 WORTH: Final = 0.1
 """The share of numbers from which on a guess is used."""
 
-_STAYING: Final[tuple[Filter, ...]] = (Words(), Deltas(), Planes())
-_GOING: Final[tuple[Filter, ...]] = (Deltas(), Words(), Planes())
+_WORDS, _DELTAS, _PLANES = Words(), Deltas(), Planes()
+_STAYING: Final[tuple[Filter, ...]] = (_WORDS, _DELTAS, _PLANES)
+_GOING: Final[tuple[Filter, ...]] = (_DELTAS, _WORDS, _PLANES)
 """What is tried, in this order, on numbers that end as they begin, and on others."""
 _NONE: Final = Records()
 _COMPRESSOR: Final = Compressor(LEVEL, checksum=True)
@@ -311,14 +312,13 @@ def _simple(few: Numbers, enough: float) -> tuple[float, Filter]:
     """
     stays = len(few) == 0 or few[0] == few[-1]
     tried = _STAYING if stays else _GOING
-    least: tuple[float, Filter] = (math.inf, tried[0])
+    sizes: dict[Filter, int] = {}
     for each in tried[:2] if few.dtype.itemsize == 1 else tried:  # planes of bytes are the bytes
-        size = len(compress(each.encode(few, _NONE)[0]))
-        if size < least[0]:
-            least = (size, each)
-        if size * enough <= few.nbytes:
+        sizes[each] = len(compress(each.encode(few, _NONE)[0]))
+        if sizes[each] * enough <= few.nbytes:
             break
-    return least
+    best = min(_STAYING, key=lambda each: sizes.get(each, math.inf))  # of equal ones, the cheapest
+    return sizes[best], best
 
 
 def _guesses(column: Numbers, earlier: Records, noisy: Sequence[int]) -> Guesses | None:

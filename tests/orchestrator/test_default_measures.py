@@ -1,18 +1,22 @@
 """Measures that are asked of every run whose scenario does not speak of them."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from typing_extensions import override
 
 from orchestrator import findings, measure
 from orchestrator.cli import main
 from orchestrator.experiment.load import load_experiment
 from orchestrator.run import run_scenario
-from orchestrator.run_outcome import RunInterrupted
+from orchestrator.run_outcome import RunFailedError, RunInterrupted
 from orchestrator.scenario.build import load_scenario
+from orchestrator.signal import Signals
+from orchestrator.timebase import Time
 from tests.installation import install
 from tests.orchestrator.conftest import SAMPLE_UNITS
 from tests.orchestrator.resumable import Cut
@@ -86,6 +90,24 @@ def test_who_stops_a_run_does_not_wait_for_them(two: Path, tmp_path: Path) -> No
         assert main(["report", str(out)]) == 0
         later = json.loads((out / "metrics.json").read_text())["measures"]
         assert later.keys() == (asked or {"travel"})
+
+
+class _Failing(Cut):
+    """Ends a run as a component that fails does."""
+
+    @override
+    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
+        raise ValueError("enough")
+
+
+def test_of_a_run_that_fails_they_are_what_they_can_be(two: Path, tmp_path: Path) -> None:
+    scenario = load_scenario(two)
+    with pytest.raises(RunFailedError, match="enough"):
+        run_scenario(
+            scenario, tmp_path / "out", figure=False, default_measures=True, observers=[_Failing(0)]
+        )
+    metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
+    assert list(metrics["measures"]) == ["travel"]
 
 
 def test_an_experiment_asks_the_measures_that_its_metrics_name(two: Path) -> None:

@@ -22,6 +22,8 @@ def adapted(most: int, spent: int, points: int, limit: int = 1 << 16) -> int:
         (64, 2 * MS, 64, 320),  # ten milliseconds
         (1024, 7 * MS, 1024, 1462),
         (1024, 9 * MS, 1024, 1024),  # nearly there: memory is kept
+        (1024, 8 * MS, 1024, 1024),
+        (1024, 7_800_000, 1024, 1312),
         (1024, 19 * MS, 1024, 1024),
         (1024, 21 * MS, 1024, 512),  # a request to stop would wait too long
         (1, 80 * MS, 1, 1),

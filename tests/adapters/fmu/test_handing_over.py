@@ -1,6 +1,6 @@
 """FMUs go on where compiled code stopped, and the other way round: nothing is set too late."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,8 @@ from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.component import Component
+from orchestrator.plan import plan
+from orchestrator.plan.unit import UnitPlan
 from orchestrator.recording.reader import Recording
 from orchestrator.recording.recorder import Recorder
 from orchestrator.signal import Causality, Connector, Signals
@@ -98,3 +100,30 @@ def test_an_object_that_comes_back_is_set_again(
         said = [bytes(1)]
         said += [BYTES[k] + bytes([end % 256]) for k, end in zip(read, ends, strict=True)]
         assert copied.values.tobytes() == b"".join(said)
+
+
+@pytest.mark.parametrize("others", [0, 4])
+def test_the_engine_takes_over_what_python_did_and_nothing_of_its_own(
+    others: int, ends3: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two FMUs over several stretches; a component in Python steps so many times between them."""
+    taken: list[Time] = []
+    take_over = UnitPlan._take_over
+
+    def counted(unit: UnitPlan, t: Time, published: Mapping[str, Signals]) -> None:
+        taken.append(t)
+        take_over(unit, t, published)
+
+    monkeypatch.setattr(UnitPlan, "_take_over", counted)
+    monkeypatch.setattr(plan, "_MOST_POINTS", 100)  # 64, and then so many at once
+    kind, stop = FmuComponentType(ends3), 1000
+    parts: dict[str, Component] = {name: kind.create(name, {}) for name in ("a", "b")}
+    steps = dict.fromkeys(parts, 1_000_000)
+    if others:
+        parts["python"], steps["python"] = Alternating(), stop * 1_000_000 // (others + 1)
+    simulate(
+        System(parts, steps, []), GaussSeidel(tuple(parts)),
+        start=0, stop=stop * 1_000_000, seed=0, observers=[Recorder(tmp_path)],
+    )  # fmt: skip
+    assert len(taken) == 2 * (others + 1)
+    assert len(set(taken)) == others + 1
