@@ -87,7 +87,9 @@ def component_type(name: str) -> ComponentType:
     if name not in offers:
         nothing = f"no installed package offers any in the entry points `{COMPONENTS}`"
         hint = suggestion(name, offers) if offers else nothing
-        if not hint.startswith("did"):
+        if name.lower().endswith(".fmu"):
+            hint = f"in a scenario write `fmu: {name}` in place of `type`"
+        elif not hint.startswith("did"):
             hint += "; for an FMU write its file, `model.fmu`, for a class of yours `module:Class`"
         raise ComponentTypeError(f"no component type `{name}` is installed; {hint}")
     return offers[name].load()

@@ -115,6 +115,7 @@ def test_offers_are_listed_without_importing_them() -> None:
     ("name", "message"),
     [
         ("tracce", "no component type `tracce` is installed; did you mean `trace`?"),
+        ("a/ball.fmu", "in a scenario write `fmu: a/ball.fmu` in place of `type`"),
         ("fmu", "for an FMU write its file, `model.fmu`, for a class of yours `module:Class`"),
         (
             "broken",
