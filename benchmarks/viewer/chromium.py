@@ -8,10 +8,11 @@ import base64
 import json
 import os
 import shutil
+import signal
 import subprocess
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,6 +20,7 @@ from orchestrator.errors import CosimError
 
 _NAMES: Final = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 _PATIENCE: Final = 60.0  # [s]
+_HELPERS: Final = 5.0  # that processes of a browser may outlive it [s]
 _OPTIONS: Final = (
     "--headless=new",
     "--no-sandbox",
@@ -207,6 +209,7 @@ def browser(folder: Path) -> Iterator[Tab]:
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         close_fds=False,
+        start_new_session=True,
         preexec_fn=pipes,  # noqa: PLW1509 - it only duplicates descriptors
     )
     os.close(browser_reads)
@@ -216,5 +219,15 @@ def browser(folder: Path) -> Iterator[Tab]:
     finally:
         process.terminate()
         process.wait(20)
+        _end_helpers(process.pid)
         os.close(to_read)
         os.close(to_write)
+
+
+def _end_helpers(group: int) -> None:
+    """Wait until no process of a browser that has ended writes into its folder any more."""
+    until = time.monotonic() + _HELPERS
+    with suppress(ProcessLookupError):
+        while time.monotonic() < until:
+            os.killpg(group, signal.SIGKILL)
+            time.sleep(0.01)
