@@ -1,6 +1,6 @@
-"""Builds the engine that steps FMUs of the core, `orchestrator/plan/engine.c`, for each platform.
+"""Builds the compiled part of the core for each platform: the engine that steps FMUs, and planes.
 
-It is compiled like a unit, but is no FMU: the core loads it by its place.
+It is compiled like a unit, but is no FMU: the core loads it by its place, `orchestrator.compiled`.
 """
 
 import hashlib
@@ -20,7 +20,7 @@ from fmus.native.targets import (
 from fmus.native.unit import fmi_headers, source_text
 
 FOLDER: Final = Path(__file__).parents[2] / "orchestrator" / "plan"
-_SOURCE: Final = FOLDER / "engine.c"
+_SOURCES: Final = (FOLDER / "engine.c", FOLDER.parent / "recording" / "planes.c")
 _HEADERS: Final = ("bytes.h", "grid.h", "mixing.h", "numbers.h")
 _DIGEST: Final = ".digest"
 
@@ -53,7 +53,7 @@ def build_engine(
             made = Path(name) / library.name
             compile_library(
                 target,
-                sources=[_SOURCE],
+                sources=_SOURCES,
                 include=[FOLDER],
                 system_include=fmi_headers(),
                 library=made,
@@ -68,7 +68,7 @@ def build_engine(
 
 
 def _digest(target: Target, cc: Sequence[str]) -> str:
-    sources = [source_text(path).decode() for path in (_SOURCE, *map(FOLDER.joinpath, _HEADERS))]
+    sources = [source_text(path).decode() for path in (*_SOURCES, *map(FOLDER.joinpath, _HEADERS))]
     parts = [*sources, compiler_version(cc), *cc, *COMMON_FLAGS, *ZIG_FLAGS]
     parts += [*target.zig, *target.flags]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()

@@ -98,6 +98,11 @@ typedef struct {
     size_t pasts;
     Track *track;
     size_t tracks;
+    uint8_t *shelf; /* of `SHELF` times `size` bytes: what was published lately; NULL: outputs are large */
+    size_t size;    /* of `published` [byte], a multiple of 8 */
+    size_t shelved; /* points that lie there, the last ones of `rows` */
+    double step_size; /* [s] */
+    int64_t records_apart; /* whether `record_apart` has something to do */
     int64_t number; /* of the point where its next step ends */
     int64_t from, due; /* where its next step starts and ends [ns] */
     size_t rows;   /* recorded in this stretch: at every step that ended */
@@ -147,16 +152,28 @@ EXPORT void plan_release(Bytes *b) {
 }
 
 /* ---- one step ---- */
+static void bring(const Setting *s, const Copy *c) {
+    if (s->is_binary || !s->elements) return;
+    if (s->kind == BOOLEAN32) widen_truths(c->to, seen_at(&c->from), c->size);
+    else copy(c->to, seen_at(&c->from), c->size);
+}
+
 /* Bring the elements of a call up to date; false if no source has published since. */
 static bool gather(Setting *s) {
+    if (s->copies == 1) {
+        Copy *c = s->copy;
+        uint64_t version = *c->from.version;
+        if (c->seen == version) return false;
+        c->seen = version;
+        bring(s, c);
+        return true;
+    }
     bool is_new = false;
     for (size_t k = 0; k < s->copies; k++) is_new |= s->copy[k].seen != *s->copy[k].from.version;
     for (size_t k = 0; k < s->copies && is_new; k++) {
         Copy *c = &s->copy[k];
         c->seen = *c->from.version;
-        if (s->is_binary || !s->elements) continue;
-        if (s->kind == BOOLEAN32) widen_truths(c->to, seen_at(&c->from), c->size);
-        else copy(c->to, seen_at(&c->from), c->size);
+        bring(s, c);
     }
     return is_new;
 }
@@ -186,7 +203,7 @@ static int set(const Unit *u, Setting *s) {
 
 static int step(Unit *u) {
     u->calls++;
-    double from = seconds_of(&u->grid, u->number - 1), h = step_seconds(&u->grid);
+    double from = seconds_of(&u->grid, u->number - 1), h = u->step_size;
     if (u->version == 2) return ((Step2)u->step)(u->instance, from, h, u->keeps_state);
     *u->last_time = from;
     int status = ((Step3)u->step)(u->instance, from, h, u->keeps_state, u->flag[0], u->flag[1], u->flag[2], u->last_time);
@@ -232,27 +249,34 @@ static Outcome adopt(const Unit *u, Getting *g) {
 }
 
 /* Whether a call did not go well; messages of one that gave a warning are done with. */
-static bool is_failure(Plan *p, Unit *u, int status) {
+static inline bool is_failure(Plan *p, Unit *u, int status) {
+    if (status == STATUS_OK) return false;
     p->status = status;
     u->calls += status == STATUS_WARNING;
-    return status != STATUS_OK && status != STATUS_WARNING;
+    return status != STATUS_WARNING;
+}
+
+static Outcome stopped(Plan *p, size_t call, Outcome outcome) {
+    p->call = call;
+    return outcome;
 }
 
 /* Let a unit step from `from`; its outputs are pending then. */
 static Outcome make_step(Plan *p, Unit *u, int64_t from) {
-    for (p->call = 0; p->call < u->mixes; p->call++)
-        if (!mix(&u->mix[p->call], p->point, p->start)) return MIX_NOT_FINITE;
-    for (p->call = 0; p->call < u->settings; p->call++) {
-        Setting *s = &u->setting[p->call];
-        if (gather(s) && is_failure(p, u, set(u, s))) return SET_FAILED;
+    for (size_t k = 0; k < u->mixes; k++)
+        if (!mix(&u->mix[k], p->point, p->start)) return stopped(p, k, MIX_NOT_FINITE);
+    for (size_t k = 0; k < u->settings; k++) {
+        Setting *s = &u->setting[k];
+        if (gather(s) && is_failure(p, u, set(u, s))) return stopped(p, k, SET_FAILED);
     }
     u->ending = is_failure(p, u, step(u)) ? u->attend(p->status, from) : GOES_ON;
     if (u->ending >= ENDS_WITHIN) return u->ending == HAS_FAILED ? STEP_FAILED : ALL_DONE; /* no outputs */
-    for (p->call = 0; p->call < u->gettings; p->call++)
-        if (is_failure(p, u, get(u, &u->getting[p->call]))) return GET_FAILED;
-    for (p->call = 0; p->call < u->gettings; p->call++) {
-        Outcome outcome = adopt(u, &u->getting[p->call]);
-        if (outcome != ALL_DONE) return outcome;
+    for (size_t k = 0; k < u->gettings; k++)
+        if (is_failure(p, u, get(u, &u->getting[k]))) return stopped(p, k, GET_FAILED);
+    for (size_t k = 0; k < u->gettings; k++) {
+        if (u->getting[k].kind == PLAIN) continue;
+        Outcome outcome = adopt(u, &u->getting[k]);
+        if (outcome != ALL_DONE) return stopped(p, k, outcome);
     }
     return ALL_DONE;
 }
@@ -274,18 +298,61 @@ static void publish(Unit *u, int64_t t) {
     for (size_t k = 0; k < u->pasts; k++) note(u->past[k], t);
 }
 
-static Outcome record(Unit *u) {
+/* ---- what is recorded ---- */
+/* Small outputs are put on the shelf of their unit, in one piece, and go to their rows many at once: the rows of all
+ * signals lie in more pages than a processor knows the places of. */
+enum { SHELF = 32 };
+
+#define DEFINE_TAKE(SIZE)                                                                          \
+    static void take##SIZE(uint8_t *row, const uint8_t *from, size_t apart, size_t n) {            \
+        for (size_t k = 0; k < n; k++) memcpy(row + SIZE * k, from + apart * k, SIZE);             \
+    }
+DEFINE_TAKE(1)
+DEFINE_TAKE(4)
+DEFINE_TAKE(8)
+
+/* Let the rows have what lies on the shelf. */
+static void clear_shelf(Unit *u) {
+    size_t n = u->shelved, first = u->rows - n;
+    for (size_t k = 0; k < u->tracks; k++) {
+        const Track *r = &u->track[k];
+        const uint8_t *from = u->shelf + r->from;
+        if (r->is_binary) continue;
+        uint8_t *row = r->row + r->size * first;
+        switch (r->size) {
+        case 1: take1(row, from, u->size, n); break;
+        case 4: take4(row, from, u->size, n); break;
+        case 8: take8(row, from, u->size, n); break;
+        default:
+            for (size_t i = 0; i < n; i++) memcpy(row + r->size * i, from + u->size * i, r->size);
+        }
+    }
+    u->shelved = 0;
+}
+
+/* Everything but what the shelf is for. */
+APART static Outcome record_apart(Unit *u) {
     for (size_t k = 0; k < u->tracks; k++) {
         Track *r = &u->track[k];
         if (r->is_binary) {
             const Bytes *b = (const Bytes *)(u->published_bytes + r->from);
             ((int64_t *)r->row)[u->rows] = (int64_t)b->size;
             if (bytes_append(&r->bytes, b->data, b->size)) return NO_MEMORY;
-        } else {
-            copy(r->row + r->size * u->rows, u->published + r->from, r->size);
+        } else if (!u->shelf) {
+            memcpy(r->row + r->size * u->rows, u->published + r->from, r->size);
         }
     }
+    return ALL_DONE;
+}
+
+static Outcome record(Unit *u) {
+    if (u->records_apart && record_apart(u) != ALL_DONE) return NO_MEMORY;
     u->rows++;
+    if (u->shelf) {
+        uint8_t *place = u->shelf + u->size * u->shelved;
+        for (size_t at = 0; at < u->size; at += 8) memcpy(place + at, u->published + at, 8);
+        if (++u->shelved == SHELF) clear_shelf(u);
+    }
     return ALL_DONE;
 }
 
@@ -373,8 +440,15 @@ EXPORT int plan_run(Plan *p) {
     for (size_t k = 0; k < p->units; k++) {
         Unit *u = &p->unit[k];
         next_step(u, last_of(&u->grid, p->now) + 1);
-        u->rows = 0, u->spent = 0;
-        for (size_t i = 0; i < u->tracks; i++) u->track[i].bytes.size = 0;
+        u->step_size = step_seconds(&u->grid);
+        u->rows = 0, u->spent = 0, u->records_apart = !u->shelf;
+        for (size_t i = 0; i < u->tracks; i++) {
+            u->track[i].bytes.size = 0;
+            u->records_apart |= u->track[i].is_binary;
+        }
     }
-    return go_on(p);
+    Outcome outcome = go_on(p);
+    for (size_t k = 0; k < p->units; k++)
+        if (p->unit[k].shelf) clear_shelf(&p->unit[k]);
+    return outcome;
 }

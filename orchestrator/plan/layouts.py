@@ -2,12 +2,12 @@
 
 import ctypes
 import functools
-import platform
 from ctypes import POINTER, c_double, c_int, c_int32, c_int64, c_size_t, c_uint64, c_void_p
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+
+from orchestrator import compiled
 
 (
     ALL_DONE, SET_FAILED, STEP_FAILED, GET_FAILED, NOT_FINITE, NO_MEMORY, RUN_ENDS, MIX_NOT_FINITE,
@@ -17,6 +17,9 @@ import numpy as np
 
 GOES_ON, ENDS_BEHIND, ENDS_WITHIN, HAS_FAILED = range(4)
 """What `attend` returns."""
+
+SHELF: Final = 32
+"""Points of which the engine keeps small outputs before they go to their rows."""
 
 Attend = ctypes.CFUNCTYPE(c_int, c_int, c_int64)
 """Makes the rest of a step: takes its status and where it begins [ns]."""
@@ -138,8 +141,9 @@ class Unit(ctypes.Structure):
         ("gettings", c_size_t), ("pending", c_void_p), ("published", c_void_p),
         ("pending_bytes", c_void_p), ("published_bytes", c_void_p),
         ("past", POINTER(POINTER(Past))), ("pasts", c_size_t), ("track", POINTER(Track)),
-        ("tracks", c_size_t), ("number", c_int64), ("from_", c_int64),
-        ("due", c_int64), ("rows", c_size_t), ("publications", c_uint64),
+        ("tracks", c_size_t), ("shelf", c_void_p), ("size", c_size_t), ("shelved", c_size_t),
+        ("step_size", c_double), ("records_apart", c_int64), ("number", c_int64),
+        ("from_", c_int64), ("due", c_int64), ("rows", c_size_t), ("publications", c_uint64),
         ("calls", c_uint64), ("spent", c_double), ("flag", c_void_p * 3), ("last_time", c_void_p),
         ("attend", c_void_p), ("ending", c_int64),
     )  # fmt: skip
@@ -162,27 +166,13 @@ STRUCTURES: Final = (
 )  # fmt: skip
 """Those whose sizes the engine is asked for."""
 
-SUFFIXES: Final = {"Linux": ".so", "Darwin": ".dylib", "Windows": ".dll"}
-"""How the names of shared libraries end, by operating system."""
-
-
-def engine_path() -> Path:
-    """Where the engine for this machine is, if it was built."""
-    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(
-        platform.machine().lower(), platform.machine().lower()
-    )
-    system = platform.system()
-    name = f"engine-{machine}-{system.lower()}{SUFFIXES.get(system, '.so')}"
-    return Path(__file__).parent / name
-
 
 @functools.cache
 def engine() -> Any:
     """The engine; `None` if there is none, or one of another release. Python does the work then."""
-    path = engine_path()
-    if not path.is_file():
+    library: Any = compiled.library()
+    if library is None:
         return None
-    library = ctypes.CDLL(str(path))
     sizes = (c_size_t * (len(STRUCTURES) + 1))(*map(ctypes.sizeof, STRUCTURES))
     if not hasattr(library, "plan_fits") or not library.plan_fits(sizes):
         return None

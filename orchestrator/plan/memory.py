@@ -40,7 +40,7 @@ class Outputs:
     Attributes:
         places: of the outputs that are arrays.
         binaries: names of those of type Binary, in order.
-        block: the arrays, shape (byte,).
+        block: the arrays, a multiple of 8 bytes, shape (byte,).
         bytes: the Binary values.
         bases: the addresses of both.
     """
@@ -60,7 +60,7 @@ class Outputs:
             size = dtype.itemsize * math.prod(shape)
             self.places[name] = Place(offset, size, dtype, shape)
             end = offset + size
-        self.block: Array = np.zeros(max(end, 1), np.uint8)
+        self.block: Array = np.zeros(-(-max(end, 1) // 8) * 8, np.uint8)
         self.bytes = (Bytes * max(len(self.binaries), 1))()
         self.bases = (ctypes.c_void_p * 2)(self.block.ctypes.data, ctypes.addressof(self.bytes))
 

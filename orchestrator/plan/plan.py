@@ -37,10 +37,10 @@ _MOST_POINTS: Final = 1 << 16
 _MOST_BYTES: Final = 8 << 20
 """That a stretch records, except where one point does."""
 
-_SPAN_NS: Final = 10_000_000
+_SPAN_NS: Final = 25_000_000
 """Wall time of a stretch, about: a request to stop is heard between two."""
 
-_MOST_GROWTH: Final = 16
+_MOST_GROWTH: Final = 64
 _LEAST_GROWTH: Final = 1.25
 """How many times more points a stretch may have than the one before, if it has more."""
 
@@ -266,9 +266,10 @@ class RunPlan:
             self._room = self._most
             sizes = [unit.room(self._room) for unit in self._units.values()]
             memory: Array = np.empty(sum(sizes), np.uint8)
+            at, view = memory.ctypes.data, memory.data
             for unit, size in zip(self._units.values(), sizes, strict=True):
-                own, memory = memory[:size], memory[size:]
-                unit.reserve(self._room, own)
+                unit.reserve(self._room, at, view[:size])
+                at, view = at + size, view[size:]
 
     def _adapt(self, spent: int, points: int) -> None:
         """Let the next stretch take about `_SPAN_NS`."""

@@ -34,6 +34,8 @@ _IN_MEMORY: Final[Mapping[NativeKind, np.dtype[Any]]] = {
 
 _BYTES: Final = frozenset({NativeKind.BINARY, NativeKind.TEXT})
 _CACHE_LINE: Final = 64
+_MOST_SHELVED: Final = 256
+"""Bytes of outputs that are recorded many points at once; more are copied one by one."""
 
 
 class UnitPlan(Readable):
@@ -152,6 +154,10 @@ class UnitPlan(Readable):
         table.track = self._kept((layouts.Track * len(self._recorded))())
         table.tracks = len(self._recorded)
         self._tracks = [table.track[k] for k in range(table.tracks)]
+        if self._recorded and len(self._outputs[0].block) <= _MOST_SHELVED:
+            table.size = len(self._outputs[0].block)
+            shelf = self._kept(np.empty(layouts.SHELF * table.size, np.uint8))
+            table.shelf = shelf.ctypes.data
         for track, name in zip(self._tracks, self._recorded, strict=True):
             track.offset = self._outputs[0].offset(name)
             track.is_binary = name in self._outputs[0].binaries
@@ -255,22 +261,24 @@ class UnitPlan(Readable):
         """How much memory so many samples take [byte]."""
         return sum(_room(points * track.size) for track in self._tracks)
 
-    def reserve(self, points: int, memory: Array) -> None:
+    def reserve(self, points: int, address: int, memory: memoryview) -> None:
         """Use `memory` for so many samples.
 
         Args:
             points: how many.
-            memory: uint8, shape (byte,), as large as `room` says.
+            address: of the memory.
+            memory: bytes, as many as `room` says; it stays where it is.
         """
+        at = 0
         for track, name in zip(self._tracks, self._recorded, strict=True):
             size = points * track.size
-            track.row = memory.ctypes.data
+            track.row = address + at
+            own = memory[at : at + size]
             if track.is_binary:
-                self._binary_rings[name] = track, memory[:size].view(np.int64)
+                self._binary_rings[name] = track, np.frombuffer(own, np.int64)
             else:
-                shape = self._unit.variables[name].shape
-                self._rings[name] = memory[:size].data, track.size, shape
-            memory = memory[_room(size) :]
+                self._rings[name] = own, track.size, self._unit.variables[name].shape
+            at += _room(size)
 
     def enter(self, t: Time, published: Mapping[str, Signals]) -> None:
         """Take over what Python did since the last stretch."""

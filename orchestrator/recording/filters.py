@@ -12,6 +12,8 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import override
 
+from orchestrator.recording.planes import planes
+
 Numbers: TypeAlias = npt.NDArray[np.unsignedinteger[Any]]
 Int: TypeAlias = npt.NDArray[np.int64]
 Stream: TypeAlias = bytes | npt.NDArray[Any]
@@ -139,7 +141,7 @@ class Planes(Filter):
 
     @override
     def encode(self, column: Numbers, earlier: "Records") -> tuple[Stream, ...]:
-        return (_planes(column),)
+        return (planes(column),)
 
     @override
     def decode(
@@ -159,10 +161,7 @@ class Deltas(Filter):
 
     @override
     def encode(self, column: Numbers, earlier: "Records") -> tuple[Stream, ...]:
-        differences = np.empty_like(column)
-        differences[:1] = column[:1]
-        np.subtract(column[1:], column[:-1], out=differences[1:])
-        return (_planes(differences),)
+        return (planes(column, are_deltas=True),)
 
     @override
     def decode(
@@ -210,7 +209,7 @@ class Guesses(Filter):
         how[earlier.repeated(column, self.pair)] = AS_BEFORE
         how[column == column.dtype.type(self.common)] = COMMON
         near = off[how == NEAR].astype(_NEAR)
-        return how, _planes(near), _planes(column[how == VERBATIM])
+        return how, planes(near), planes(column[how == VERBATIM])
 
     @override
     def decode(
@@ -285,12 +284,7 @@ def _is_near(off: Int) -> npt.NDArray[np.bool_]:
     return result
 
 
-def _planes(column: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
-    rows: npt.NDArray[np.uint8] = column.view(np.uint8).reshape(-1, column.dtype.itemsize)
-    return np.ascontiguousarray(rows.T)
-
-
-def _joined(planes: bytes, dtype: "np.dtype[Any]") -> npt.NDArray[Any]:
-    shape = (dtype.itemsize, -1) if planes else (dtype.itemsize, 0)
-    rows = np.ascontiguousarray(np.frombuffer(planes, np.uint8).reshape(shape).T)
+def _joined(stream: bytes, dtype: "np.dtype[Any]") -> npt.NDArray[Any]:
+    shape = (dtype.itemsize, -1) if stream else (dtype.itemsize, 0)
+    rows = np.ascontiguousarray(np.frombuffer(stream, np.uint8).reshape(shape).T)
     return rows.reshape(-1).view(dtype)

@@ -30,6 +30,11 @@ static double any_number(void) {
     return happens(3) ? LARGE[any(6)] : any(1000) / 7.0 - 50;
 }
 
+static float any_float(void) {
+    double number = any_number();
+    return (float)(isfinite(number) ? fmax(fmin(number, 1e38), -1e38) : number);
+}
+
 /* ---- memory, which is given back at the end of an episode ---- */
 static void *given[4096];
 static size_t gifts;
@@ -55,7 +60,7 @@ static int any_status(const Fake *f) {
 static void fill(const Fake *f, uint32_t kind, void *values) {
     for (size_t k = 0; k < f->count[kind]; k++) switch (kind) {
         case PLAIN: ((int32_t *)values)[k] = (int32_t)any(UINT32_MAX); break;
-        case FLOAT32: ((float *)values)[k] = (float)fmax(fmin(any_number(), 1e38), -1e38); break;
+        case FLOAT32: ((float *)values)[k] = any_float(); break;
         case FLOAT64: ((double *)values)[k] = any_number(); break;
         case BOOLEAN8: ((uint8_t *)values)[k] = (uint8_t)any(256); break;
         default: ((int32_t *)values)[k] = (int32_t)any(3) - 1; break;
@@ -146,6 +151,7 @@ static void give_outputs(Unit *u, Fake *f, bool is_parallel) {
         }
         at = aligned(at + f->count[kind] * SIZE_OF[kind]);
     }
+    u->size = at;
     u->pending = room(at), u->published = is_parallel ? room(at) : u->pending;
     u->pending_bytes = room(f->count[BINARY] * sizeof(Bytes));
     u->published_bytes = is_parallel ? room(f->count[BINARY] * sizeof(Bytes)) : u->pending_bytes;
@@ -170,6 +176,7 @@ static void record_outputs(Unit *u) {
         size_t size = g->is_binary ? 8 : g->count * SIZE_OF[g->kind];
         u->track[u->tracks++] = (Track){.from = g->signal, .size = size, .row = room(size * MOST), .is_binary = g->is_binary};
     }
+    if (happens(2)) u->shelf = room(SHELF * u->size);
 }
 
 /* What a unit reads as it is: an output of another one. */
@@ -274,10 +281,13 @@ static void check_records(const Plan *p) {
         expect(u->rows <= p->points + 1, "a unit has more rows than there were points");
         for (size_t i = 0; i < u->tracks; i++) {
             const Track *r = &u->track[i];
-            const Getting *g = getting_of(u, FLOAT64);
+            const Getting *g = getting_of(u, FLOAT64), *f = getting_of(u, FLOAT32);
             if (g && !r->is_binary && r->from == g->signal && r->size == g->count * 8)
                 for (size_t n = 0; n < u->rows * g->count; n++)
                     expect(isfinite(((double *)(void *)r->row)[n]), "a recorded number is not finite");
+            if (f && !r->is_binary && r->from == f->signal && r->size == f->count * 4)
+                for (size_t n = 0; n < u->rows * f->count; n++)
+                    expect(isfinite(((float *)(void *)r->row)[n]), "a recorded number is not finite");
             int64_t bytes = 0;
             for (size_t n = 0; r->is_binary && n < u->rows; n++) bytes += ((int64_t *)(void *)r->row)[n];
             expect(!r->is_binary || bytes == (int64_t)r->bytes.size, "recorded bytes and their sizes disagree");
