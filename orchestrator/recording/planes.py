@@ -36,7 +36,7 @@ def planes(column: npt.NDArray[Any], *, are_deltas: bool = False) -> npt.NDArray
 
 
 def planes_in_numpy(column: npt.NDArray[Any], *, are_deltas: bool) -> npt.NDArray[np.uint8]:
-    """The same as `planes`, without compiled code."""
+    """Planes as of `planes`, without compiled code, shape (byte of a number, number)."""
     if are_deltas:
         numbers = np.empty_like(column)
         numbers[:1] = column[:1]
