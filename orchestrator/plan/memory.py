@@ -12,6 +12,8 @@ from orchestrator.plan.layouts import Bytes, Source
 from orchestrator.signal import Array, Connector, Signal, Signals
 
 _POINTER: Final = ctypes.sizeof(ctypes.c_void_p)
+_SMALL: Final = 256
+"""So many bytes are copied once more sooner than looked at in place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +63,7 @@ class Outputs:
             self.places[name] = Place(offset, size, dtype, shape)
             end = offset + size
         self.block: Array = np.zeros(-(-max(end, 1) // 8) * 8, np.uint8)
+        self._view = self.block.data
         self.bytes = (Bytes * max(len(self.binaries), 1))()
         self.bases = (ctypes.c_void_p * 2)(self.block.ctypes.data, ctypes.addressof(self.bytes))
 
@@ -88,8 +91,9 @@ class Outputs:
                 raise MemoryError(f"no room for {len(value)} bytes of `{name}`")
             return
         place = self.places[name]
-        self.block[place.offset : place.offset + place.size] = np.frombuffer(
-            np.ascontiguousarray(value).data.cast("B") if value.size else b"", np.uint8
+        is_small = place.size <= _SMALL
+        self._view[place.offset : place.offset + place.size] = (
+            value.tobytes() if is_small else np.ascontiguousarray(value).data.cast("B")
         )
 
     def values(self) -> Signals:

@@ -37,7 +37,7 @@ _MOST_POINTS: Final = 1 << 16
 _MOST_BYTES: Final = 8 << 20
 """That a stretch records, except where one point does."""
 
-_SPAN_NS: Final = 25_000_000
+_SPAN_NS: Final = 10_000_000
 """Wall time of a stretch, about: a request to stop is heard between two."""
 
 _MOST_GROWTH: Final = 64

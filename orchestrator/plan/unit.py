@@ -92,6 +92,8 @@ class UnitPlan(Readable):
         self._tracks: list[layouts.Track] = []
         self._rings: dict[str, tuple[memoryview, int, tuple[int, ...]]] = {}
         self._binary_rings: dict[str, tuple[layouts.Track, Array]] = {}
+        self._sampled = 0  # samples that lie in `_rows`
+        self._rows: dict[str, Rows] = {}
         self._attendance = Attendance(participant, unit.owner)
         self._describe(table, unit)
         unit.owner.count_calls(ctypes.addressof(table) + layouts.Unit.calls.offset)
@@ -269,7 +271,7 @@ class UnitPlan(Readable):
             address: of the memory.
             memory: bytes, as many as `room` says; it stays where it is.
         """
-        at = 0
+        at, self._sampled = 0, 0
         for track, name in zip(self._tracks, self._recorded, strict=True):
             size = points * track.size
             track.row = address + at
@@ -353,9 +355,15 @@ class UnitPlan(Readable):
             times: as `times` says, shape (sample,).
         """
         count = self.rows
-        rows = {}
-        for name, (ring, size, shape) in self._rings.items():
-            rows[name] = Rows(ring[: count * size], shape=shape)
+        if count != self._sampled:
+            self._sampled = count
+            self._rows = {
+                name: Rows(ring[: count * size], shape=shape)
+                for name, (ring, size, shape) in self._rings.items()
+            }
+        rows = self._rows
+        if self._binary_rings:
+            rows = dict(rows)
         for name, (track, sizes) in self._binary_rings.items():
             content = track.bytes
             binary = ctypes.string_at(content.data, content.size) if content.size else b""

@@ -18,7 +18,7 @@ def adapted(most: int, spent: int, points: int, limit: int = 1 << 16) -> int:
 @pytest.mark.parametrize(
     ("most", "spent", "points", "then"),
     [
-        (64, 0, 64, 1024),  # sixteen times as many at most
+        (64, 0, 64, 4096),  # sixty-four times as many at most
         (64, 2 * MS, 64, 320),  # ten milliseconds
         (1024, 7 * MS, 1024, 1462),
         (1024, 9 * MS, 1024, 1024),  # nearly there: memory is kept
