@@ -17,7 +17,7 @@ from orchestrator.campaign.work import Work, perform
 from orchestrator.cli import main
 from orchestrator.errors import ComponentTypeError, ParameterError, ScenarioError
 from orchestrator.experiment.load import load_experiment
-from orchestrator.table_files import Format, read_table, write_table
+from orchestrator.table_files import NO_PARQUET, Format, read_table, write_table
 from orchestrator.testing import check_component
 from tests.orchestrator.files import change
 
@@ -222,6 +222,16 @@ def test_a_sink_refuses_what_it_cannot_write(
     with pytest.raises(ParameterError) as error:
         TableSink(TableSink.Parameters(folder=tmp_path, file=file, columns=columns))
     assert problem in str(error.value)
+
+
+def test_parquet_needs_its_package_and_csv_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("adapters.tables.sink.has_parquet", lambda: False)
+    TableSink(TableSink.Parameters(folder=tmp_path, file="out.csv", columns=("a",)))
+    with pytest.raises(ParameterError, match="file") as error:
+        TableSink(TableSink.Parameters(folder=tmp_path, file="out.parquet", columns=("a",)))
+    assert NO_PARQUET in str(error.value)
 
 
 def test_the_example_of_the_manual_runs(tmp_path: Path) -> None:

@@ -137,17 +137,21 @@ def test_the_absolute_tolerance_goes_by_nominal_values(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", CONTROLLED)
 def test_absolute_and_relative_tolerance_add_up(kind: str) -> None:
-    """x swings around 1 by 1 percent: with a nominal value of 100 both are the same."""
+    """x swings around 1 by 1 percent: with a nominal value of 100 both are the same.
+
+    Together they ask for no more than a relative tolerance twice as large alone.
+    """
     calls = []
-    for nominal in (1e-6, 100.0):
+    for nominal, tolerance in ((1e-6, 1e-7), (100.0, 1e-7), (1e-6, 2e-7)):
         problem = Written(1, lambda t, _: np.array([0.1 * math.cos(10 * t)]))
-        solver = CONTROLLED[kind](problem, tolerance=1e-7)
+        solver = CONTROLLED[kind](problem, tolerance=tolerance)
         solver.restart(0.0, np.ones(1), np.full(1, nominal))
         while solver.advance(3.0).t < 3.0:
             pass
         solver.free()
         calls.append(problem.calls)
     assert calls[1] < calls[0]
+    assert calls[1] == pytest.approx(calls[2], rel=0.05)
 
 
 def stiff(t: float, x: Array) -> Array:

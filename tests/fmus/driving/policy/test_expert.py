@@ -170,6 +170,14 @@ def test_it_follows_a_slower_vehicle_at_its_headway() -> None:
     assert acceleration == pytest.approx(0.0, abs=0.05)
 
 
+def test_who_comes_behind_it_may_be_faster_than_predicted_by_the_haste() -> None:
+    """The ego has left the crossing after some 2.4 s; the car is there after 2.9 s, or sooner."""
+    car = crossing(15.0, 3.4, 8.0)
+    assert decide(START, car, haste=0.0) == (0.0, -1)
+    assert decide(START, car, haste=0.1) == (0.0, -1)
+    assert decide(START, car, haste=0.5)[1] == 5
+
+
 @pytest.mark.slow
 @settings(max_examples=20)
 @given(st.floats(3.0, 17.0), st.floats(-4.0, 6.0), st.floats(35.0, 70.0))
