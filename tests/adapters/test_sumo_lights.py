@@ -174,3 +174,17 @@ def test_the_states_are_those_of_the_plan_second_by_second(
         for _ in range(19):
             simulation.step()
     assert changes == len(plan)
+
+
+def test_a_signal_for_several_lanes_stands_at_the_first_one() -> None:
+    """SUMO tells of each signal the links that it rules: lane, lane behind, lane between."""
+
+    class Ruling:
+        @staticmethod
+        def getControlledLinks(light: str) -> list[list[tuple[str, str, str]]]:  # noqa: N802  (as SUMO)
+            assert light == "middle"
+            return [[("a_0", "x_0", ":m_0"), ("b_0", "x_0", ":m_1")], [], [("c_1", "y_0", ":m_2")]]
+
+    sumo = Sumo.__new__(Sumo)
+    sumo._lights = Ruling
+    assert sumo.controlled_lanes("middle") == ["a_0", "", "c_1"]

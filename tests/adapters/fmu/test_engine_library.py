@@ -1,10 +1,18 @@
 """The compiled engine is used if it belongs to this release."""
 
 import ctypes
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
 
+from adapters.fmi import FmuComponentType
+from orchestrator.algorithm.gauss_seidel import GaussSeidel
+from orchestrator.last_call import FILE, CutOff, cut_off, noting
 from orchestrator.plan import layouts
+from orchestrator.simulation import simulate
+from orchestrator.system import System
 
 
 def test_an_engine_of_another_release_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -16,3 +24,29 @@ def test_an_engine_of_another_release_is_left_alone(monkeypatch: pytest.MonkeyPa
         monkeypatch.setattr(layouts, "STRUCTURES", changed)
         assert find() is None
         monkeypatch.undo()
+
+
+def test_the_note_of_the_last_call_says_whom_the_engine_calls(
+    fmu: Callable[[str], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of three FMUs the second one was stepping from 7 ns, as far as anybody can read."""
+    library = layouts.engine()
+    work = library.plan_run
+    seen = []
+
+    def stopped(reference: Any) -> int:
+        outcome = int(work(reference))
+        plan = ctypes.cast(reference, ctypes.POINTER(layouts.Plan)).contents
+        plan.failed, plan.failed_from = 1, 7
+        (tmp_path / "copy").mkdir(exist_ok=True)
+        (tmp_path / "copy" / FILE).write_bytes((tmp_path / FILE).read_bytes())
+        seen.append(cut_off(tmp_path / "copy"))
+        return outcome
+
+    monkeypatch.setattr(library, "plan_run", stopped)
+    lag = FmuComponentType(fmu("lag"))
+    parts = {name: lag.create(name, {}) for name in ("first", "second", "third")}
+    system = System(parts, dict.fromkeys(parts, 10**6), [])
+    with noting(tmp_path, list(parts)) as last_call:
+        simulate(system, GaussSeidel(), start=0, stop=10**7, seed=0, last_call=last_call)
+    assert set(seen) == {CutOff("second", "stepping", 7)}
