@@ -6,7 +6,6 @@ first note says what the rows are; each other one opens a block and is followed 
 frames, which have checksums of their own. docs/formats.md describes it for other languages.
 """
 
-import io
 import json
 import os
 import struct
@@ -19,13 +18,14 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 
 from orchestrator.disk import naming
-from orchestrator.recording.columns import COMPACT, Columns, Form, Room, compress, join
+from orchestrator.recording.columns import Columns, Form, Room, compress, join
 from orchestrator.recording.growing import write_all
 from orchestrator.recording.layout import RecordingError
 from orchestrator.zstd import ZstdError, decompressed
 
 VERSION: Final = 1
 _MAGIC: Final = struct.pack("<I", 0x184D2A50)
+_JSON: Final = json.JSONEncoder(separators=(",", ":")).encode
 _HEAD: Final = struct.Struct("<4sII")  # magic, bytes that follow, CRC-32 of the JSON
 
 
@@ -151,9 +151,8 @@ class BlockFile:
         about, streams = self._columns.split(content, lengths) if content else (_EMPTY, [])
         frames = [compress(each) for each in streams]
         sizes = [len(each) for each in frames]
-        own = f'{{"first":{self._rows},"rows":{rows},"frames":[{",".join(map(str, sizes))}]'
-        note = _note_of(f"{own},{about[1:]}")
-        end = _end(self._rows + rows) if is_last else b""
+        note = _note({"first": self._rows, "rows": rows, "frames": sizes, **about})
+        end = _note({"end": self._rows + rows}) if is_last else b""
         data = b"".join((note, *frames, end))
         self._write(data)
         self._rows += rows
@@ -168,10 +167,10 @@ class BlockFile:
 
     def end(self) -> None:
         """Write that there are no more blocks."""
-        self._write(_end(self._rows))
+        self._write(_note({"end": self._rows}))
 
     def _write(self, data: bytes) -> None:
-        with naming(self._path), io.FileIO(self._path, "r+") as file:
+        with naming(self._path), self._path.open("r+b", buffering=0) as file:
             if self._is_torn:  # an earlier attempt failed halfway
                 file.truncate(self.size)
             self._is_torn = True
@@ -185,7 +184,7 @@ class BlockFile:
         self.size += len(data)
 
 
-_EMPTY: Final = COMPACT({"stride": 1, "word": 1, "head": 0, "columns": []})
+_EMPTY: Final[dict[str, Any]] = {"stride": 1, "word": 1, "head": 0, "columns": []}
 
 
 def scan(path: Path) -> Contents:
@@ -273,15 +272,7 @@ def _damaged(path: Path, block: Block, at: int, error: object) -> str:
 
 
 def _note(content: Mapping[str, Any]) -> bytes:
-    return _note_of(COMPACT(content))
-
-
-def _end(rows: int) -> bytes:
-    return _note_of(f'{{"end":{rows}}}')
-
-
-def _note_of(content: str) -> bytes:
-    text = content.encode()
+    text = _JSON(content).encode()
     return _HEAD.pack(_MAGIC, len(text) + 4, zlib.crc32(text)) + text
 
 

@@ -5,8 +5,6 @@ have follows from their lengths, and filters are tried on the first two blocks, 
 blocks become larger.
 """
 
-import functools
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -27,9 +25,6 @@ from orchestrator.recording.filters import (
     filter_of,
 )
 from orchestrator.zstd import Compressor
-
-COMPACT: Final = json.JSONEncoder(separators=(",", ":")).encode
-"""An object as JSON without spaces."""
 
 LEVEL: Final = 3
 """The level of Zstandard: the higher, the smaller and slower."""
@@ -99,18 +94,6 @@ class Form:
         return cls(
             stride=stride, word=_word(stride), head=int(some[0]) % stride if len(some) else 0
         )
-
-
-@functools.lru_cache
-def _about(form: Form, filters: tuple[Filter, ...]) -> str:
-    """What a reader must know of a block, an object of JSON."""
-    about = {
-        "stride": form.stride,
-        "word": form.word,
-        "head": form.head,
-        "columns": [each.described() for each in filters],
-    }
-    return COMPACT(about)
 
 
 def compress(stream: Stream) -> bytes:
@@ -183,8 +166,8 @@ class Columns:
 
     def split(
         self, content: bytes | memoryview, lengths: Sequence[int]
-    ) -> tuple[str, list[Stream]]:
-        """What a reader must know of a block, an object of JSON, and its streams.
+    ) -> tuple[dict[str, Any], list[Stream]]:
+        """What a reader must know of a block, as JSON, and its streams.
 
         Args:
             content: the rows.
@@ -217,7 +200,13 @@ class Columns:
         for each, column in zip(self._filters, columns, strict=True):
             streams += each.encode(column, earlier)
             earlier.append(column)
-        return _about(form, self._filters), streams
+        about = {
+            "stride": form.stride,
+            "word": form.word,
+            "head": form.head,
+            "columns": [each.described() for each in self._filters],
+        }
+        return about, streams
 
     def learn(self, share: float) -> None:
         """Take note of what the last block has become.

@@ -1,6 +1,5 @@
 """Which filter a column of numbers gets, and how many are tried for it."""
 
-import json
 from typing import Any
 
 import numpy as np
@@ -28,8 +27,7 @@ def chosen(numbers: "np.ndarray[Any, Any]", compressed: list[int] | None = None)
             return compress(stream)
 
         patch.setattr(columns, "compress", count)
-        told, streams = Columns(Form(stride=size, word=size), Room()).split(content, [])
-    about = json.loads(told)
+        about, streams = Columns(Form(stride=size, word=size), Room()).split(content, [])
     assert join(about, [bytes(each) for each in streams]).tobytes() == content
     (found,) = about["columns"]
     return str(found["filter"])

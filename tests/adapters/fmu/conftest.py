@@ -1,7 +1,10 @@
 """FMUs for the tests of the importer that say what no test unit says."""
 
+import ctypes
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, TypeAlias
 
 import fmpy
 import pytest
@@ -9,6 +12,9 @@ import pytest
 from adapters.fmi.unpacked import host_folder
 from fmus.native.targets import compile_library, select_targets
 from fmus.native.unit import fmi_headers
+from orchestrator.plan import layouts
+
+LookAt: TypeAlias = Callable[[Callable[[layouts.Plan], None]], None]
 
 HERE = Path(__file__).parent
 
@@ -104,3 +110,21 @@ def ball(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     """The FMUs for Model Exchange in the folders `ball2` and `ball3`, of one model."""
     version: int = request.param
     return built(f"ball{version}", version, tmp_path_factory.mktemp("ball"))
+
+
+@pytest.fixture
+def look_at_plans(monkeypatch: pytest.MonkeyPatch) -> LookAt:
+    """Have a function look at the plan behind each stretch of the engine."""
+
+    def begin(look: Callable[[layouts.Plan], None]) -> None:
+        library = layouts.engine()
+        work = library.plan_run
+
+        def looked_at(reference: Any) -> int:
+            outcome = int(work(reference))
+            look(ctypes.cast(reference, ctypes.POINTER(layouts.Plan)).contents)
+            return outcome
+
+        monkeypatch.setattr(library, "plan_run", looked_at)
+
+    return begin

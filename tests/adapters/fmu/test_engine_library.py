@@ -3,7 +3,6 @@
 import ctypes
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -13,6 +12,7 @@ from orchestrator.last_call import FILE, CutOff, cut_off, noting
 from orchestrator.plan import layouts
 from orchestrator.simulation import simulate
 from orchestrator.system import System
+from tests.adapters.fmu.conftest import LookAt
 
 
 def test_an_engine_of_another_release_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -27,23 +27,19 @@ def test_an_engine_of_another_release_is_left_alone(monkeypatch: pytest.MonkeyPa
 
 
 def test_the_note_of_the_last_call_says_whom_the_engine_calls(
-    fmu: Callable[[str], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    fmu: Callable[[str], Path], tmp_path: Path, look_at_plans: LookAt
 ) -> None:
     """Of three FMUs the second one was stepping from 7 ns, as far as anybody can read."""
-    library = layouts.engine()
-    work = library.plan_run
+    copy = tmp_path / "copy"
+    copy.mkdir()
     seen = []
 
-    def stopped(reference: Any) -> int:
-        outcome = int(work(reference))
-        plan = ctypes.cast(reference, ctypes.POINTER(layouts.Plan)).contents
+    def stop(plan: layouts.Plan) -> None:
         plan.failed, plan.failed_from = 1, 7
-        (tmp_path / "copy").mkdir(exist_ok=True)
-        (tmp_path / "copy" / FILE).write_bytes((tmp_path / FILE).read_bytes())
-        seen.append(cut_off(tmp_path / "copy"))
-        return outcome
+        (copy / FILE).write_bytes((tmp_path / FILE).read_bytes())
+        seen.append(cut_off(copy))
 
-    monkeypatch.setattr(library, "plan_run", stopped)
+    look_at_plans(stop)
     lag = FmuComponentType(fmu("lag"))
     parts = {name: lag.create(name, {}) for name in ("first", "second", "third")}
     system = System(parts, dict.fromkeys(parts, 10**6), [])

@@ -1,6 +1,5 @@
 """Outputs that nobody looks at are not got: not by Python, and not by compiled code."""
 
-import ctypes
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,13 +18,13 @@ from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.component import Component
 from orchestrator.errors import ComponentError
 from orchestrator.observer import SimulationResult
-from orchestrator.plan import layouts
 from orchestrator.recording.reader import Recording
 from orchestrator.recording.recorder import Recorder
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
 from orchestrator.timebase import Duration, Time
+from tests.adapters.fmu.conftest import LookAt
 
 MS = 1_000_000
 PATHS = pytest.mark.parametrize("compiled", [False, True])
@@ -87,23 +86,14 @@ def test_python_gets_what_is_connected_or_recorded(
 
 
 def test_compiled_code_gets_no_more(
-    fmu: Callable[[str], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    fmu: Callable[[str], Path], tmp_path: Path, look_at_plans: LookAt
 ) -> None:
     seen: list[list[int]] = []
-    library = layouts.engine()
-    work = library.plan_run
-
-    def noted(plan: Any) -> int:
-        units = ctypes.cast(plan, ctypes.POINTER(layouts.Plan)).contents
-        seen.append(
-            [
-                sum(each.getting[k].references for k in range(each.gettings))
-                for each in units.unit[: units.units]
-            ]
+    look_at_plans(
+        lambda plan: seen.append(
+            [sum(g.references for g in u.getting[: u.gettings]) for u in plan.unit[: plan.units]]
         )
-        return int(work(plan))
-
-    monkeypatch.setattr(library, "plan_run", noted)
+    )
     run(mirrors(fmu, {"float64.out": "float64.in"}), tmp_path, ("c0.int32.out",), compiled=True)
     assert seen
     assert all(counts == [2, 0] for counts in seen)

@@ -1,9 +1,7 @@
 """Small outputs go to their rows many at a time: wherever a stretch ends, all of them are there."""
 
-import ctypes
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -18,6 +16,7 @@ from orchestrator.recording.reader import Recording
 from orchestrator.recording.recorder import Recorder
 from orchestrator.simulation import simulate
 from orchestrator.system import System
+from tests.adapters.fmu.conftest import LookAt
 
 ALGORITHMS = pytest.mark.parametrize("algorithm", [Jacobi(), GaussSeidel()])
 
@@ -86,19 +85,13 @@ def test_arrays_of_any_size(
 
 
 def test_small_outputs_have_a_shelf_large_ones_none(
-    fmu: Callable[[str], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    fmu: Callable[[str], Path], tmp_path: Path, look_at_plans: LookAt
 ) -> None:
     """Of whole words of 8 bytes, however many bytes the outputs are."""
     seen: list[list[int]] = []
-    library = layouts.engine()
-    work = library.plan_run
-
-    def noted(plan: Any) -> int:
-        units = ctypes.cast(plan, ctypes.POINTER(layouts.Plan)).contents
-        seen.append([each.size if each.shelf else 0 for each in units.unit[: units.units]])
-        return int(work(plan))
-
-    monkeypatch.setattr(library, "plan_run", noted)
+    look_at_plans(
+        lambda plan: seen.append([u.size if u.shelf else 0 for u in plan.unit[: plan.units]])
+    )
     lag = FmuComponentType(fmu("lag"))
     chain = system_of(Chain("feedthrough", 2, 2))
     lags = {f"lag{n}": lag.create(f"lag{n}", {"n_channel": n}) for n in (31, 32)}
