@@ -114,9 +114,10 @@ class Observer(abc.ABC):
         return ()
 
     def look_up(self) -> None:
-        """Nothing is observed for a while, as a run steps again to where it was cut off.
+        """Nothing is observed for a while: compiled code works, or a run steps again.
 
-        Whoever may want to end it does so here; others do nothing.
+        That is, to where it was cut off. Whoever may want to end it does so here; others do
+        nothing. What was published until then is observed before the run ends.
         """
 
     def observe_stretch(self, stretch: Stretch) -> None:

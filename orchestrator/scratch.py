@@ -31,7 +31,8 @@ class _Own:
         self.pid = 0
         self.folder = Path()
         self.lock = -1
-        self.turn = threading.Lock()
+        self.turn = threading.RLock()  # the garbage collector may discard one within another's turn
+        self.is_needed = False  # whether somebody is about to have a folder in it
 
 
 _OWN: Final = _Own()
@@ -40,14 +41,19 @@ _OWN: Final = _Own()
 def temporary_folder(purpose: str) -> Path:
     """A new folder for `purpose`, a part of its name; whoever asks for it discards it."""
     with _OWN.turn:
-        return Path(tempfile.mkdtemp(prefix=f"{purpose}-", dir=_folder()))
+        _OWN.is_needed = True
+        try:
+            return Path(tempfile.mkdtemp(prefix=f"{purpose}-", dir=_folder()))
+        finally:
+            _OWN.is_needed = False
 
 
 def discard(folder: Path) -> None:
     """Remove a folder that `temporary_folder` made; the process keeps none that is empty."""
     shutil.rmtree(folder, ignore_errors=True)
     with _OWN.turn:
-        _leave()
+        if not _OWN.is_needed:
+            _leave()
 
 
 @contextlib.contextmanager

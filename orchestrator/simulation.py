@@ -281,7 +281,7 @@ class _Run:
             if end is None:
                 break
             self._stepping.depart(t, schedule.at(t, but=plan.names))
-            stretch = plan.run(t, end)
+            stretch = plan.run(t, end, audience.look_up)
             self.time = t = stretch.time
             audience.observe_stretch(stretch)
             is_last = not self.completes(plan.check) or t == stop or self.ends_early(early)

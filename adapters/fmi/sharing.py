@@ -21,8 +21,8 @@ class Libraries:
     """The files of libraries that remember nothing and are in use in this process."""
 
     def __init__(self) -> None:
-        self._turn = threading.Lock()
-        self._used: dict[str, list[Path]] = {}
+        self._turn = threading.RLock()  # the garbage collector may have one leave in another's turn
+        self._digests: dict[str, str] = {}
 
     def enter(self, library: Path) -> None:
         """Replace the file `library` by another name of an equal one in use, if that is harmless.
@@ -37,17 +37,15 @@ class Libraries:
             return
         digest = hashlib.sha256(content).hexdigest()
         with self._turn:
-            used = self._used.setdefault(digest, [])
-            any(_renamed(other, library) for other in reversed(used))
-            used.append(library)
+            known = self._digests.copy()  # of which none can leave
+            others = [Path(name) for name, each in known.items() if each == digest]
+            any(_renamed(other, library) for other in reversed(others))
+            self._digests[str(library)] = digest
 
     def leave(self, library: Path) -> None:
         """Forget the file `library`, which need not have been entered."""
         with self._turn:
-            for digest, used in tuple(self._used.items()):
-                self._used[digest] = [each for each in used if each != library]
-                if not self._used[digest]:
-                    del self._used[digest]
+            self._digests.pop(str(library), None)
 
 
 def _renamed(other: Path, library: Path) -> bool:

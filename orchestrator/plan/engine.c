@@ -117,7 +117,7 @@ typedef struct {
 /* `attend`: the step was made; and the run ends behind it; it was not made, and the run ends before it; it failed. */
 typedef enum { GOES_ON, ENDS_BEHIND, ENDS_WITHIN, HAS_FAILED } Ending;
 typedef enum { ALL_DONE, SET_FAILED, STEP_FAILED, GET_FAILED, NOT_FINITE, NO_MEMORY, RUN_ENDS,
-               MIX_NOT_FINITE, RUN_ENDED } Outcome;
+               MIX_NOT_FINITE, RUN_ENDED, HAS_PAUSED } Outcome;
 
 typedef struct {
     Unit *unit; /* in the order of their turns */
@@ -130,7 +130,7 @@ typedef struct {
     int64_t now;      /* the last point that was completed [ns] */
     int64_t point;    /* the one that is being worked through [ns] */
     int64_t end;      /* no point lies beyond [ns] */
-    size_t most;      /* points */
+    size_t most;      /* points of the stretch, until a pause */
     size_t points;    /* that were completed */
     size_t failed, call; /* the unit, and which of its calls */
     int64_t failed_from; /* where its step starts [ns] */
@@ -401,8 +401,8 @@ static Outcome arrive(Plan *p, int64_t t, bool is_sample, double weight) {
 
 static Outcome go_on(Plan *p) {
     enum { EVERY = 32 }; /* of so many points one is timed */
-    for (;;) {
-        bool is_sample = p->points % EVERY == 0;
+    for (size_t first = p->points;;) {
+        bool is_sample = (p->points - first) % EVERY == 0;
         double rest = (double)(p->most - p->points), weight = rest < EVERY ? rest : EVERY;
         Outcome outcome = ALL_DONE;
         if (p->is_parallel && !p->is_departed) outcome = depart(p, p->now, is_sample, weight);
@@ -421,7 +421,8 @@ static Outcome go_on(Plan *p) {
         p->now = t;
         p->points++;
         if (ends || (p->until.base && *(const uint8_t *)seen_at(&p->until))) return RUN_ENDS;
-        if (p->points == p->most || next_point(p) > p->end) return ALL_DONE;
+        if (next_point(p) > p->end) return ALL_DONE;
+        if (p->points == p->most) return HAS_PAUSED;
     }
 }
 
@@ -433,10 +434,7 @@ EXPORT int plan_fits(const size_t *sizes) {
     return memcmp(own, sizes, sizeof own) == 0;
 }
 
-/* Work through the points behind `now` up to `end`, `most` at most, of which there is one at least.
- * Nothing departs from the last one. */
-EXPORT int plan_run(Plan *p) {
-    p->points = 0;
+static void begin_stretch(Plan *p) {
     for (size_t k = 0; k < p->units; k++) {
         Unit *u = &p->unit[k];
         next_step(u, last_of(&u->grid, p->now) + 1);
@@ -447,6 +445,13 @@ EXPORT int plan_run(Plan *p) {
             u->records_apart |= u->track[i].is_binary;
         }
     }
+}
+
+/* Work through the points behind `now` up to `end`, of which there is one at least, and pause when `most` of the stretch
+ * are completed. Nothing departs from the last one. With 0 `points` a stretch begins; else the one that has paused goes
+ * on. */
+EXPORT int plan_run(Plan *p) {
+    if (p->points == 0) begin_stretch(p);
     Outcome outcome = go_on(p);
     for (size_t k = 0; k < p->units; k++)
         if (p->unit[k].shelf) clear_shelf(&p->unit[k]);

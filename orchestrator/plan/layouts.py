@@ -11,8 +11,8 @@ from orchestrator import compiled
 
 (
     ALL_DONE, SET_FAILED, STEP_FAILED, GET_FAILED, NOT_FINITE, NO_MEMORY, RUN_ENDS, MIX_NOT_FINITE,
-    RUN_ENDED,
-) = range(9)  # fmt: skip
+    RUN_ENDED, HAS_PAUSED,
+) = range(10)  # fmt: skip
 """What `plan_run` returns."""
 
 GOES_ON, ENDS_BEHIND, ENDS_WITHIN, HAS_FAILED = range(4)

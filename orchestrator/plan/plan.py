@@ -6,7 +6,7 @@ handed over where one follows the other.
 """
 
 import ctypes
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from time import perf_counter_ns
 from typing import Any, Final
 
@@ -16,7 +16,6 @@ from orchestrator.algorithm.base import Pattern
 from orchestrator.algorithm.exchange import Exchange
 from orchestrator.algorithm.jacobi import is_renewed
 from orchestrator.algorithm.requests import Asking
-from orchestrator.errors import ComponentError
 from orchestrator.last_call import LastCall
 from orchestrator.native import NativeUnit
 from orchestrator.plan import layouts
@@ -38,11 +37,14 @@ _MOST_BYTES: Final = 8 << 20
 """That a stretch records, except where one point does."""
 
 _SPAN_NS: Final = 10_000_000
-"""Wall time of a stretch, about: a request to stop is heard between two."""
+"""Wall time of a call of the engine, about: a request to stop is heard between two."""
 
 _MOST_GROWTH: Final = 64
 _LEAST_GROWTH: Final = 1.25
-"""How many times more points a stretch may have than the one before, if it has more."""
+"""How many times more points a call may have than the one before, if it has more."""
+
+_STRETCH_NS: Final = 40_000_000
+"""Wall time after which observers are shown what was published, where calls follow each other."""
 
 
 def plan_of(
@@ -178,8 +180,8 @@ class RunPlan:
         for each in self._units.values():
             each.connect(self._sources)
         self._mixing = exchange.sources
-        self._most, self._room = 64, 0
-        self._failure: ComponentError | None = None
+        self._most = 64
+        self._failure: BaseException | None = None
         self._ended: Asking | None = None
         # the engine has there which unit it calls, and from when
         self._plan = last_call.place(layouts.Plan)
@@ -192,6 +194,7 @@ class RunPlan:
             self._plan.until = self._sources.of(until.component, until.connector)
         recorded_bytes = sum(each.recorded_bytes for each in self._units.values())
         self._limit = min(_MOST_POINTS, max(1, _MOST_BYTES // recorded_bytes))
+        self._reserve()
 
     @property
     def names(self) -> frozenset[str]:
@@ -203,24 +206,24 @@ class RunPlan:
         end = min([stop, *(grid.after(t) - 1 for grid in self._others)])
         return end if end - t >= FEWEST_POINTS * self._smallest else None
 
-    def run(self, t: Time, end: Time) -> Stretch:
+    def run(self, t: Time, end: Time, look_up: Callable[[], None]) -> Stretch:
         """Work through the points behind `t`, up to `end` at most.
 
         Steps that start at `t` have not been begun; those that start at the last point are not,
-        either. The stretch ends early after some milliseconds, where an output ends the run, and
-        where a component failed, see `check`.
+        either. The stretch ends early after some ten milliseconds, where an output ends the run,
+        and where a component failed, or what looks up did, see `check`.
+
+        Args:
+            t: where all are [ns].
+            end: no point lies beyond [ns].
+            look_up: called every few milliseconds; it may raise what ends the run.
         """
-        self._reserve()
         self._sources.renew(self._values)
         for unit in self._units.values():
             unit.enter(t, self._values)
         plan = self._plan
-        plan.now, plan.end, plan.most, plan.is_departed = t, end, self._most, False
-        self._last_call.engine(t)
-        before = perf_counter_ns()
-        outcome = self._library.plan_run(ctypes.byref(plan))
-        spent = perf_counter_ns() - before
-        self._last_call.nobody()
+        plan.now, plan.end, plan.points, plan.is_departed = t, end, 0, False
+        outcome, spent = self._work(look_up)
         sampled = sum(each.spent for each in self._table)
         for unit in self._units.values():
             unit.show(plan.now, min(1.0, spent / sampled) if sampled else 0.0)
@@ -229,7 +232,7 @@ class RunPlan:
         self._mixing.now = plan.now
         if outcome == layouts.RUN_ENDED:
             self._ended = list(self._units.values())[plan.failed].participant.asking
-        elif outcome not in {layouts.ALL_DONE, layouts.RUN_ENDS}:
+        elif outcome not in {layouts.ALL_DONE, layouts.HAS_PAUSED, layouts.RUN_ENDS}:
             failed = list(self._units.values())[plan.failed]
             self._failure = failed.fail(outcome, plan.call, plan.status, plan.failed_from)
         times: dict[StepSize, Array] = {}  # the same of units with the same step
@@ -239,9 +242,28 @@ class RunPlan:
                 if unit.step_size not in times:
                     times[unit.step_size] = unit.times(t)
                 samples[name] = unit.samples(times[unit.step_size])
-        stretch = Stretch(plan.now, plan.points, samples, self._values)
-        self._adapt(spent, plan.points)
-        return stretch
+        return Stretch(plan.now, plan.points, samples, self._values)
+
+    def _work(self, look_up: Callable[[], None]) -> tuple[int, int]:
+        """Call the engine until the stretch ends; its last outcome, and its wall time [ns]."""
+        plan, spent = self._plan, 0
+        while True:
+            first = plan.points
+            plan.most = min(first + self._most, self._limit)
+            self._last_call.engine(plan.now)
+            before = perf_counter_ns()
+            outcome = self._library.plan_run(ctypes.byref(plan))
+            last = perf_counter_ns() - before
+            self._last_call.nobody()
+            spent += last
+            self._adapt(last, plan.points - first)
+            if outcome != layouts.HAS_PAUSED or plan.points == self._limit or spent > _STRETCH_NS:
+                return outcome, spent
+            try:
+                look_up()
+            except BaseException as error:  # once observers have seen what there is
+                self._failure = error
+                return outcome, spent
 
     def check(self) -> None:
         """Raise what ended the last stretch early.
@@ -249,6 +271,7 @@ class RunPlan:
         Raises:
             ComponentError: a component failed, or broke its contract.
             EndedWithinStep: a component asks for the end of the run, within a step.
+            BaseException: what `look_up` raised.
         """
         if self._ended is not None:
             self._ended.check()
@@ -262,17 +285,16 @@ class RunPlan:
         self._sources.release()
 
     def _reserve(self) -> None:
-        if self._room < self._most:
-            self._room = self._most
-            sizes = [unit.room(self._room) for unit in self._units.values()]
-            memory: Array = np.empty(sum(sizes), np.uint8)
-            at, view = memory.ctypes.data, memory.data
-            for unit, size in zip(self._units.values(), sizes, strict=True):
-                unit.reserve(self._room, at, view[:size])
-                at, view = at + size, view[size:]
+        """Have memory for the samples of a stretch."""
+        sizes = [unit.room(self._limit) for unit in self._units.values()]
+        memory: Array = np.empty(sum(sizes), np.uint8)
+        at, view = memory.ctypes.data, memory.data
+        for unit, size in zip(self._units.values(), sizes, strict=True):
+            unit.reserve(self._limit, at, view[:size])
+            at, view = at + size, view[size:]
 
     def _adapt(self, spent: int, points: int) -> None:
-        """Let the next stretch take about `_SPAN_NS`."""
+        """Let the next call take about `_SPAN_NS`."""
         growth = min(_SPAN_NS / max(spent, 1), _MOST_GROWTH)
         if points == self._most and growth > _LEAST_GROWTH:
             self._most = min(int(growth * self._most), self._limit)

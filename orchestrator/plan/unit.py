@@ -271,7 +271,7 @@ class UnitPlan(Readable):
             address: of the memory.
             memory: bytes, as many as `room` says; it stays where it is.
         """
-        at, self._sampled = 0, 0
+        at = 0
         for track, name in zip(self._tracks, self._recorded, strict=True):
             size = points * track.size
             track.row = address + at

@@ -152,7 +152,7 @@ class BlockFile:
         frames = [compress(each) for each in streams]
         sizes = [len(each) for each in frames]
         note = _note({"first": self._rows, "rows": rows, "frames": sizes, **about})
-        end = _note({"end": self._rows + rows}) if is_last else b""
+        end = _end_note(self._rows + rows) if is_last else b""
         data = b"".join((note, *frames, end))
         self._write(data)
         self._rows += rows
@@ -167,7 +167,7 @@ class BlockFile:
 
     def end(self) -> None:
         """Write that there are no more blocks."""
-        self._write(_note({"end": self._rows}))
+        self._write(_end_note(self._rows))
 
     def _write(self, data: bytes) -> None:
         with naming(self._path), self._path.open("r+b", buffering=0) as file:
@@ -272,7 +272,14 @@ def _damaged(path: Path, block: Block, at: int, error: object) -> str:
 
 
 def _note(content: Mapping[str, Any]) -> bytes:
-    text = _JSON(content).encode()
+    return _framed(_JSON(content).encode())
+
+
+def _end_note(rows: int) -> bytes:
+    return _framed(b'{"end":%d}' % rows)
+
+
+def _framed(text: bytes) -> bytes:
     return _HEAD.pack(_MAGIC, len(text) + 4, zlib.crc32(text)) + text
 
 

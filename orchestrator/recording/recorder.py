@@ -286,7 +286,7 @@ class _ComponentWriter:
         self._once.clear()
         for name, writer in self._always:
             writer.write_rows(samples.rows[name], len(samples.times))
-        self._times.append_rows(samples.times.tobytes(), len(samples.times))
+        self._times.append_rows(samples.times.data.cast("B"), len(samples.times))
 
     def flush(self) -> None:
         """Write everything out, times last: they say how many samples there are."""

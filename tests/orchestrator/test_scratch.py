@@ -6,6 +6,7 @@ import sys
 import tempfile
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -110,6 +111,29 @@ def test_threads_may_come_and_go_at_the_same_time(temporary: Path) -> None:
     for thread in threads:
         thread.join()
     assert errors == []
+    assert list(temporary.iterdir()) == []
+
+
+def test_the_garbage_collector_may_discard_a_folder_while_another_is_made(
+    temporary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An FMU that nobody closed discards its own when it is collected, wherever that happens."""
+    first = temporary_folder("first")
+    make = tempfile.mkdtemp
+
+    def collecting(**options: Any) -> str:
+        discard(first)
+        return str(make(**options))
+
+    monkeypatch.setattr(tempfile, "mkdtemp", collecting)
+    found: list[Path] = []
+    maker = threading.Thread(target=lambda: found.append(temporary_folder("second")), daemon=True)
+    maker.start()
+    maker.join(timeout=20)
+    assert [folder.is_dir() for folder in found] == [True]  # else it waits for itself
+    assert not first.exists()
+    assert found[0].parent == first.parent
+    discard(found[0])
     assert list(temporary.iterdir()) == []
 
 

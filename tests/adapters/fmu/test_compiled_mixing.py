@@ -17,7 +17,6 @@ from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.component import Component
 from orchestrator.elements import Elements, Span
 from orchestrator.errors import ComponentError
-from orchestrator.plan.plan import RunPlan
 from orchestrator.recording.reader import Recording
 from orchestrator.recording.recorder import Recorder
 from orchestrator.signal import Causality, Connector, Signals
@@ -183,21 +182,6 @@ def mirror(fmu: Callable[[str], Path]) -> FmuComponentType:
     return FmuComponentType(fmu("mirror"))
 
 
-@pytest.fixture
-def points(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """How many points the engine worked through, stretch by stretch."""
-    found: list[int] = []
-    run = RunPlan.run
-
-    def counted(self: RunPlan, t: Time, end: Time) -> Any:
-        stretch = run(self, t, end)
-        found.append(stretch.count)
-        return stretch
-
-    monkeypatch.setattr(RunPlan, "run", counted)
-    return found
-
-
 @given(network=networks(), sequential=st.booleans())
 @settings(
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
@@ -245,7 +229,7 @@ ALGORITHMS = pytest.mark.parametrize("algorithm", [Jacobi(), GaussSeidel(("a", "
 def test_the_engine_takes_all_points(
     mirror: FmuComponentType,
     tmp_path: Path,
-    points: list[int],
+    stretches: list[int],
     name: str,
     algorithm: CosimulationAlgorithm,
 ) -> None:
@@ -260,12 +244,12 @@ def test_the_engine_takes_all_points(
     plain, compiled = (ran(system, algorithm, tmp_path / str(c), compiled=c) for c in (False, True))
     assert plain == compiled
     assert not plain[1]
-    assert sum(points) == 180
+    assert sum(stretches) == 180
 
 
 @ALGORITHMS
 def test_what_overflows_is_the_same_error(
-    mirror: FmuComponentType, tmp_path: Path, points: list[int], algorithm: CosimulationAlgorithm
+    mirror: FmuComponentType, tmp_path: Path, stretches: list[int], algorithm: CosimulationAlgorithm
 ) -> None:
     """`a` gives 0.5 + t: twice 3.2e38 of it becomes more than a float32 holds at 32 ms."""
     way, more = Transformation(gain=3.2e38), Transformation(gain=3.2e38, adds=True)
@@ -282,11 +266,11 @@ def test_what_overflows_is_the_same_error(
     what = "what its connections make of input `float32.in` is not finite"
     assert errors == ["", f"component `b` at t = {begin} s: {what}"]
     before = 32 if isinstance(algorithm, Jacobi) else 31
-    assert sum(points) == 180 + before
+    assert sum(stretches) == 180 + before
 
 
 def test_large_whole_numbers_widen(
-    mirror: FmuComponentType, tmp_path: Path, points: list[int]
+    mirror: FmuComponentType, tmp_path: Path, stretches: list[int]
 ) -> None:
     """From 2^31 on a uint32 is no negative int32."""
     second, turned = Elements((1,)), Elements((Span(None, None, -1),))
@@ -306,7 +290,7 @@ def test_large_whole_numbers_widen(
         for c in (False, True)
     )
     assert plain == compiled
-    assert sum(points) == 180 - 30
+    assert sum(stretches) == 180 - 30
     last = Recording(tmp_path / "True")["c0.int64.out"].at(180 * MS)
     assert last == 2**31 + 27 + 180
 
@@ -330,7 +314,7 @@ class Percent(Component):
 
 
 def test_a_unit_is_converted_by_the_same_roundings(
-    mirror: FmuComponentType, tmp_path: Path, points: list[int]
+    mirror: FmuComponentType, tmp_path: Path, stretches: list[int]
 ) -> None:
     """`/ 100` is not `* 0.01`: of 90 values some differ in the last bit."""
     components: dict[str, Component] = {"m": mirror.create("m", {}), "x": Percent()}
@@ -339,13 +323,13 @@ def test_a_unit_is_converted_by_the_same_roundings(
     plain, compiled = (ran(system, Jacobi(), tmp_path / str(c), compiled=c) for c in (False, True))
     assert plain == compiled
     assert not plain[1]
-    assert sum(points) == 180 - 30
+    assert sum(stretches) == 180 - 30
     x = np.asarray(Recording(tmp_path / "True")["x.x"].values)
     assert np.any(x / 100.0 != x * 0.01)
 
 
 def test_values_of_python_pass_through_it_late(
-    mirror: FmuComponentType, tmp_path: Path, points: list[int]
+    mirror: FmuComponentType, tmp_path: Path, stretches: list[int]
 ) -> None:
     """`c1` is of Python, with 18 ms; what it publishes arrives 20 ms later, 10 points in 11."""
     network = Network(
@@ -362,7 +346,7 @@ def test_values_of_python_pass_through_it_late(
         for c in (False, True)
     )
     assert plain == compiled
-    assert sum(points) == 180 - 10
+    assert sum(stretches) == 180 - 10
     recording = Recording(tmp_path / "True")
     got = recording["c0.float64.out"]
     said = recording["c1.float64.out"]

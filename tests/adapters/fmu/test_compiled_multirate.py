@@ -2,15 +2,12 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from orchestrator.algorithm.participant import Participant
 from orchestrator.cli import main
-from orchestrator.plan.plan import RunPlan
 from orchestrator.recording.reader import Recording
-from orchestrator.timebase import Time
 
 SCENARIO = """\
 schema: 1
@@ -35,21 +32,6 @@ def scenario(fmu: Callable[[str], Path], tmp_path: Path) -> Path:
     return tmp_path / "three.yaml"
 
 
-@pytest.fixture
-def points(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """How many points the engine worked through, stretch by stretch."""
-    found: list[int] = []
-    run = RunPlan.run
-
-    def counted(self: RunPlan, t: Time, end: Time) -> Any:
-        stretch = run(self, t, end)
-        found.append(stretch.count)
-        return stretch
-
-    monkeypatch.setattr(RunPlan, "run", counted)
-    return found
-
-
 @pytest.mark.parametrize(
     ("algorithm", "transport"),
     [("jacobi", "local"), ("gauss-seidel", "local"), ("jacobi", "loopback")],
@@ -58,7 +40,7 @@ def test_all_points_between_those_of_a_process_are_compiled(
     scenario: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    points: list[int],
+    stretches: list[int],
     *,
     algorithm: str,
     transport: str,
@@ -75,20 +57,20 @@ def test_all_points_between_those_of_a_process_are_compiled(
         return str(Recording(out).manifest["fingerprint"])
 
     found = fingerprint("compiled", "--transport", transport)
-    assert points == [19] * 10
+    assert stretches == [19] * 10
     monkeypatch.setattr("orchestrator.plan.layouts.engine", lambda: None)
     assert fingerprint("python") == found
-    assert points == [19] * 10
+    assert stretches == [19] * 10
 
 
 def test_outputs_that_are_renewed_stay_in_python(
-    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, points: list[int]
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stretches: list[int]
 ) -> None:
     """By Jacobi; Gauss-Seidel renews nothing."""
     monkeypatch.setattr(Participant, "can_refresh", True)
     monkeypatch.setattr("orchestrator.algorithm.jacobi.has_feedthrough", lambda *_: True)
     for algorithm in ("jacobi", "gauss-seidel, order: [first, away, second]"):
-        assert not points
+        assert not stretches
         scenario.write_text(SCENARIO.format(algorithm=algorithm))
         assert (
             main(
@@ -96,4 +78,4 @@ def test_outputs_that_are_renewed_stay_in_python(
             )
             == 0
         )
-    assert points
+    assert stretches

@@ -195,21 +195,6 @@ def check_equal(plain: Ran, compiled: Ran) -> None:
                 assert not other.flags.writeable
 
 
-@pytest.fixture
-def stretches(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """How many points the engine worked through, stretch by stretch."""
-    found: list[int] = []
-    run = RunPlan.run
-
-    def counted(self: RunPlan, t: Time, end: Time) -> Any:
-        stretch = run(self, t, end)
-        found.append(stretch.count)
-        return stretch
-
-    monkeypatch.setattr(RunPlan, "run", counted)
-    return found
-
-
 @pytest.mark.slow
 @given(network=networks(), sequential=st.booleans())
 @settings(
@@ -425,9 +410,9 @@ def test_what_reads_named_axes_of_somebody_outside_stays_in_python(
     stepped: list[frozenset[str]] = []
     run = RunPlan.run
 
-    def seen(self: RunPlan, t: Time, end: Time) -> Any:
+    def seen(self: RunPlan, *args: Any) -> Any:
         stepped.append(self.names)
-        return run(self, t, end)
+        return run(self, *args)
 
     monkeypatch.setattr(RunPlan, "run", seen)
     monkeypatch.setattr("orchestrator.plan.plan._may_change", lambda _, name: name != "c0")

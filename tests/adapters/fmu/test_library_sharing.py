@@ -1,7 +1,9 @@
 """Instances of an FMU share a library that remembers nothing, and no other one."""
 
+import os
 import shutil
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -110,9 +112,9 @@ def test_instances_do_not_disturb_each_other(
 
 def test_the_library_goes_with_its_last_instance(ends3: Path) -> None:
     """Whoever comes later shares it, even when the first one and its folder are gone."""
-    others = dict(sharing.LIBRARIES._used)
+    others = dict(sharing.LIBRARIES._digests)
     with loaded(ends3, ends3) as found:
-        assert sharing.LIBRARIES._used != others
+        assert sharing.LIBRARIES._digests != others
         (place,) = places(found)
         leave(found)
         found.append(LoadedFmu(read_description(ends3), "later"))
@@ -122,7 +124,7 @@ def test_the_library_goes_with_its_last_instance(ends3: Path) -> None:
         assert mapped("ends3.so") == 1
         assert found[0].call("fmi3Terminate", None) == 0
     assert mapped("ends3.so") == 0
-    assert sharing.LIBRARIES._used == others
+    assert sharing.LIBRARIES._digests == others
 
 
 def test_an_instance_that_is_left_alone_keeps_the_library(ends3: Path) -> None:
@@ -155,3 +157,29 @@ def test_a_file_that_is_gone_is_passed_over(tmp_path: Path, ends3: Path) -> None
         found.append(LoadedFmu(read_description(ends3), "later"))
         assert len(places(found)) == 1
         away.rename(folder)
+
+
+def test_the_garbage_collector_may_let_one_leave_while_another_enters(
+    ends3: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """That of which the new one was to be another name; what is left is another name of no file."""
+    link = os.link
+    with loaded(ends3) as found:
+
+        def collecting(*names: Path) -> None:
+            leave(found)
+            link(*names)
+
+        monkeypatch.setattr(os, "link", collecting)
+        later: list[LoadedFmu] = []
+        loader = threading.Thread(
+            target=lambda: later.append(LoadedFmu(read_description(ends3), "later")), daemon=True
+        )
+        loader.start()
+        loader.join(timeout=20)
+        assert len(later) == 1  # else it waits for itself
+        monkeypatch.setattr(os, "link", link)
+        later.append(LoadedFmu(read_description(ends3), "last"))
+        assert len(places(later)) == 1
+        leave(later)
+        leave(later)

@@ -303,14 +303,19 @@ static uint32_t play(void) {
     p->now = p->start;
     uint32_t points = 0;
     for (int stretch = 0; stretch < 3; stretch++) {
-        p->most = 1 + any(MOST), p->end = p->now + any(400) * 10000000LL;
+        p->points = 0, p->end = p->now + any(400) * 10000000LL;
         int64_t before = p->now;
-        int outcome = plan_run(p);
+        int outcome = HAS_PAUSED;
+        while (outcome == HAS_PAUSED && p->points < MOST) {
+            p->most = p->points + 1 + any((uint32_t)(MOST - p->points));
+            outcome = plan_run(p);
+            expect(outcome >= ALL_DONE && outcome <= HAS_PAUSED, "an outcome that there is not");
+            expect(p->points <= p->most && p->now >= before, "points that there are not");
+            expect(outcome != HAS_PAUSED || p->points == p->most, "a pause too early");
+            check_records(p);
+        }
         points += (uint32_t)p->points;
-        expect(outcome >= ALL_DONE && outcome <= RUN_ENDED, "an outcome that there is not");
-        expect(p->points <= p->most && p->now >= before, "points that there are not");
-        check_records(p);
-        if (outcome != ALL_DONE) break;
+        if (outcome != ALL_DONE && outcome != HAS_PAUSED) break;
     }
     for (size_t k = 0; k < p->units; k++) {
         Unit *u = &p->unit[k];

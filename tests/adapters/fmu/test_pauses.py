@@ -1,0 +1,169 @@
+"""The engine pauses every few milliseconds: nothing is lost, and whoever wants the end is heard."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+from typing_extensions import override
+
+from adapters.fmi import FmuComponentType
+from benchmarks.importer.chain import STEP_NS, Chain
+from benchmarks.importer.ours import system_of
+from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.algorithm.gauss_seidel import GaussSeidel
+from orchestrator.algorithm.jacobi import Jacobi
+from orchestrator.observer import Observer, SimulationResult
+from orchestrator.plan import plan
+from orchestrator.recording.reader import Recording
+from orchestrator.recording.recorder import Recorder
+from orchestrator.signal import Signals
+from orchestrator.simulation import simulate
+from orchestrator.stretch import Stretch
+from orchestrator.system import Connection, Endpoint, System
+from orchestrator.timebase import Time
+from tests.adapters.fmu.conftest import LookAt
+
+ALGORITHMS = pytest.mark.parametrize("algorithm", [Jacobi(), GaussSeidel()])
+POINTS = 400
+
+
+class Watch(Observer):
+    """Counts stretches and looks, and ends the run at one of the looks."""
+
+    sees_stretches = True
+
+    def __init__(self, last_look: int = 1 << 30) -> None:
+        self.stretches: list[int] = []
+        self.looks = 0
+        self._last_look = last_look
+
+    @override
+    def begin(self, system: System, start: Time, stop: Time) -> None:
+        pass
+
+    @override
+    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
+        pass
+
+    @override
+    def observe_stretch(self, stretch: Stretch) -> None:
+        self.stretches.append(stretch.count)
+
+    @override
+    def look_up(self) -> None:
+        self.looks += 1
+        if self.looks == self._last_look:
+            raise KeyboardInterrupt
+
+    @override
+    def end(self, result: SimulationResult) -> None:
+        pass
+
+
+def pause_at_every_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let calls of the engine have fewer and fewer points, after the first one with 64."""
+    monkeypatch.setattr(plan, "_SPAN_NS", 0)
+
+
+def run(
+    system: System,
+    algorithm: CosimulationAlgorithm,
+    out: Path,
+    *watches: Observer,
+    compiled: bool = True,
+) -> str:
+    recorder = Recorder(out)
+    simulate(
+        system, algorithm, start=0, stop=POINTS * STEP_NS, seed=0,
+        observers=[recorder, *watches], compiled=compiled,
+    )  # fmt: skip
+    return recorder.fingerprint
+
+
+@ALGORITHMS
+@pytest.mark.parametrize("version", [2, 3])
+def test_pauses_change_nothing(
+    tmp_path: Path,
+    version: int,
+    algorithm: CosimulationAlgorithm,
+    monkeypatch: pytest.MonkeyPatch,
+    look_at_plans: LookAt,
+) -> None:
+    pause_at_every_point(monkeypatch)
+    reached: list[int] = []
+    look_at_plans(lambda found: reached.append(found.points))
+    plain, paused = (
+        run(system_of(Chain("feedthrough", version, 3)), algorithm, tmp_path / str(c), compiled=c)
+        for c in (False, True)
+    )
+    assert plain == paused
+    assert reached == [64, 96, 112, 120, 124, 126, *range(127, POINTS + 1)]  # of one stretch
+
+
+@ALGORITHMS
+def test_texts_and_binaries_of_all_calls_are_kept(
+    words3: Path,
+    tmp_path: Path,
+    algorithm: CosimulationAlgorithm,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pause_at_every_point(monkeypatch)
+    """Of different sizes, which an FMU hands another one."""
+    words = FmuComponentType(words3)
+    handed = [
+        ("one", "word_out", "two", "pair[1]"),
+        ("one", "bits_out[0, 0]", "two", "bits[0, 1]"),
+        ("one", "pair_out[1]", "two", "word"),
+    ]
+    prints = []
+    for compiled in (False, True):
+        components = {name: words.create(name, {}) for name in ("one", "two")}
+        wires = [Connection(Endpoint(a, x), Endpoint(b, y)) for a, x, b, y in handed]
+        system = System(components, dict.fromkeys(components, STEP_NS), wires)
+        prints.append(run(system, algorithm, tmp_path / str(compiled), compiled=compiled))
+    assert prints[0] == prints[1]
+
+
+def test_what_was_published_is_shown_every_forty_milliseconds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not after every call: here none is long enough, and there each is."""
+    pause_at_every_point(monkeypatch)
+    rare, frequent = Watch(), Watch()
+    monkeypatch.setattr(plan, "_STRETCH_NS", 1 << 60)
+    run(system_of(Chain("gain", 3, 2)), GaussSeidel(), tmp_path / "rare", rare)
+    monkeypatch.setattr(plan, "_STRETCH_NS", 0)
+    run(system_of(Chain("gain", 3, 2)), GaussSeidel(), tmp_path / "frequent", frequent)
+    calls = 6 + POINTS - 126
+    assert rare.stretches == [POINTS]
+    assert rare.looks == calls - 1  # behind each but the last, when all is seen
+    few = plan.FEWEST_POINTS - 1  # at the end, which are not worth it
+    assert frequent.stretches == [64, 32, 16, 8, 4, 2, *[1] * (POINTS - 126 - few)]
+    assert frequent.looks == 0
+
+
+def test_a_stretch_has_no_more_points_than_its_memory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two FMUs with a double and the times of both: 32 bytes for each point."""
+    monkeypatch.setattr(plan, "_MOST_BYTES", 32 * 150)
+    watch = Watch()
+    run(system_of(Chain("gain", 3, 2)), GaussSeidel(), tmp_path / "run", watch)
+    assert watch.stretches == [150, 150, 100]
+
+
+@ALGORITHMS
+def test_whoever_wants_the_end_is_heard_between_two_calls(
+    tmp_path: Path, algorithm: CosimulationAlgorithm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the engine has published until then is recorded."""
+    pause_at_every_point(monkeypatch)
+    watch = Watch(last_look=3)
+    out = tmp_path / "run"
+    with pytest.raises(KeyboardInterrupt):
+        run(system_of(Chain("gain", 3, 2)), algorithm, out, watch)
+    assert watch.stretches == [64 + 32 + 16]
+    recording = Recording(out)
+    assert recording.manifest["status"] == "interrupted"
+    assert recording.manifest["reached_ns"] == 112 * STEP_NS
+    assert len(recording["c1.Float64_out_1"]) == 113
