@@ -16,7 +16,7 @@ class Rows(NamedTuple):
     """The samples of one signal, all of the same size.
 
     Attributes:
-        data: of all samples, one after the other; it is used again for the next stretch.
+        data: of all samples, one after the other.
         sizes: of each sample of a Binary [byte], int64, shape (sample,); empty for arrays.
         shape: of each sample of an array.
     """
@@ -31,12 +31,14 @@ class Samples:
     """What one component published.
 
     Attributes:
-        times: when [ns], int64, shape (sample,).
+        times: when [ns], int64, shape (sample,); they never change.
         rows: the recorded signals, by connector. They last until the observers are done.
+        are_kept: whether the rows of arrays last as long as somebody has them.
     """
 
     times: Array
     rows: Mapping[str, Rows]
+    are_kept: bool = False
 
 
 @dataclass(frozen=True, slots=True)

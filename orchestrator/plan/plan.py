@@ -6,6 +6,7 @@ handed over where one follows the other.
 """
 
 import ctypes
+import weakref
 from collections.abc import Callable, Collection, Iterable, Mapping
 from time import perf_counter_ns
 from typing import Any, Final
@@ -42,6 +43,9 @@ _SPAN_NS: Final = 10_000_000
 _MOST_GROWTH: Final = 64
 _LEAST_GROWTH: Final = 1.25
 """How many times more points a call may have than the one before, if it has more."""
+
+_MOST_GIVEN: Final = 4
+"""Memories of stretches that observers may have at a time."""
 
 _STRETCH_NS: Final = 40_000_000
 """Wall time after which observers are shown what was published, where calls follow each other."""
@@ -194,7 +198,8 @@ class RunPlan:
             self._plan.until = self._sources.of(until.component, until.connector)
         recorded_bytes = sum(each.recorded_bytes for each in self._units.values())
         self._limit = min(_MOST_POINTS, max(1, _MOST_BYTES // recorded_bytes))
-        self._reserve()
+        self._memory: Array | None = None
+        self._given: list[weakref.ref[Array]] = []
 
     @property
     def names(self) -> frozenset[str]:
@@ -218,6 +223,8 @@ class RunPlan:
             end: no point lies beyond [ns].
             look_up: called every few milliseconds; it may raise what ends the run.
         """
+        if self._memory is None:
+            self._memory = self._reserved()
         self._sources.renew(self._values)
         for unit in self._units.values():
             unit.enter(t, self._values)
@@ -235,13 +242,14 @@ class RunPlan:
         elif outcome not in {layouts.ALL_DONE, layouts.HAS_PAUSED, layouts.RUN_ENDS}:
             failed = list(self._units.values())[plan.failed]
             self._failure = failed.fail(outcome, plan.call, plan.status, plan.failed_from)
+        are_kept = self._gives_away(plan.points)
         times: dict[StepSize, Array] = {}  # the same of units with the same step
         samples = {}
         for name, unit in self._units.items():
             if unit.rows:
                 if unit.step_size not in times:
                     times[unit.step_size] = unit.times(t)
-                samples[name] = unit.samples(times[unit.step_size])
+                samples[name] = unit.samples(times[unit.step_size], are_kept=are_kept)
         return Stretch(plan.now, plan.points, samples, self._values)
 
     def _work(self, look_up: Callable[[], None]) -> tuple[int, int]:
@@ -284,14 +292,33 @@ class RunPlan:
             unit.release()
         self._sources.release()
 
-    def _reserve(self) -> None:
-        """Have memory for the samples of a stretch."""
+    def _reserved(self) -> Array:
+        """New memory for the samples of a stretch, shape (byte,)."""
         sizes = [unit.room(self._limit) for unit in self._units.values()]
         memory: Array = np.empty(sum(sizes), np.uint8)
         at, view = memory.ctypes.data, memory.data
         for unit, size in zip(self._units.values(), sizes, strict=True):
             unit.reserve(self._limit, at, view[:size])
             at, view = at + size, view[size:]
+        return memory
+
+    def _gives_away(self, points: int) -> bool:
+        """Whether observers may keep the memory of a stretch: what is in it need not be copied.
+
+        Not if most of it is empty, or it is so large as only a point with large outputs makes it.
+        """
+        memory = self._memory
+        self._given = [each for each in self._given if each() is not None]
+        if (
+            memory is None
+            or 2 * points < self._limit
+            or memory.nbytes > 2 * _MOST_BYTES
+            or len(self._given) == _MOST_GIVEN
+        ):
+            return False
+        self._given.append(weakref.ref(memory))
+        self._memory = None
+        return True
 
     def _adapt(self, spent: int, points: int) -> None:
         """Let the next call take about `_SPAN_NS`."""

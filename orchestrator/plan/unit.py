@@ -271,7 +271,7 @@ class UnitPlan(Readable):
             address: of the memory.
             memory: bytes, as many as `room` says; it stays where it is.
         """
-        at = 0
+        at, self._sampled = 0, 0
         for track, name in zip(self._tracks, self._recorded, strict=True):
             size = points * track.size
             track.row = address + at
@@ -348,11 +348,12 @@ class UnitPlan(Readable):
         """When it published in the stretch that began at `t` [ns], int64, shape (sample,)."""
         return points(self.participant.grid, t, self.rows)
 
-    def samples(self, times: Array) -> Samples:
+    def samples(self, times: Array, *, are_kept: bool) -> Samples:
         """What it published in the last stretch.
 
         Args:
             times: as `times` says, shape (sample,).
+            are_kept: whether the memory of rows is not used again.
         """
         count = self.rows
         if count != self._sampled:
@@ -368,7 +369,7 @@ class UnitPlan(Readable):
             content = track.bytes
             binary = ctypes.string_at(content.data, content.size) if content.size else b""
             rows[name] = Rows(binary, sizes[:count])
-        return Samples(times, rows)
+        return Samples(times, rows, are_kept)
 
     def fail(self, outcome: int, call: int, status: int, t: Time) -> ComponentError:
         """The error for what stopped the engine in the step from `t`."""

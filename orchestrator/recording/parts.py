@@ -27,6 +27,9 @@ from orchestrator.recording.reopening import NOTHING, Again, Reopened
 BLOCK_BYTES: Final = 4 << 20
 """A block is stored when it has at least so many bytes; the fewer, the less there is to find."""
 
+_SMALL: Final = 1 << 12
+"""Rows of fewer bytes are copied, even if they may be kept."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Made:
@@ -108,8 +111,8 @@ class Part:
     """
 
     __slots__ = ("_buffer", "_dtype", "_flushed", "_held", "_kind", "_known", "_latest",
-                 "_lengths", "_path", "_room", "_row_bytes", "_row_shape", "_rows", "_samples",
-                 "_sha256", "_stored", "_tail", "_write", "name")  # fmt: skip
+                 "_lengths", "_path", "_pieces", "_room", "_row_bytes", "_row_shape", "_rows",
+                 "_samples", "_sha256", "_stored", "_tail", "_write", "name")  # fmt: skip
 
     def __init__(
         self,
@@ -133,8 +136,11 @@ class Part:
         form = None if samples else Form.of_rows(dtype.itemsize, self._row_bytes)
         self._sha256 = hashlib.sha256()
         self._tail: GrowingArray | None = None
-        self._buffer = io.BytesIO()  # what came since the last flush; it is used again: new memory
-        self._write = self._buffer.write  # costs page faults
+        # what came since the last flush: rows that are kept where they are, and behind them copies.
+        # Memory of these is used again: new memory costs page faults
+        self._pieces: list[bytes | memoryview] = []
+        self._buffer = io.BytesIO()
+        self._write = self._buffer.write
         self._held = 0  # bytes of the next block
         self._known = 0  # of them in the tail, and in the digest
         self._rows = 0  # of the next block
@@ -195,8 +201,13 @@ class Part:
             self._lengths.append(len(rows))
         self._take(rows, count)
 
-    def append_rows(self, data: bytes | memoryview, count: int) -> None:
+    def append_rows(self, data: bytes | memoryview, count: int, *, is_kept: bool = False) -> None:
         """Append `count` rows, given in C order, as if each were appended alone.
+
+        Args:
+            data: the rows.
+            count: how many.
+            is_kept: whether they never change, so that they need not be copied.
 
         Raises:
             ValueError: `data` has another size, or rows are no samples here.
@@ -207,14 +218,15 @@ class Part:
         if len(data) != count * size:
             what = f"{len(data)} bytes, not {count} rows of {size} bytes"
             raise ValueError(f"`{self.name}` was given {what}")
+        take = self._keep if is_kept and len(data) >= _SMALL else self._take
         if self._held + len(data) < BLOCK_BYTES:
-            self._take(data, count)
+            take(data, count)
             return
         rest = memoryview(data)
         while count:
             missing = -(-(BLOCK_BYTES - self._held) // size) if size else count
             some = min(count, missing)
-            self._take(rest[: some * size], some)
+            take(rest[: some * size], some)
             rest, count = rest[some * size :], count - some
 
     def append_samples(
@@ -254,7 +266,7 @@ class Part:
         if self._tail is None:
             path = tail_of(self._path, self._stored.rows)
             self._tail = GrowingArray(path, self._dtype, self._row_shape)
-        rows = self._fresh()
+        rows = self._joined(0) if self._pieces else self._copied()
         self._tail.append(rows, fresh)
         self._sha256.update(rows)
         self._forget()
@@ -267,6 +279,7 @@ class Part:
         else:
             self._stored.end()
         self._buffer = io.BytesIO()
+        self._write = self._buffer.write
 
     def _take(self, rows: bytes | memoryview, count: int) -> None:
         """Add rows to the next block, and store it if it is large enough then."""
@@ -276,12 +289,23 @@ class Part:
         if self._held >= BLOCK_BYTES:
             self._store()
 
+    def _keep(self, rows: bytes | memoryview, count: int) -> None:
+        """`_take` for rows that never change."""
+        if self._buffer.tell():
+            self._pieces.append(bytes(self._copied()))
+            self._buffer.seek(0)
+        self._pieces.append(rows)
+        self._held += len(rows)
+        self._take(b"", count)
+
     def _store(self, *, is_last: bool = False) -> None:
-        fresh = content = self._fresh()
-        if self._tail is not None and self._known:
-            content = self._room.rows.take(self._held).data
-            self._tail.read_into(content[: self._known])
-            content[self._known :] = fresh
+        if self._known or self._pieces:
+            content = self._joined(self._known)
+            fresh = content[self._known :]
+            if self._tail is not None and self._known:
+                self._tail.read_into(content[: self._known])
+        else:
+            fresh = content = self._copied()
         if self._latest is None:
             self._stored.append(content, self._rows, self._lengths, is_last=is_last)
             self._sha256.update(fresh)
@@ -314,10 +338,20 @@ class Part:
             stored=self._stored,
         )
 
-    def _fresh(self) -> memoryview:
-        """What came since the last flush."""
-        return self._buffer.getbuffer()[: self._held - self._known]
+    def _copied(self) -> memoryview:
+        """What was copied since the last flush, behind what was kept."""
+        return self._buffer.getbuffer()[: self._buffer.tell()]
+
+    def _joined(self, known: int) -> memoryview:
+        """What came since the last flush, behind room for `known` bytes."""
+        content = self._room.rows.take(known + self._held - self._known).data
+        at = known
+        for piece in (*self._pieces, self._copied()):
+            content[at : at + len(piece)] = piece
+            at += len(piece)
+        return content
 
     def _forget(self) -> None:
         """Forget what came since the last flush."""
+        self._pieces.clear()
         self._buffer.seek(0)

@@ -285,8 +285,9 @@ class _ComponentWriter:
             writer.write(values[name])
         self._once.clear()
         for name, writer in self._always:
-            writer.write_rows(samples.rows[name], len(samples.times))
-        self._times.append_rows(samples.times.data.cast("B"), len(samples.times))
+            writer.write_rows(samples.rows[name], len(samples.times), are_kept=samples.are_kept)
+        times = samples.times
+        self._times.append_rows(times.data.cast("B"), len(times), is_kept=True)
 
     def flush(self) -> None:
         """Write everything out, times last: they say how many samples there are."""

@@ -39,8 +39,14 @@ class SampleWriter(abc.ABC):
         """Append one sample, which fits the connector."""
 
     @abc.abstractmethod
-    def write_rows(self, rows: Rows, count: int) -> None:
-        """Append `count` samples of one size, or of type Binary."""
+    def write_rows(self, rows: Rows, count: int, *, are_kept: bool) -> None:
+        """Append `count` samples of one size, or of type Binary.
+
+        Args:
+            rows: the samples.
+            count: how many.
+            are_kept: whether rows of arrays never change.
+        """
 
 
 class _UniformWriter(SampleWriter):
@@ -59,8 +65,8 @@ class _UniformWriter(SampleWriter):
         self._append(value.tobytes())
 
     @override
-    def write_rows(self, rows: Rows, count: int) -> None:
-        self._append_rows(rows.data, count)
+    def write_rows(self, rows: Rows, count: int, *, are_kept: bool) -> None:
+        self._append_rows(rows.data, count, is_kept=are_kept)
 
 
 class _RowsWriter(SampleWriter):
@@ -93,7 +99,7 @@ class _RaggedWriter(_RowsWriter):
         self._write(value.tobytes(), len(value))
 
     @override
-    def write_rows(self, rows: Rows, count: int) -> None:
+    def write_rows(self, rows: Rows, count: int, *, are_kept: bool) -> None:
         values, lengths = self.parts
         _append_equal(values, rows, count, rows.shape[0])
         lengths.append_rows(np.full(count, rows.shape[0], INT64).tobytes(), count)
@@ -116,7 +122,7 @@ class _FlatWriter(SampleWriter):
         self._append_shape(np.array(value.shape, INT64).tobytes())
 
     @override
-    def write_rows(self, rows: Rows, count: int) -> None:
+    def write_rows(self, rows: Rows, count: int, *, are_kept: bool) -> None:
         values, shapes = self.parts
         _append_equal(values, rows, count, math.prod(rows.shape))
         shapes.append_rows(np.tile(np.array(rows.shape, INT64), count).tobytes(), count)
@@ -134,7 +140,7 @@ class _BinaryWriter(_RowsWriter):
         self._write(value, len(value))
 
     @override
-    def write_rows(self, rows: Rows, count: int) -> None:
+    def write_rows(self, rows: Rows, count: int, *, are_kept: bool) -> None:
         values, sizes = self.parts
         values.append_samples(rows.data, rows.sizes)
         sizes.append_rows(rows.sizes.tobytes(), count)

@@ -11,6 +11,7 @@ import sys
 import tempfile
 import textwrap
 import tracemalloc
+import weakref
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -135,6 +136,7 @@ def test_how_much_arrives_at_once_does_not_show(
     dtype, shape = (np.dtype(np.uint8), ()) if binary else (rows[0].dtype, rows[0].shape[1:])
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
         patch.setattr(orchestrator.recording.parts, "BLOCK_BYTES", block)
+        patch.setattr(orchestrator.recording.parts, "_SMALL", data.draw(st.integers(0, 40)))
         one, many = (
             Part(Path(folder) / name, "y.npy", dtype, shape, samples=binary) for name in ("1", "2")
         )
@@ -144,7 +146,8 @@ def test_how_much_arrives_at_once_does_not_show(
             if by_sample:
                 many.append_samples(content(some), [len(content([row])) for row in some])
             else:
-                many.append_rows(content(some), len(some))
+                is_kept = data.draw(st.booleans())
+                many.append_rows(content(some), len(some), is_kept=is_kept)
             if flushes[k % len(flushes)]:
                 one.flush()
                 many.flush()
@@ -156,6 +159,23 @@ def test_how_much_arrives_at_once_does_not_show(
         many.close()
         assert (Path(folder) / "1").read_bytes() == (Path(folder) / "2").read_bytes()
         assert one.digest == many.digest
+
+
+def test_rows_that_are_kept_are_not_copied_and_let_go_with_the_next_flush(tmp_path: Path) -> None:
+    """Small ones are copied: the memory that they are in may be large."""
+    part = Part(tmp_path / "y.zst", "y.npy", np.dtype("<f8"))
+    large, small, other = np.arange(512.0), np.arange(511.0), np.arange(600.0)
+    left = [weakref.ref(large), weakref.ref(small), weakref.ref(other)]
+    part.append_rows(large.data.cast("B"), len(large), is_kept=True)
+    part.append_rows(small.data.cast("B"), len(small), is_kept=True)
+    part.append_rows(other.data.cast("B"), len(other))
+    wanted = np.concatenate([large, small, other])
+    del large, small, other
+    assert [each() is not None for each in left] == [True, False, False]
+    part.flush()
+    assert left[0]() is None
+    part.close()
+    assert (read(tmp_path / "y.zst") == wanted).all()
 
 
 SEVERAL = st.lists(
@@ -176,6 +196,7 @@ def test_parts_that_may_share_blocks_are_what_they_are_alone(
     shared = Shared()
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
         patch.setattr(orchestrator.recording.parts, "BLOCK_BYTES", block)
+        patch.setattr(orchestrator.recording.parts, "_SMALL", 16)
 
         def part(name: str, latest: Latest | None) -> Part:
             return Part(Path(folder, name), "y.npy", np.dtype("<i8"), latest=latest, shared=shared)
@@ -186,7 +207,8 @@ def test_parts_that_may_share_blocks_are_what_they_are_alone(
             for rows, *both in zip(several, alike, alone, strict=True):
                 for count, value, is_flushed in rows[turn : turn + 1]:
                     for each in both:
-                        each.append_rows(np.full(count, value, "<i8").tobytes(), count)
+                        rows_of = np.full(count, value, "<i8").tobytes()
+                        each.append_rows(rows_of, count, is_kept=bool(value))
                         if is_flushed:
                             each.flush()
         for k, (one, other) in enumerate(zip(alike, alone, strict=True)):

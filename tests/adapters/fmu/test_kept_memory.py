@@ -1,0 +1,118 @@
+"""Memory of a stretch is handed over where that is no waste: rows in it are not copied."""
+
+from collections.abc import Collection, Mapping
+from pathlib import Path
+
+import pytest
+from typing_extensions import override
+
+import orchestrator.recording.parts
+from benchmarks.importer.chain import STEP_NS, Chain
+from benchmarks.importer.ours import system_of
+from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.algorithm.gauss_seidel import GaussSeidel
+from orchestrator.algorithm.jacobi import Jacobi
+from orchestrator.observer import Observer, SimulationResult
+from orchestrator.plan import plan
+from orchestrator.recording.recorder import Recorder
+from orchestrator.signal import Signals
+from orchestrator.simulation import simulate
+from orchestrator.stretch import Stretch
+from orchestrator.system import Endpoint, System
+from orchestrator.timebase import Time
+
+BYTES_OF_A_POINT = 32  # two Gains: a double each, and its time
+NAME, OUTPUT = "c1", "Float64_out_1"
+
+
+class Keeper(Observer):
+    """Has the rows of the last stretches, if they may be kept."""
+
+    sees_stretches = True
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self.are_kept: list[bool] = []
+        self.rows: list[tuple[memoryview, bytes]] = []
+
+    @override
+    def begin(self, system: System, start: Time, stop: Time) -> None:
+        pass
+
+    @override
+    def wants(self, system: System) -> Collection[Endpoint]:
+        return [Endpoint(name, OUTPUT) for name in system.components]
+
+    @override
+    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
+        pass
+
+    @override
+    def observe_stretch(self, stretch: Stretch) -> None:
+        samples = stretch.samples[NAME]
+        self.are_kept.append(samples.are_kept)
+        if samples.are_kept:
+            rows = memoryview(samples.rows[OUTPUT].data)
+            self.rows.append((rows, bytes(rows)))
+            del self.rows[: -self._most or None]
+
+    @override
+    def end(self, result: SimulationResult) -> None:
+        pass
+
+
+def seen(most: int, points: int, monkeypatch: pytest.MonkeyPatch, room: int = 50) -> Keeper:
+    """What an observer saw that keeps the rows of so many stretches, of `room` points at most."""
+    monkeypatch.setattr(plan, "_MOST_BYTES", BYTES_OF_A_POINT * room)
+    keeper = Keeper(most)
+    system = system_of(Chain("gain", 3, 2))
+    algorithm = GaussSeidel(tuple(system.components))
+    simulate(system, algorithm, start=0, stop=points * STEP_NS, seed=0, observers=[keeper])
+    return keeper
+
+
+def test_what_is_kept_stays_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    keeper = seen(100, 300, monkeypatch)
+    assert keeper.are_kept == [True] * 4 + [False] * 2  # four are given away at a time
+    assert [len(rows) for rows, _ in keeper.rows] == [400] * 4
+    assert [bytes(rows) for rows, _ in keeper.rows] == [copy for _, copy in keeper.rows]
+    assert len({copy for _, copy in keeper.rows}) == 4
+
+
+@pytest.mark.parametrize("most", [0, 1, 3])
+def test_what_is_let_go_makes_room_for_more(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    keeper = seen(most, 1000, monkeypatch)
+    assert keeper.are_kept == [True] * 20
+
+
+@pytest.mark.parametrize(("rest", "is_kept"), [(24, False), (25, True)])
+def test_memory_that_is_mostly_empty_is_used_again(
+    rest: int, monkeypatch: pytest.MonkeyPatch, *, is_kept: bool
+) -> None:
+    assert seen(100, 50 + rest, monkeypatch).are_kept == [True, is_kept]
+
+
+def test_memory_for_outputs_that_are_large_is_used_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A single point takes more than a stretch should; so much is not left with anybody."""
+    monkeypatch.setattr(plan, "_STRETCH_NS", 0)
+    monkeypatch.setattr(plan, "_SPAN_NS", 0)
+    assert not any(seen(100, 80, monkeypatch, room=0).are_kept)
+
+
+@pytest.mark.parametrize("small", [0, 1 << 12])
+@pytest.mark.parametrize("algorithm", [Jacobi(), GaussSeidel()])
+def test_recordings_are_the_same(
+    algorithm: CosimulationAlgorithm, small: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Numbers of one, four and eight bytes, over more stretches than are given away."""
+    monkeypatch.setattr(plan, "_MOST_BYTES", 3 * 42 * 60)
+    monkeypatch.setattr(orchestrator.recording.parts, "_SMALL", small)
+    prints = []
+    for compiled in (False, True):
+        recorder = Recorder(tmp_path / str(compiled))
+        simulate(
+            system_of(Chain("feedthrough", 3, 3)), algorithm, start=0, stop=500 * STEP_NS, seed=0,
+            observers=[recorder], compiled=compiled,
+        )  # fmt: skip
+        prints.append(recorder.fingerprint)
+    assert prints[0] == prints[1]
