@@ -178,6 +178,15 @@ def test_rows_that_are_kept_are_not_copied_and_let_go_with_the_next_flush(tmp_pa
     assert (read(tmp_path / "y.zst") == wanted).all()
 
 
+def test_a_part_that_is_closed_holds_no_rows(tmp_path: Path) -> None:
+    """There may be hundreds of them, and a recording lives as long as its run is looked at."""
+    part = Part(tmp_path / "y.zst", "y.npy", np.dtype("<f8"))
+    part.append_rows(np.arange(600.0).tobytes(), 600)
+    buffer = weakref.ref(part._buffer)
+    part.close()
+    assert buffer() is None
+
+
 SEVERAL = st.lists(
     st.lists(st.tuples(st.integers(0, 3), st.integers(0, 1), st.booleans()), max_size=8),
     min_size=2,

@@ -1,5 +1,6 @@
 """The engine pauses every few milliseconds: nothing is lost, and whoever wants the end is heard."""
 
+import itertools
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -150,6 +151,18 @@ def test_a_stretch_has_no_more_points_than_its_memory(
     watch = Watch()
     run(system_of(Chain("gain", 3, 2)), GaussSeidel(), tmp_path / "run", watch)
     assert watch.stretches == [150, 150, 100]
+
+
+def test_a_step_of_each_call_is_timed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, look_at_plans: LookAt
+) -> None:
+    """Of 32 points one; and of fewer, as here, the first. The clock has steps of 256 ns."""
+    pause_at_every_point(monkeypatch)
+    spent: list[float] = []
+    look_at_plans(lambda found: spent.append(found.unit[0].spent))
+    run(system_of(Chain("matrix", 3, 2, (60, 60))), GaussSeidel(), tmp_path / "run")
+    assert len(spent) == 6 + POINTS - 126
+    assert all(before < after for before, after in itertools.pairwise([0.0, *spent]))
 
 
 @ALGORITHMS
