@@ -158,6 +158,8 @@ def test_a_step_of_each_call_is_timed(
 ) -> None:
     """Of 32 points one; and of fewer, as here, the first. The clock has steps of 256 ns."""
     pause_at_every_point(monkeypatch)
+    monkeypatch.setattr(plan, "_STRETCH_NS", 1 << 60)
+    monkeypatch.setattr(plan, "_MOST_BYTES", 1 << 26)  # all in one stretch
     spent: list[float] = []
     look_at_plans(lambda found: spent.append(found.unit[0].spent))
     run(system_of(Chain("matrix", 3, 2, (60, 60))), GaussSeidel(), tmp_path / "run")
