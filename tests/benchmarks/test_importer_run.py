@@ -150,9 +150,9 @@ def test_infinity_is_seen_at_every_place(monkeypatch: pytest.MonkeyPatch, sign: 
     stretches: list[Time] = []
     run = RunPlan.run
 
-    def noted(self: RunPlan, t: Time, end: Time) -> Any:
+    def noted(self: RunPlan, t: Time, *rest: Any) -> Any:
         stretches.append(t)
-        return run(self, t, end)
+        return run(self, t, *rest)
 
     monkeypatch.setattr(RunPlan, "run", noted)
     row = FmuComponentType(fmu(Chain("matrix", 3, 2, (19,)).follower))
