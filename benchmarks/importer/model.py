@@ -188,8 +188,7 @@ def fmu(model: Model) -> Path:
     Raises:
         CompilerError: there is no compiler.
     """
-    folder = Path(_folder().name) / f"{model.name}-{model.version}-{len(model.shape)}"
-    folder.mkdir()
+    folder = Path(tempfile.mkdtemp(prefix=f"{model.name}-{model.version}-", dir=_folder().name))
     (folder / "model.h").write_text(model.header(), encoding="utf-8")
     library = folder / f"{model.name}{fmpy.sharedLibraryExtension}"
     compile_library(

@@ -100,6 +100,13 @@ def test_fmus_offer_what_their_models_say(chain: Chain) -> None:
         assert not any(connector.feedthrough for connector in connectors.values())
 
 
+def test_models_of_one_name_are_different_fmus() -> None:
+    sizes = [(3,), (5,)]
+    chains = [Chain("matrix", 3, 2, size) for size in sizes]
+    found = [FmuComponentType(fmu(chain.source)).create("it", {}).connectors for chain in chains]
+    assert [each["Float64_out_1"].shape for each in found] == sizes
+
+
 @pytest.mark.parametrize("factor", [1e308, -1e308])
 @pytest.mark.parametrize("version", [2, 3])
 def test_infinity_ends_a_run_at_the_same_point(tmp_path: Path, factor: float, version: int) -> None:

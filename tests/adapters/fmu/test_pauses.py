@@ -13,6 +13,7 @@ from benchmarks.importer.ours import system_of
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
+from orchestrator.last_call import LastCall
 from orchestrator.observer import Observer, SimulationResult
 from orchestrator.plan import plan
 from orchestrator.recording.reader import Recording
@@ -141,6 +142,53 @@ def test_what_was_published_is_shown_every_forty_milliseconds(
     few = plan.FEWEST_POINTS - 1  # at the end, which are not worth it
     assert frequent.stretches == [64, 32, 16, 8, 4, 2, *[1] * (POINTS - 126 - few)]
     assert frequent.looks == 0
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        (15, [192, 192, 16], [64, 128, 192, 64, 128, 192, 16]),
+        (5, [POINTS], [64, 192, POINTS]),  # twice as many each time
+        (50, [64, 32, 16, 8, 4, 2, *[1] * 271], []),
+    ],
+)
+def test_wall_time_says_when_to_pause_and_when_to_show(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    look_at_plans: LookAt,
+    case: tuple[int, list[int], list[int]],
+) -> None:
+    """Each call takes as long; after 10 ms there should be a pause, after 40 ms all is shown."""
+    wall_ms, stretches, reached = case
+    clock = itertools.count(0, wall_ms * 1_000_000)
+    monkeypatch.setattr(plan, "perf_counter_ns", lambda: next(clock))
+    found: list[int] = []
+    look_at_plans(lambda looked_at: found.append(looked_at.points))
+    watch = Watch()
+    run(system_of(Chain("gain", 3, 2)), GaussSeidel(), tmp_path / "run", watch)
+    assert watch.stretches == stretches
+    assert found == (reached or stretches)
+
+
+def test_who_is_called_is_noted_from_call_to_call(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, look_at_plans: LookAt
+) -> None:
+    """Compiled code, from the point that it begins at; and nobody while others look up."""
+    pause_at_every_point(monkeypatch)
+    last_call = LastCall()
+    noted: list[tuple[int, int]] = []
+    look_at_plans(lambda _: noted.append((last_call._cells[0] != 0, last_call._cells[1])))
+    looking: list[int] = []
+    watch = Watch()
+    monkeypatch.setattr(watch, "look_up", lambda: looking.append(last_call._cells[0]))
+    system = system_of(Chain("gain", 3, 2))
+    simulate(
+        system, GaussSeidel(), start=0, stop=130 * STEP_NS, seed=0,
+        observers=[Recorder(tmp_path / "run"), watch], last_call=last_call,
+    )  # fmt: skip
+    begun = [0, 64, 96, 112, 120, 124, 126, 127, 128, 129]
+    assert noted == [(True, point * STEP_NS) for point in begun]
+    assert looking == [0] * (len(begun) - 1)
 
 
 def test_a_stretch_has_no_more_points_than_its_memory(
