@@ -178,6 +178,22 @@ def test_rows_that_are_kept_are_not_copied_and_let_go_with_the_next_flush(tmp_pa
     assert (read(tmp_path / "y.zst") == wanted).all()
 
 
+def test_rows_that_are_kept_are_flushed_once_each(tmp_path: Path) -> None:
+    """Whatever of the same block was flushed before, and whatever was copied in between."""
+    rows = np.arange(3000.0)
+    part = Part(tmp_path / "y.zst", "y.npy", np.dtype("<f8"))
+    for start in range(0, 3000, 1000):
+        part.append_rows(rows[start : start + 900].data.cast("B"), 900, is_kept=True)
+        part.append_rows(rows[start + 900 : start + 1000].data.cast("B"), 100)
+        part.flush()
+        seen = rows[: start + 1000]
+        assert (read(tmp_path / "y.zst") == seen).all()
+        assert part.digest.sha256 == hashlib.sha256(seen.tobytes()).hexdigest()
+    part.close()
+    assert (read(tmp_path / "y.zst") == rows).all()
+    assert part.digest.sha256 == hashlib.sha256(rows.tobytes()).hexdigest()
+
+
 def test_a_part_that_is_closed_holds_no_rows(tmp_path: Path) -> None:
     """There may be hundreds of them, and a recording lives as long as its run is looked at."""
     part = Part(tmp_path / "y.zst", "y.npy", np.dtype("<f8"))

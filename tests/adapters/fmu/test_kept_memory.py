@@ -14,6 +14,7 @@ from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.observer import Observer, SimulationResult
 from orchestrator.plan import plan
+from orchestrator.recording.parts import Part
 from orchestrator.recording.recorder import Recorder
 from orchestrator.signal import Signals
 from orchestrator.simulation import simulate
@@ -97,6 +98,28 @@ def test_memory_for_outputs_that_are_large_is_used_again(monkeypatch: pytest.Mon
     monkeypatch.setattr(plan, "_STRETCH_NS", 0)
     monkeypatch.setattr(plan, "_SPAN_NS", 0)
     assert not any(seen(100, 80, monkeypatch, room=0).are_kept)
+
+
+def test_a_recorder_keeps_signals_and_times(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those of a stretch that has 4096 bytes of each: 512 points of doubles, and of times."""
+    kept: list[tuple[str, int]] = []
+    keep = Part._keep
+
+    def noted(part: Part, rows: bytes | memoryview, count: int) -> None:
+        kept.append((part.name, count))
+        keep(part, rows, count)
+
+    monkeypatch.setattr(Part, "_keep", noted)
+    monkeypatch.setattr(plan, "_MOST_BYTES", BYTES_OF_A_POINT * 512)
+    system = system_of(Chain("gain", 3, 2))
+    recorder = Recorder(tmp_path / "run")
+    simulate(system, GaussSeidel(), start=0, stop=1023 * STEP_NS, seed=0, observers=[recorder])
+    values = [name for name, _ in kept if OUTPUT in name]
+    assert len(values) == 2
+    assert [count for _, count in kept] == [512] * 4  # and 511 of the second stretch are copied
+    assert len(dict(kept)) == 4
 
 
 @pytest.mark.parametrize("small", [0, 1 << 12])
