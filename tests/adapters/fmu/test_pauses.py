@@ -1,7 +1,6 @@
 """The engine pauses every few milliseconds: nothing is lost, and whoever wants the end is heard."""
 
 import itertools
-from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -14,38 +13,26 @@ from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.last_call import LastCall
-from orchestrator.observer import Observer, SimulationResult
+from orchestrator.observer import NoProgress, Observer
 from orchestrator.plan import plan
 from orchestrator.recording.reader import Recording
 from orchestrator.recording.recorder import Recorder
-from orchestrator.signal import Signals
 from orchestrator.simulation import simulate
 from orchestrator.stretch import Stretch
 from orchestrator.system import Connection, Endpoint, System
-from orchestrator.timebase import Time
 from tests.adapters.fmu.conftest import LookAt
 
 ALGORITHMS = pytest.mark.parametrize("algorithm", [Jacobi(), GaussSeidel()])
 POINTS = 400
 
 
-class Watch(Observer):
+class Watch(NoProgress):
     """Counts stretches and looks, and ends the run at one of the looks."""
-
-    sees_stretches = True
 
     def __init__(self, last_look: int = 1 << 30) -> None:
         self.stretches: list[int] = []
         self.looks = 0
         self._last_look = last_look
-
-    @override
-    def begin(self, system: System, start: Time, stop: Time) -> None:
-        pass
-
-    @override
-    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
-        pass
 
     @override
     def observe_stretch(self, stretch: Stretch) -> None:
@@ -56,10 +43,6 @@ class Watch(Observer):
         self.looks += 1
         if self.looks == self._last_look:
             raise KeyboardInterrupt
-
-    @override
-    def end(self, result: SimulationResult) -> None:
-        pass
 
 
 def pause_at_every_point(monkeypatch: pytest.MonkeyPatch) -> None:
