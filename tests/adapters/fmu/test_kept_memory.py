@@ -1,6 +1,6 @@
 """Memory of a stretch is handed over where that is no waste: rows in it are not copied."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from pathlib import Path
 
 import pytest
@@ -12,24 +12,20 @@ from benchmarks.importer.ours import system_of
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
-from orchestrator.observer import Observer, SimulationResult
+from orchestrator.observer import NoProgress
 from orchestrator.plan import plan
 from orchestrator.recording.parts import Part
 from orchestrator.recording.recorder import Recorder
-from orchestrator.signal import Signals
 from orchestrator.simulation import simulate
 from orchestrator.stretch import Stretch
 from orchestrator.system import Endpoint, System
-from orchestrator.timebase import Time
 
 BYTES_OF_A_POINT = 32  # two Gains: a double each, and its time
 NAME, OUTPUT = "c1", "Float64_out_1"
 
 
-class Keeper(Observer):
+class Keeper(NoProgress):
     """Has the rows of the last stretches, if they may be kept."""
-
-    sees_stretches = True
 
     def __init__(self, most: int) -> None:
         self._most = most
@@ -37,16 +33,8 @@ class Keeper(Observer):
         self.rows: list[tuple[memoryview, bytes]] = []
 
     @override
-    def begin(self, system: System, start: Time, stop: Time) -> None:
-        pass
-
-    @override
     def wants(self, system: System) -> Collection[Endpoint]:
         return [Endpoint(name, OUTPUT) for name in system.components]
-
-    @override
-    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
-        pass
 
     @override
     def observe_stretch(self, stretch: Stretch) -> None:
@@ -56,10 +44,6 @@ class Keeper(Observer):
             rows = memoryview(samples.rows[OUTPUT].data)
             self.rows.append((rows, bytes(rows)))
             del self.rows[: -self._most or None]
-
-    @override
-    def end(self, result: SimulationResult) -> None:
-        pass
 
 
 def seen(most: int, points: int, monkeypatch: pytest.MonkeyPatch, room: int = 50) -> Keeper:
