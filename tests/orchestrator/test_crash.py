@@ -175,8 +175,8 @@ def until_stepping_from(t: int, scenario: Path, process: "subprocess.Popen[Any]"
     while reached < t:
         assert process.poll() is None
         time.sleep(0.02)
-        content = file.read_bytes() if file.exists() else bytes(16)
-        call, time_ = struct.unpack_from("<qq", content)
+        content = file.read_bytes() if file.exists() else b""
+        call, time_ = struct.unpack_from("<qq", content) if len(content) >= 16 else (0, 0)
         reached = time_ if call == 3 << 32 | 1 else reached
 
 
