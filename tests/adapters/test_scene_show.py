@@ -88,3 +88,28 @@ def test_a_picture_around_somebody_who_is_not_there_is_refused(
     assert not out.exists()
     assert main(["scene", "show", "platoon", "--around", "ego", "--out", str(out)]) == 0
     assert out.read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_picture_is_higher_where_the_legend_has_more_lines() -> None:
+    """Of five columns; a line is one of 0.22 inches."""
+
+    def height(kinds: list[Body]) -> float:
+        count = len(kinds)
+        signals = {
+            "road.vertex": np.array([[-60.0, -5.0], [60.0, -5.0], [60.0, 5.0]]),
+            "road.index": np.zeros(3, np.int32),
+            "building.vertex": np.zeros((0, 2)),
+            "building.index": np.zeros(0, np.int32),
+            "vehicle.id": np.arange(count),
+            "vehicle.position": np.stack(
+                [np.linspace(-50.0, 50.0, count), np.zeros(count), np.zeros(count)], axis=1
+            ),
+            "vehicle.heading": np.zeros(count),
+            "vehicle.size": np.full((count, 3), 1.0),
+            "vehicle.body": np.array(kinds, np.int32),
+            "vehicle.lidar": np.zeros(count, np.bool_),
+        }
+        return float(draw(signals, {}, "").get_size_inches()[1])
+
+    one, six = [Body.CAR] * 6, list(Body)[:6]
+    assert height(six) - height(one) == pytest.approx(0.22)

@@ -3,7 +3,7 @@
 It goes on where it was interrupted, or from the table in `docs/results/`; remove both to begin
 anew. Each break is tried by the tests near it first; what none of them notices is tried by those
 that reach its lines, which has to be measured, unless `--near` is given. What survived is tried
-again with `--again`.
+again with `--again`, or with `--by` by the tests of files that one names.
 """
 
 import argparse
@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Collection
 from dataclasses import replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Final
 
@@ -71,11 +72,16 @@ def _try_all(
 ) -> None:
     """Try all breaks by the tests near them, then what these do not notice by all that reach it."""
     begin, patience = time.monotonic(), Patience(least=options.patience)
-    survived = (journal.UNSEEN, "survived") if options.again else (journal.UNSEEN,)
-    near = Nearby(tree=tree, work=work, near=Near.read(tree), limits=Limits(all=options.budget))
+    is_again = options.again or options.by
+    survived = (journal.UNSEEN, "survived") if is_again else (journal.UNSEEN,)
+    limits = Limits(all=options.budget)
+    near = Nearby(tree=tree, work=work, near=Near.read(tree), limits=limits, named=options.by)
     campaign = Campaign(tree=tree, work=work, choice=near, patience=patience)
-    if options.again:
-        _again(campaign, sample, path, survived)
+    if is_again:
+        some = [each for each in sample if fnmatchcase(each.file, options.of)]
+        _again(campaign, some, path, survived)
+    if options.by:
+        return
     run_all(campaign.tried, sample, path, seconds=60 * options.minutes)
     over = time.monotonic() - begin >= 60 * options.minutes
     if options.near or over or not _those(sample, path, survived):
@@ -127,6 +133,16 @@ def _options() -> argparse.Namespace:
         help="with a test [s] (default: %(default)s)",
     )
     parser.add_argument("--again", action="store_true", help="try what survived once more")
+    parser.add_argument(
+        "--by",
+        nargs="+",
+        default=[],
+        metavar="FILE",
+        help="try what survived once more by the tests of these files, and nothing else",
+    )
+    parser.add_argument(
+        "--of", default="*", metavar="PATTERN", help="with --by: breaks of these files only"
+    )
     parser.add_argument("--docs", action="store_true", help="write the page of the manual, too")
     options = parser.parse_args()
     options.out = options.out.absolute()

@@ -51,12 +51,14 @@ class Nearby(Choice):
         work: a folder for files that are in between.
         near: who imports whom.
         limits: how long.
+        named: files that are taken in place of the nearest ones, if any.
     """
 
     tree: Path
     work: Path
     near: Near
     limits: Limits = field(default_factory=Limits)
+    named: Sequence[str] = ()
 
     @property
     @override
@@ -65,7 +67,7 @@ class Nearby(Choice):
 
     @override
     def outcome(self, mutant: Mutant, unsound: Collection[str], patience: Patience) -> Outcome:
-        files = self.near.to(mutant.file, _FILES_NEAR)
+        files = self.named or self.near.to(mutant.file, _FILES_NEAR)
         if not files:
             return Outcome(verdict="survived", killer="", ran=0)
         return run_files(

@@ -78,6 +78,11 @@ def _imported(tree: Path, file: str, known: frozenset[str]) -> Iterator[str]:
                 wanted = [name.name for name in names]
             case ast.ImportFrom(module=str() as module, names=names, level=0):
                 wanted = [module, *(f"{module}.{name.name}" for name in names)]
+            case ast.Call(
+                func=ast.Attribute(attr="importorskip" | "import_module"),
+                args=[ast.Constant(value=str() as module), *_],
+            ):
+                wanted = [module]
             case _:
                 continue
         for each in wanted:

@@ -17,6 +17,8 @@ SOURCES = {
     "tests/adapters/test_fmi_options.py": "from adapters.fmi import Kind",
     "tests/adapters/helpers.py": "from adapters.fmi.options import b",
     "tests/adapters/test_helped.py": "def f():\n    from tests.adapters import helpers",
+    "adapters/tables/sink.py": "",
+    "tests/adapters/test_skipped.py": "a = pytest.importorskip('adapters.tables.sink')",
     "tests/adapters/test_other.py": "import orchestrator.plan.plan",
     "tests/fmus/lidar/test_scan.py": "",
     "tests/fmus/native/test_shell.py": "",
@@ -36,6 +38,10 @@ def test_who_imports_it_with_fewer_in_between_comes_first(near: Near) -> None:
     found = ["test_direct", "test_fmi_options", "test_helped", "test_far"]
     assert near.to("adapters/fmi/options.py", 9) == [f"tests/adapters/{x}.py" for x in found]
     assert near.to("adapters/fmi/options.py", 2) == [f"tests/adapters/{x}.py" for x in found[:2]]
+
+
+def test_what_is_imported_where_it_is_there_is_imported(near: Near) -> None:
+    assert near.to("adapters/tables/sink.py", 9) == ["tests/adapters/test_skipped.py"]
 
 
 def test_a_file_that_nobody_imports_has_no_test_near_it(near: Near) -> None:

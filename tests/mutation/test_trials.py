@@ -89,6 +89,15 @@ def test_a_break_that_a_test_notices_is_killed_by_it(campaign: Campaign) -> None
 
 
 @pytest.mark.slow
+def test_files_that_are_named_take_the_place_of_near_ones(nearby: Campaign) -> None:
+    assert isinstance(nearby.choice, Nearby)
+    far = replace(nearby.choice, near=Near({"sums.py": frozenset()}))
+    assert replace(nearby, choice=far).tried(mutant(**LOSES)).verdict == journal.UNSEEN
+    named = replace(far, named=["checks/test_sums.py"])
+    assert replace(nearby, choice=named).tried(mutant(**LOSES)).verdict == "killed"
+
+
+@pytest.mark.slow
 def test_a_break_that_changes_nothing_survives_all_tests(campaign: Campaign) -> None:
     row = campaign.tried(mutant(**IDLE))
     assert (row.verdict, row.killer, row.tests) == ("survived", "", 2)

@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
+from orchestrator import scratch as temporary
 from orchestrator.campaign import workers
-from orchestrator.campaign.work import Result, RunKey, Work, _alone, perform
+from orchestrator.campaign.work import Result, RunKey, Work, _alone, _folder, perform
 from orchestrator.campaign.workers import DaskWorkers
 
 MODULE = """\
@@ -106,3 +107,11 @@ def test_what_fails_is_tried_a_second_time_and_no_third(
     assert len(client.given) == given
     assert all(each.scratch == "there" for each in client.given)
     assert client.cancelled == []
+
+
+def test_a_run_of_which_nothing_is_kept_is_where_one_says_or_is_swept(tmp_path: Path) -> None:
+    with _folder(str(tmp_path)) as folder:
+        assert (folder.parent, folder.is_dir()) == (tmp_path, True)
+    with _folder(None) as other, temporary.scratch("beside") as beside:
+        assert (other.parent, other.is_dir()) == (beside.parent, True)
+    assert not any(each.exists() for each in (folder, other))

@@ -164,6 +164,11 @@ def test_seeds(scenario_file: Path, seeds: str, expected: tuple[int, ...]) -> No
             "12:11: metrics.n: `n` is a column of every table of results; choose another name",
         ),
         (
+            "factors:\n  pace:",
+            "factors:\n  n: {one: {}}\n  pace:",
+            "6:3: factors.n: `n` is a column of every table of results; choose another name",
+        ),
+        (
             "report: trace, ",
             "report: trace, seed: 3, ",
             "4:22: set.seed: the seeds are those of `seeds`",

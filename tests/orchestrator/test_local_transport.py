@@ -2,6 +2,7 @@
 
 import importlib
 import os
+import signal
 import socket
 import struct
 import sys
@@ -23,9 +24,10 @@ from orchestrator.randomness import stream
 from orchestrator.remote import local
 from orchestrator.remote.launching import launch
 from orchestrator.remote.local import LocalTransport
-from orchestrator.remote.memory import HostMemory
+from orchestrator.remote.memory import Exchange, HostMemory
 from orchestrator.remote.segment import PlaceError, can_share
 from orchestrator.remote.specification import ComponentSpec
+from orchestrator.remote.transport import LinkLostError
 from orchestrator.simulation import simulate
 from orchestrator.system import System
 
@@ -222,3 +224,22 @@ def test_descriptors_that_were_announced_and_do_not_come_are_not_waited_for(pair
             with pytest.raises(PlaceError, match=r"no descriptors came|2 segments, but [01] desc"):
                 messages.receive(before + 30)
             assert time.monotonic() - before < 10
+
+
+def test_a_process_that_takes_no_command_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(local, "_SEND_TIMEOUT", 0.2)
+    link = local.LocalLink("b", 0, Exchange(), "")
+    os.killpg(link._process.pid, signal.SIGSTOP)
+    said = "its process did not take a command within 0.2 s"
+    with pytest.raises(LinkLostError, match=f"^{said}$"):
+        link.send(bytes(64 << 20))
+    link.abandon()
+    with pytest.raises(LinkLostError, match=f"^{said}$"):
+        link.send(b"")
+
+
+def test_a_link_that_was_given_up_says_so() -> None:
+    link = local.LocalLink("b", 0, Exchange(), "")
+    link.abandon()
+    with pytest.raises(LinkLostError, match=r"^its process was ended by the orchestrator$"):
+        link.send(b"")

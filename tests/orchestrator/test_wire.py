@@ -192,3 +192,16 @@ def test_a_damaged_message_is_refused_or_decoded_within_bounds(
     for place, byte in damage:
         message[place] = byte
     decodes_or_refuses(bytes(message))
+
+
+@pytest.mark.parametrize("rank", [1, 2, 3, 4, 5])
+def test_values_of_as_many_bytes_and_other_shapes_are_told_apart(rank: int) -> None:
+    """What is remembered of the entry before does not stand for the shape of the next one."""
+    connectors = {"a": output("<f8")}
+    encoder, decoder = SignalEncoder(connectors), SignalDecoder(connectors)
+    for k in (0, rank - 1, 0):
+        shape = [1] * rank
+        shape[k] = 6
+        value = np.arange(6.0).reshape(shape)
+        decoded = round_trip(encoder, decoder, {"a": value})["a"]
+        assert bits(decoded) == bits(value)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from adapters.fmi.command.reading import read_results
+from adapters.fmi.command.table import Results, lines_of_text, summary
 from adapters.fmu_command import add_command
 from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.table_files import has_parquet
@@ -118,6 +119,21 @@ def test_the_summary_has_last_least_greatest_and_mean(lag2: Path, tmp_path: Path
         "1"
     ]
     assert float(low) < float(last) < float(high)
+
+
+def test_a_mean_is_over_time_and_a_line_from_least_to_greatest() -> None:
+    """Of 2 t^2 over uneven times, by the trapezoidal rule; and of a step from 3 to 3.4."""
+    times = np.array([0.0, 1.0, 3.0, 4.0])
+    parabola, jump = 2.0 * times**2, np.array([3.0, 3.0, 3.4, 3.4])
+    results = Results(times, {"a": parabola, "b": jump}, {"a": "m"})
+    _, one, other = summary(results).splitlines()
+    assert one.split() == ["a", "32", "0", "32", f"{(1.0 + 20.0 + 25.0) / 4.0:.6g}", "m"]
+    assert other.split() == ["b", "3.4", "3", "3.4", f"{(3.0 + 6.4 + 3.4) / 4.0:.6g}"]
+    lines = lines_of_text(results).splitlines()
+    assert lines[2] == "b"
+    blocks, least, _, greatest = lines[3].split()
+    assert (least, greatest) == ("3", "3.4")
+    assert blocks == "▁" * 45 + "█" * 15
 
 
 @pytest.mark.parametrize(

@@ -351,3 +351,25 @@ def test_what_its_schema_cannot_be_asked_about_is_told(
     )
     told = [each.what for each in validate(path)]
     assert any(what.startswith("cannot be compared with its schema: ") for what in told)
+
+
+@pytest.mark.parametrize(
+    ("name", "rule"), [("lag2", "FMI 2.0.4, 2.3"), ("ends3", "FMI 3.0.2, 2.5")]
+)
+def test_an_archive_without_a_program_breaks_the_rule_about_archives(
+    name: str, rule: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    whole: Path = request.getfixturevalue(name)
+    path = tmp_path / whole.name
+    with zipfile.ZipFile(whole) as source, zipfile.ZipFile(path, "w") as target:
+        target.writestr(DESCRIPTION, source.read(DESCRIPTION))
+    said = f"has neither a binary `{name}` nor sources"
+    assert [each.rule for each in validate(path) if each.what == said] == [rule]
+
+
+def test_a_start_value_that_is_no_number_hides_no_other(
+    fmu: Callable[[str], Path], tmp_path: Path
+) -> None:
+    path, _ = altered(fmu("matrix"), tmp_path, ('start="0.5', 'max="1" start="nought 2'))
+    texts = [each.what for each in validate(path)]
+    assert "`row.value`: the start value 2 is above max 1" in texts, texts

@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from adapters.ssp.importing import import_package
+from adapters.ssp.writing import unit
 from orchestrator.errors import ScenarioError
+from orchestrator.units import parse_unit
 from tests.adapters.ssp.packages import (
     PLANT,
     component,
@@ -248,3 +250,22 @@ def test_a_description_that_is_too_large_is_refused(
     (found,) = problems(tmp_path, description(system("t", component("a"))))
     assert found.startswith("test.ssp/SystemStructure.ssd:1:1: has ")
     assert found.endswith(" bytes, more than 100")
+
+
+@pytest.mark.parametrize(
+    ("name", "base"),
+    [
+        ("m", {"m": "1"}),
+        ("m/s", {"m": "1", "s": "-1"}),
+        ("ms", {"s": "1", "factor": "0.001"}),
+        ("degC", {"K": "1", "offset": "273.15"}),
+    ],
+)
+def test_a_unit_is_written_with_what_it_needs(name: str, base: dict[str, str]) -> None:
+    written = unit(parse_unit(name), name)
+    (found,) = written.children
+    assert (written.attributes, found.name, found.attributes) == (
+        {"name": name},
+        "ssc:BaseUnit",
+        base,
+    )

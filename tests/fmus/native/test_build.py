@@ -230,3 +230,15 @@ def test_other_compilers_compile_for_this_host_only(tmp_path: Path) -> None:
 def test_a_compiler_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(CompilerError, match=r"`no-such-cc --version` does not run"):
         build_fmu(load_unit(str(TEST_UNITS / "lag")), tmp_path, targets=HOST, cc=["no-such-cc"])
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_a_unit_of_measurement_has_a_factor_only_if_it_is_no_product_of_base_units(
+    name: str, tmp_path: Path
+) -> None:
+    path = build_fmu(load_unit(name), tmp_path, targets=()).path
+    with zipfile.ZipFile(path) as archive:
+        root = ET.fromstring(archive.read("modelDescription.xml"))  # noqa: S314 - our own
+    factors = {unit.get("name"): unit[0].get("factor") for unit in root.iter("Unit") if len(unit)}
+    assert factors["s"] is None
+    assert all(factor is None or float(factor) != 1.0 for factor in factors.values())

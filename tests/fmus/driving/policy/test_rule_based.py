@@ -11,6 +11,7 @@ from fmus.driving.policy import Blind, Expert, RuleBased
 from fmus.driving.policy.conflict import Bodies, Conflicts, Prediction, project
 from fmus.driving.policy.ego import Ego
 from fmus.messages.records import OBJECT, frame, unframe
+from orchestrator.absence import Need
 from orchestrator.component import Component
 from orchestrator.signal import Causality, Signal
 from orchestrator.testing import check_component
@@ -261,3 +262,32 @@ def test_a_policy_reads_what_its_outputs_depend_on_and_nothing_else(policy: Comp
 def test_contract() -> None:
     check_component(RuleBased(RuleBased.Parameters()), steps=5, h=STEP, seed=1)
     check_component(Blind(Blind.Parameters()), steps=5, h=STEP, seed=1)
+
+
+def test_corners_are_a_walk_around_the_box() -> None:
+    """Twice the area is the sum of the cross products of neighbouring corners."""
+    low, high = np.array([[1.0, 2.0], [-3.0, 0.0]]), np.array([[4.0, 7.0], [-1.0, 9.0]])
+    corners = Bodies(minimum=low, maximum=high, velocity=np.zeros((2, 2))).corners()
+    assert corners.shape == (2, 4, 2)
+    np.testing.assert_array_equal(corners.min(axis=1), low)
+    np.testing.assert_array_equal(corners.max(axis=1), high)
+    (x, y), (u, v) = np.moveaxis(corners, 2, 0), np.moveaxis(np.roll(corners, -1, 1), 2, 0)
+    np.testing.assert_allclose(0.5 * (x * v - y * u).sum(axis=1), [15.0, 18.0])
+
+
+@pytest.mark.parametrize("policy", [Blind, Expert, RuleBased])
+def test_an_input_that_a_policy_does_not_read_is_nobodys_loss(policy: Any) -> None:
+    component: Component = policy(policy.Parameters())
+    inputs = {
+        name: connector
+        for name, connector in component.connectors.items()
+        if connector.causality is Causality.INPUT
+    }
+    said = {name: connector.undriven for name, connector in inputs.items()}
+    assert all(each is not None for each in said.values())
+    never = {name for name, each in said.items() if each is not None and each.need is Need.NEVER}
+    assert never
+    for name in never:
+        each = said[name]
+        assert each is not None
+        assert each.meaning == "no matter: this policy does not read it"
