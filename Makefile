@@ -212,9 +212,10 @@ verify-faults: .venv-test/installed  ## 260 random faults in random runs, for do
 
 # N breaks (300), drawn with SEED (1), of one AREA only, in MINUTES: see docs/mutation.md. It goes on where it was
 # interrupted, in build/mutation, or from docs/results/mutation.csv. Without N and AREA it makes docs/mutation.md; AGAIN=1
-# also tries what survived once more; NEAR=1 measures nothing: the tests near each break alone are run
+# also tries what survived once more; NEAR=1 measures nothing: the tests near each break alone are run; BY='FILES' tries
+# what survived by the tests of these files, OF='PATTERN' only breaks of these sources
 verify-mutation: .venv-mutation/installed  ## break the code in N places (SEED, AREA) and see if tests notice; makes docs/mutation.md
-	.venv-mutation/bin/python -m tests.mutation $(if $(N),-n $(N)) $(if $(SEED),--seed $(SEED)) $(if $(AREA),--area $(AREA)) $(if $(AGAIN),--again) $(if $(NEAR),--near) $(if $(MINUTES),--minutes $(MINUTES)) $(if $(N)$(AREA),,--docs)
+	.venv-mutation/bin/python -m tests.mutation $(if $(N),-n $(N)) $(if $(SEED),--seed $(SEED)) $(if $(AREA),--area $(AREA)) $(if $(AGAIN),--again) $(if $(NEAR),--near) $(if $(BY),--by $(BY)) $(if $(OF),--of '$(OF)') $(if $(MINUTES),--minutes $(MINUTES)) $(if $(N)$(AREA),,--docs)
 
 # It goes on where it was interrupted, or where docs/results/reliability.csv says; ANEW=1 begins anew. AREA=NAME is one
 # part of it, CASES=N so many cases of each. `make verify-faults` is its part about runs that go on for a while, and has a target of its own.

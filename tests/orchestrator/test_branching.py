@@ -131,6 +131,24 @@ def test_pruning_changes_no_choice(caplog: pytest.LogCaptureFixture) -> None:
     assert pruned > 20  # of 6 x 5 x 5
 
 
+def test_a_branch_that_cannot_win_any_more_ends_there(tmp_path: Path) -> None:
+    """Some of its steps are not made; the choices are the same."""
+    choices, steps = [], []
+    for prunes in (True, False):
+        note = tmp_path / str(prunes)
+
+        def count(push: float, time: Time, note: Path = note) -> None:
+            del push, time
+            with note.open("a") as file:
+                file.write(".")
+
+        choices.append(choices_of(Chooser(prunes=prunes), SEQUENTIAL, steps=9, point=Point(count)))
+        steps.append(len(note.read_text()))
+    assert choices[0] == choices[1]
+    assert steps[1] == 9 + len(PUSHES) * (HORIZON + 3)
+    assert steps[0] < steps[1]
+
+
 def test_of_equals_the_first_is_taken() -> None:
     assert set(choices_of(Chooser(prunes=False, value=lambda hits: -1.0), SEQUENTIAL)) == {0}
     assert set(choices_of(Chooser(pushes=(0.3, 0.3, 0.3)), SEQUENTIAL)) == {0}

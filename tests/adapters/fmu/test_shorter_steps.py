@@ -10,6 +10,7 @@ import pytest
 
 from adapters.fmi import FmuComponentType
 from adapters.fmi.errors import FmuError
+from adapters.fmi.handle import Handle
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
@@ -89,6 +90,34 @@ def test_the_parts_of_a_step_are_those(
     lag.close()  # says nothing twice
     said = [(record.levelname, record.getMessage()) for record in caplog.records]
     assert said == ([("WARNING", f"discarded {remark}")] if remark else [])
+
+
+def test_states_that_were_kept_for_a_step_are_freed_with_it(
+    lag2: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One at a time is there."""
+    there: list[int] = []
+    counts: list[int] = []
+    save, forget = Handle.save, Handle.forget
+
+    def kept(handle: Handle) -> int:
+        there.append(save(handle))
+        counts.append(len(there))
+        return there[-1]
+
+    def freed(handle: Handle, state: int) -> None:
+        there.remove(state)
+        forget(handle, state)
+
+    monkeypatch.setattr(Handle, "save", kept)
+    monkeypatch.setattr(Handle, "forget", freed)
+    lag = started(lag2, {"fail_as": ONLY_SHORT, "fail_at": 0.0, "fmi.smallest_step": 0.01})
+    for k in range(3):
+        lag.step(INPUTS, k * STEP, STEP)
+        assert there == []
+    assert counts
+    assert set(counts) == {1}
+    lag.close()
 
 
 def test_what_is_too_short_ends_the_run_as_before(lag2: Path) -> None:
