@@ -231,6 +231,22 @@ def test_a_host_found_dead_when_asked_whether_it_is_done_is_named(clock: Clock, 
     assert clock.now < 0.2
 
 
+def test_another_host_is_asked_like_the_first_one(clock: Clock) -> None:
+    def dies(now: float) -> None:
+        raise LinkLostError(f"is dead at {now:g}")
+
+    _, b = pair(clock, never, dies)
+    b.ask(Kind.STEP, 1.0, t=0, h=1)
+    with pytest.raises(HostLostError, match="is dead"):
+        b.answer()
+    assert b.is_over
+    other = ScriptedLink(clock, lambda _: other.reply())
+    b.renew(other)
+    assert not b.is_over
+    b.ask(Kind.STEP, 1.0, t=0, h=1)
+    assert b.answer().message.kind is Kind.DONE
+
+
 def test_the_loss_of_a_host_that_can_be_renewed_is_no_matter_of_others(clock: Clock) -> None:
     def dies(now: float) -> None:
         raise LinkLostError("is dead")
