@@ -283,3 +283,12 @@ def test_what_cannot_be_is_refused_at_its_line_and_column(
     column = key if "there is no parameter" in complaint else key + written.index(" ") + 1
     place = f"changed.yaml:{row + 1}:{column + 1}: components.policy.parameters.overtaking."
     assert place + complaint in said
+
+
+@pytest.mark.parametrize("speed", [-0.5, 0.0])
+def test_who_rolls_back_behind_the_ego_is_passed_with_room_for_who_stands(speed: float) -> None:
+    """Away from it: less room than for who stands still is never enough."""
+    half, gap = 0.5 * SIZE[0], WANTED.standstill
+    for near, is_left in ((gap - 0.1, True), (gap + 0.1, False)):
+        found = situation(Other(x=-2.0 * half - near, speed=speed)).left_to_pass()
+        assert (found is not None) == is_left
