@@ -83,7 +83,6 @@ def outside(points: Array, rings: list[Array]) -> Array:
     return free
 
 
-@pytest.mark.slow
 @given(SEEDS)
 @SCENES
 def test_bodies_cost_what_they_cost_in_the_channel(library: Library, seed: int) -> None:
