@@ -74,7 +74,7 @@ def _try_all(
     begin, patience = time.monotonic(), Patience(least=options.patience)
     is_again = options.again or options.by
     survived = (journal.UNSEEN, "survived") if is_again else (journal.UNSEEN,)
-    limits = Limits(all=options.budget)
+    limits = Limits(all=options.budget, **({"file": options.budget} if options.by else {}))
     near = Nearby(tree=tree, work=work, near=Near.read(tree), limits=limits, named=options.by)
     campaign = Campaign(tree=tree, work=work, choice=near, patience=patience)
     if is_again:
