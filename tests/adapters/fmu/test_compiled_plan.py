@@ -25,6 +25,7 @@ from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
 from orchestrator.timebase import Duration, Time
+from orchestrator.transformation import Transformation
 
 MS = 1_000_000
 
@@ -424,3 +425,29 @@ def test_what_reads_named_axes_of_somebody_outside_stays_in_python(
     whole = ran(system_of(kinds, network), Jacobi(), tmp_path / "whole", compiled=True)
     check_equal(plain, whole)
     assert set(stepped) == {frozenset({"c0", "c1", "c2", "c3"})}
+
+
+@pytest.mark.parametrize("rates", [(1, 1), (1, 2), (3, 1)])
+def test_inputs_of_one_type_come_each_from_its_own_source(
+    kinds: Kinds, product2: Path, tmp_path: Path, rates: tuple[int, int]
+) -> None:
+    """y = a b at all times; a and b are set by one call, and a is new when b is not."""
+    parts: dict[str, Component] = {
+        "a": kinds.lag2.create("a", {"time_constant": 0.01}),
+        "b": kinds.lag2.create("b", {"time_constant": 0.02}),
+        "product": FmuComponentType(product2).create("product", {}),
+    }
+    steps = {"a": rates[0] * MS, "b": rates[1] * MS, "product": MS}
+    plain = Transformation(converts=False)
+    wires = [Connection(Endpoint(n, "x"), Endpoint("product", n), plain) for n in "ab"]
+    simulate(
+        System(parts, steps, wires), GaussSeidel(("a", "b", "product")),
+        start=0, stop=12 * MS, seed=1, observers=[Recorder(tmp_path / "run")],
+    )  # fmt: skip
+    recording = Recording(tmp_path / "run")
+    found = recording["product.y"]
+    sources = [recording[f"{name}.x"] for name in "ab"]
+    for t, y in zip(found.times[1:], found.values[1:], strict=True):
+        a, b = (s.values[np.searchsorted(s.times, t, side="right") - 1] for s in sources)
+        assert y == a * b
+    assert len(set(found.values[1:].tolist())) == 12
