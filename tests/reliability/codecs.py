@@ -4,6 +4,7 @@ import dataclasses
 import json
 import random
 import struct
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -48,7 +49,12 @@ class Codec:
             again = self.decode(self.encode(value))
         except BaseException as error:
             return f"what was decoded cannot be encoded and decoded again: {error!r:.200}"
-        return "" if bits(again) == bits(value) else "encoded again it is another value"
+        deep, limit = 20_000, sys.getrecursionlimit()
+        sys.setrecursionlimit(deep)  # what was read may be nested as deep as the limit allows
+        try:
+            return "" if bits(again) == bits(value) else "encoded again it is another value"
+        finally:
+            sys.setrecursionlimit(limit)
 
 
 def of_file(suffix: str, read: Callable[[Path], Any], folder: Path) -> Callable[[bytes], Any]:
