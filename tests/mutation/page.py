@@ -32,13 +32,15 @@ docstrings, decorators such as `override`; and what has the same meaning or does
 
 Each break is tried in a copy of the tree, first by the tests of the eight files nearest to the
 module, by their names and by who imports whom, then by those that reach its lines as coverage says,
-and by others of the first three of their files, or by those of files that somebody names (`BY`); by
-at most {budget:.0f} s of each kind. Tests marked slow are left out. A break of C is tried by the
-tests of its unit. What *hangs* is noticed, too, and what a test notices counts only if it does so
-twice, and passes without the break. *Equivalent* are breaks that change nothing anybody could
-observe, set aside by hand with a reason each. *At first* is before tests were written for what had
-not been noticed: how good the tests were, with the interval of Wilson at 95 %; what only tests
-further away noticed does not count then. *Now* is with the tests that were written.
+and by others of the first three of their files; by at most {budget:.0f} s of each kind. In place of
+a measurement of what reaches what, what was left may be tried by files of tests that somebody names
+(`BY`), for as long as one likes; who killed it is in the table. Tests marked slow are left out. A
+break of C is tried by the tests of its unit. What *hangs* is noticed, too, and what a test notices
+counts only if it does so twice, and passes without the break. *Equivalent* are breaks that change
+nothing anybody could observe, set aside by hand with a reason each. *At first* is before tests were
+written for what had not been noticed, by the nearest tests alone: how good these were, with the
+interval of Wilson at 95 %; what only tests further away noticed does not count then. *Now* is with
+the tests that were written, and with those further away.
 
 """
 
