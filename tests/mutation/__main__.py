@@ -11,7 +11,7 @@ import math
 import signal
 import sys
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -113,7 +113,7 @@ def _summary(rows: list[Row]) -> None:
         sys.stdout.write(f"{verdict}: {sum(row.verdict == verdict for row in rows)}\n")
 
 
-def _options() -> argparse.Namespace:
+def _options(words: Sequence[str] | None = None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-n", type=int, default=_FULL, help="breaks (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="of the sample (default: %(default)s)")
@@ -144,7 +144,7 @@ def _options() -> argparse.Namespace:
         "--of", default="*", metavar="PATTERN", help="with --by: breaks of these files only"
     )
     parser.add_argument("--docs", action="store_true", help="write the page of the manual, too")
-    options = parser.parse_args()
+    options = parser.parse_args(words)
     options.out = options.out.absolute()
     return options
 

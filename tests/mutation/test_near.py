@@ -19,6 +19,7 @@ SOURCES = {
     "tests/adapters/test_helped.py": "def f():\n    from tests.adapters import helpers",
     "adapters/tables/sink.py": "",
     "tests/adapters/test_skipped.py": "a = pytest.importorskip('adapters.tables.sink')",
+    "tests/adapters/test_loaded.py": "a = importlib.import_module('adapters.tables.sink', None)",
     "tests/adapters/test_other.py": "import orchestrator.plan.plan",
     "tests/fmus/lidar/test_scan.py": "",
     "tests/fmus/native/test_shell.py": "",
@@ -41,7 +42,8 @@ def test_who_imports_it_with_fewer_in_between_comes_first(near: Near) -> None:
 
 
 def test_what_is_imported_where_it_is_there_is_imported(near: Near) -> None:
-    assert near.to("adapters/tables/sink.py", 9) == ["tests/adapters/test_skipped.py"]
+    found = [f"tests/adapters/test_{how}.py" for how in ("loaded", "skipped")]
+    assert near.to("adapters/tables/sink.py", 9) == found
 
 
 def test_a_file_that_nobody_imports_has_no_test_near_it(near: Near) -> None:

@@ -1,5 +1,6 @@
 """Breaks are told apart: one that a test notices, one that none does, one that hangs."""
 
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.mutation import journal
+from tests.mutation.__main__ import _options, _try_all
 from tests.mutation.campaign import Campaign, run_all
 from tests.mutation.choosing import Nearby, Reaching
 from tests.mutation.journal import Row
@@ -276,3 +278,22 @@ def test_where_a_break_was_tried_again_the_last_row_counts(tmp_path: Path) -> No
         journal.add(path, replace(Row.of(one), verdict=verdict))
     assert [row.verdict for row in journal.read(path)] == ["killed"]
     assert [row.verdict for row in journal.read_all(path)] == ["survived", "killed"]
+
+
+@pytest.mark.slow
+def test_named_files_try_what_was_left_of_the_named_sources_and_nothing_else(
+    tree: Path, tmp_path: Path
+) -> None:
+    """One is left in the sources asked for, one was noticed, one is of another file."""
+    path, work = tmp_path / "journal.csv", tmp_path / "work"
+    work.mkdir()
+    left, noticed, new = mutant(**LOSES), mutant(**IDLE), mutant(**HANGS)
+    elsewhere = replace(left, file="other.py")
+    shutil.copy(tree / "sums.py", tree / "other.py")
+    for each, verdict in ((left, journal.UNSEEN), (noticed, "killed"), (elsewhere, "survived")):
+        journal.add(path, replace(Row.of(each), verdict=verdict))
+    words = ["--by", "checks/test_sums.py", "--of", "s*.py"]
+    _try_all(_options(words), [left, noticed, new, elsewhere], path, tree=tree, work=work)
+    rows = {row.mutant: row.verdict for row in journal.read(path)}
+    assert rows == {left: "killed", noticed: "killed", elsewhere: "survived"}
+    assert len(journal.read_all(path)) == 4  # one was tried

@@ -1,5 +1,6 @@
 """The campaign finds what is wrong, puts it down to its case, and says how to see it again."""
 
+import json
 import random
 import shutil
 import subprocess
@@ -7,6 +8,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -267,3 +269,20 @@ def test_a_part_of_every_area_is_as_it_should_be(area: Area) -> None:
         pytest.skip(area.needs)
     wrong = [each for each in area.outcomes(1, range(area.small)) if not each.is_expected]
     assert wrong == []
+
+
+@pytest.mark.parametrize(("change", "said"), [("[0]", ""), ("[1]", "another value")])
+def test_values_that_are_nested_as_deep_as_they_can_be_read_are_compared(
+    change: str, said: str
+) -> None:
+    """What is read is never the fault of how it is compared; and the limit is as it was."""
+    deep, limit = 600, sys.getrecursionlimit()
+
+    def encode(value: Any) -> bytes:
+        return json.dumps(value).replace("[0]", change).encode()
+
+    codec = Codec(name="deep", valid=lambda rng: b"", decode=json.loads, encode=encode)
+    fault = codec.fault(("[" * deep + "0" + "]" * deep).encode())
+    assert fault.endswith(said)
+    assert bool(fault) == bool(said)
+    assert sys.getrecursionlimit() == limit
