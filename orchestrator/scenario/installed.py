@@ -72,8 +72,8 @@ def installed_scenario(name: str) -> InstalledScenario:
 def scenario_path(given: str) -> Path:
     """The file that `given` means: a path, or the name of an installed scenario.
 
-    An existing file wins over an installed scenario. What has a folder or a suffix of YAML is a
-    path, whether there is such a file or not.
+    An existing file wins over an installed scenario, and that one over a folder or a pipe. What has
+    a folder or a suffix of YAML is a path, whether there is such a file or not.
 
     Raises:
         NoSuchScenarioError: it is no file, and the name of no installed scenario or of several.
@@ -83,6 +83,8 @@ def scenario_path(given: str) -> Path:
         return path
     offers = installed()
     if given not in offers:
+        if path.exists():  # whoever reads it says what it is instead of a file
+            return path
         what = f"there is no file `{given}`, and no scenario of that name is installed"
         raise NoSuchScenarioError(f"{what}; {suggestion(given, offers)}")
     return installed_scenario(given).path

@@ -102,6 +102,19 @@ def table_of(
     )
 
 
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """What is known of receptions once they were read, without the recording that has them.
+
+    Attributes:
+        returning: see `Received`.
+        kept: all of them, where they fit into memory.
+    """
+
+    returning: Array
+    kept: Sequence[Batch] | None
+
+
 class Received:
     """All receptions with the outcome `R`, batch by batch.
 
@@ -113,42 +126,49 @@ class Received:
             shape (packet,).
     """
 
-    def __init__(self, recording: Recording, signal: str) -> None:
+    def __init__(self, recording: Recording, signal: str, known: _Known | None = None) -> None:
         self._recording, self._signal = recording, signal
-        self._kept: list[Batch] | None = []
-        numbers, latest, ascends, size = [np.empty(0, np.int64)], None, True, 0
-        for batch in self._read():
-            times = batch.records["time"]
-            numbers.append(np.unique(batch.records["packet"]))
-            if len(times):
-                ascends &= latest is None or int(times.min()) >= latest
-                latest = int(times.max())
-            size += len(times)
-            if self._kept is not None:
-                self._kept.append(batch)
-            if size > _KEPT and ascends:
-                self._kept = None
-        found, counts = np.unique(np.concatenate(numbers), return_counts=True)
-        self.returning = found[counts > 1]
-        if not ascends:
-            self._kept = [_in_order(list(self._read()))]
+        self._known = _looked_through(recording, signal) if known is None else known
+        self.returning = self._known.returning
 
     def batches(self, kind: Kind) -> Iterator[Batch]:
         """Those of a kind; in no batch is one that came before one of an earlier batch."""
-        for batch in self._read() if self._kept is None else self._kept:
+        kept = self._known.kept
+        for batch in _read(self._recording, self._signal) if kept is None else kept:
             wanted = np.True_ if kind == "any" else batch.records["kind"] == KINDS[kind]
             if np.all(wanted):
                 yield batch
             else:
                 yield Batch(records=batch.records[wanted], times=batch.times[wanted])
 
-    def _read(self) -> Iterator[Batch]:
-        for batch in batches(self._recording, self._signal, "RCPT", RECEPTION):
-            rows = np.flatnonzero(batch.records["outcome"] == RECEIVED)
-            records, times = batch.records[rows], batch.times[rows]
-            for array in (records, times):
-                array.flags.writeable = False
-            yield Batch(records=records, times=times)
+
+def _looked_through(recording: Recording, signal: str) -> _Known:
+    kept: list[Batch] | None = []
+    numbers, latest, ascends, size = [np.empty(0, np.int64)], None, True, 0
+    for batch in _read(recording, signal):
+        times = batch.records["time"]
+        numbers.append(np.unique(batch.records["packet"]))
+        if len(times):
+            ascends &= latest is None or int(times.min()) >= latest
+            latest = int(times.max())
+        size += len(times)
+        if kept is not None:
+            kept.append(batch)
+        if size > _KEPT and ascends:
+            kept = None
+    found, counts = np.unique(np.concatenate(numbers), return_counts=True)
+    if not ascends:
+        kept = [_in_order(list(_read(recording, signal)))]
+    return _Known(found[counts > 1], kept)
+
+
+def _read(recording: Recording, signal: str) -> Iterator[Batch]:
+    for batch in batches(recording, signal, "RCPT", RECEPTION):
+        rows = np.flatnonzero(batch.records["outcome"] == RECEIVED)
+        records, times = batch.records[rows], batch.times[rows]
+        for array in (records, times):
+            array.flags.writeable = False
+        yield Batch(records=records, times=times)
 
 
 def _in_order(found: Sequence[Batch]) -> Batch:
@@ -164,13 +184,14 @@ def received(recording: Recording, signal: str) -> Received:
 
     Several measures ask for them, so what is known of them is kept as long as `recording` is.
     """
-    known = _RECEIVED.setdefault(recording, {})
+    known = _KNOWN.setdefault(recording, {})
     if signal not in known:
-        known[signal] = Received(recording, signal)
-    return known[signal]
+        known[signal] = _looked_through(recording, signal)
+    return Received(recording, signal, known[signal])
 
 
-_RECEIVED: Final[WeakKeyDictionary[Recording, dict[str, Received]]] = WeakKeyDictionary()
+_KNOWN: Final[WeakKeyDictionary[Recording, dict[str, _Known]]] = WeakKeyDictionary()
+"""Of each recording, as long as somebody has it; what is in here must not have it."""
 
 
 def plain(records: Array) -> Array:

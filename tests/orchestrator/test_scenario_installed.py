@@ -16,7 +16,7 @@ NUMBERS = iter(range(100))
 
 def package(folder: Path, files: dict[str, str]) -> str:
     """A package of a name that no test has used, with `files`, and importable."""
-    name = f"shipped_{next(NUMBERS)}"
+    name = f"shipped_{next(NUMBERS):03}"
     for file, text in {"__init__.py": "", **files}.items():
         path = folder / name / file
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -73,6 +73,14 @@ def test_what_looks_like_a_path_is_one(crossing: Path, given: str) -> None:
 def test_a_folder_is_no_file(crossing: Path) -> None:
     Path("crossing").mkdir()
     assert scenario_path("crossing") == crossing / "crossing.yaml"
+
+
+def test_what_is_there_and_no_file_is_said_to_be_that(
+    crossing: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("folder").mkdir()
+    assert main(["check", "folder"]) == 2
+    assert capsys.readouterr().out == "folder:1:1: cannot be read: it is a directory, not a file\n"
 
 
 def test_an_unknown_name_has_suggestions(

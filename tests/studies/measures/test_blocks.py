@@ -1,5 +1,7 @@
 """A long run is read in blocks, and says what it would say in one."""
 
+import gc
+import weakref
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +78,18 @@ def test_numbers_and_tables_are_equal(
     monkeypatch.setattr(hidden, "_BLOCK", size)
     assert spelt(_asked(name, run)) == spelt(whole)
     assert any(whole.numbers.values())
+
+
+@pytest.mark.parametrize("name", OF_RECEPTIONS)
+def test_what_a_recording_held_goes_with_it(name: str, run: Path) -> None:
+    """A campaign's worker asks of thousands; what each leaves behind would fill the memory."""
+    recording = Recording(run)
+    once = measure_type(name)().compute(recording)
+    assert received(recording, "channel.receptions").returning is not None
+    gone = weakref.ref(recording)
+    del recording, once
+    gc.collect()
+    assert gone() is None
 
 
 @pytest.mark.parametrize("size", [10, 100_000])
