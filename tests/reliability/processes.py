@@ -1,6 +1,7 @@
 """What a process and its children take, as the kernel of Linux tells it."""
 
 import os
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -27,11 +28,9 @@ def family(pid: int) -> list[int]:
     """A process and all that descend from it and are still there."""
     found = [pid]
     for each in found:
-        try:
-            children = (_PROC / f"{each}/task/{each}/children").read_text()
-        except OSError:
-            continue
-        found += map(int, children.split())
+        for children in _PROC.glob(f"{each}/task/*/children"):  # each thread has its own
+            with suppress(OSError):
+                found += map(int, children.read_text().split())
     return found
 
 

@@ -12,6 +12,7 @@ from time import monotonic, sleep
 from typing import Final
 
 from orchestrator.last_call import called
+from orchestrator.scenario.installed import installed_scenario
 from tests.reliability.area import Outcome, of_cases
 from tests.reliability.processes import Usage, usage
 
@@ -44,15 +45,24 @@ connections:
   - {{from: right.x, to: left.u}}
 """
 
+_CAMPAIGN: Final = """\
+schema: 1
+scenario: SCENARIO
+seeds: 1
+set: {time.stop: 2 s}
+metrics: {prr: measures.prr.prr, age: measures.aoi.aoi_mean_ms}
+"""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Soak:
-    """A long run.
+    """A long run, or many short ones that one process makes for an experiment.
 
     Attributes:
         kind: its row in the table.
-        stop: simulated time [s].
-        scenario: of a package; empty for the cheap one.
+        stop: simulated time [s]; of an experiment the number of its runs.
+        scenario: of a package; empty for the cheap one, and for an experiment.
+        is_experiment: whether it is one.
         repeated: whether it is run twice, for its fingerprint.
         values: that are recorded; 0 if nobody counted them.
     """
@@ -60,6 +70,7 @@ class Soak:
     kind: str
     stop: float
     scenario: str = ""
+    is_experiment: bool = False
     repeated: bool = False
     values: int = 0
 
@@ -71,10 +82,12 @@ def _cheap(steps: int) -> Soak:
 SOAKS: Final = (
     _cheap(20_000),
     Soak(kind="10 s of red_light", stop=10, scenario="red_light"),
+    Soak(kind="20 runs of an experiment", stop=20, is_experiment=True),
     _cheap(1_000_000),
     Soak(kind="10 minutes of red_light", stop=600, scenario="red_light"),
+    Soak(kind="300 runs of an experiment", stop=300, is_experiment=True),
 )
-"""The first two are the small campaign."""
+"""The first three are the small campaign."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +95,7 @@ class Sample:
     """What a run took when somebody looked.
 
     Attributes:
-        time: simulated [s].
+        time: simulated [s]; of an experiment the number of runs that are done.
         usage: of its processes.
     """
 
@@ -124,23 +137,44 @@ def _rate(samples: Sequence[Sample]) -> float:
     return (last.usage.processor - first.usage.processor) / max(last.time - first.time, 1e-9)
 
 
-def _run(soak: Soak, folder: Path, name: str) -> tuple[list[Sample], int, str]:
-    """What a run took, its exit code and its last words."""
+def _command(soak: Soak, folder: Path, name: str) -> list[str]:
+    nlosim = [sys.executable, "-m", "orchestrator"]
+    if soak.is_experiment:
+        scenario = json.dumps(str(installed_scenario("red_light").path))
+        (folder / "campaign.yaml").write_text(_CAMPAIGN.replace("SCENARIO", scenario))
+        command = [*nlosim, "experiment", "campaign.yaml", "--seeds", f"1..{soak.stop:g}"]
+        return [*command, "--workers", "1", "--quiet", "--no-page", "--out", name]
     scenario = soak.scenario
     if not scenario:
         shutil.copy(Path(__file__).with_name("soak_parts.py"), folder)
         (folder / "cheap.yaml").write_text(_CHEAP)
         scenario = "cheap.yaml"
-    command = [sys.executable, "-m", "orchestrator", "run", scenario, "--quiet", "--out", name]
-    command += ["--set", f"time.stop={soak.stop:g}s", "--no-page", "--no-figure"]
+    command = [*nlosim, "run", scenario, "--quiet", "--out", name]
+    return [*command, "--set", f"time.stop={soak.stop:g}s", "--no-page", "--no-figure"]
+
+
+def reached(soak: Soak, directory: Path) -> float | None:
+    """How far it is, as `Sample.time`."""
+    if not soak.is_experiment:
+        now = called(directory)
+        return None if now is None else now.time / 1e9
+    try:
+        return float((directory / "runs.jsonl").read_bytes().count(b"\n"))
+    except FileNotFoundError:
+        return None
+
+
+def _run(soak: Soak, folder: Path, name: str) -> tuple[list[Sample], int, str]:
+    """What a run took, its exit code and its last words."""
+    command = _command(soak, folder, name)
     samples = []
     with (folder / "words").open("w+") as words:
         process = subprocess.Popen(command, cwd=folder, stdout=words, stderr=words)
         until = monotonic() + _LONGEST
         while process.poll() is None:
-            now = called(folder / name)
+            now = reached(soak, folder / name)
             if now is not None:
-                samples.append(Sample(time=now.time / 1e9, usage=usage(process.pid)))
+                samples.append(Sample(time=now, usage=usage(process.pid)))
             if monotonic() > until:
                 process.kill()
             sleep(_LOOK)
@@ -193,11 +227,12 @@ def _some(_seed: int, numbers: Sequence[int]) -> Iterator[Outcome]:
 
 SOAK: Final = of_cases(
     "soak",
-    "long runs: two cheap components for a million steps, and ten simulated minutes of a shipped "
-    "scenario with SUMO; memory, open files and processor time of the second half are those of the "
-    "first one, the recording is as large as its values, and a repetition has its fingerprint",
+    "long runs: two cheap components for a million steps, ten simulated minutes of a shipped "
+    "scenario with SUMO, hundreds of runs of an experiment in one process; memory, open files and "
+    "processor time of the second half are those of the first one, the recording is as large as "
+    "its values, and a repetition has its fingerprint",
     full=len(SOAKS),
-    small=2,
+    small=3,
     some=_some,
     needs="" if sys.platform == "linux" else "only Linux tells what other processes take",
 )

@@ -1,7 +1,9 @@
 """What grows in the second half of a run is told; what takes what it took is not."""
 
+import os
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -9,7 +11,7 @@ from typing import Final
 import pytest
 
 from tests.reliability.processes import Usage, family, usage
-from tests.reliability.soak import GROWTH_MB, SLOWER, Sample, complaints
+from tests.reliability.soak import GROWTH_MB, SLOWER, SOAKS, Sample, complaints, reached
 
 STOP: Final = 100.0
 LINUX: Final = pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells")
@@ -91,3 +93,32 @@ def test_children_count_with_their_parent(tmp_path: Path) -> None:
         assert together.processor >= alone.processor > 0
         process.communicate()
     assert usage(process.pid) == Usage(memory=0, files=0, processor=0.0)
+
+
+@LINUX
+def test_children_of_any_thread_count() -> None:
+    started, ended = threading.Event(), threading.Event()
+    children: list[int] = []
+
+    def start() -> None:
+        with subprocess.Popen(["sleep", "60"]) as child:
+            children.append(child.pid)
+            started.set()
+            ended.wait()
+            child.kill()
+
+    thread = threading.Thread(target=start)
+    thread.start()
+    try:
+        assert started.wait(30)
+        assert children[0] in family(os.getpid())
+    finally:
+        ended.set()
+        thread.join()
+
+
+def test_of_an_experiment_the_runs_count_that_are_done(tmp_path: Path) -> None:
+    (experiment,) = (s for s in SOAKS[:3] if s.is_experiment)
+    assert reached(experiment, tmp_path) is None
+    (tmp_path / "runs.jsonl").write_text('{"seed": 1}\n{"seed": 2}\n{"se')
+    assert reached(experiment, tmp_path) == 2
