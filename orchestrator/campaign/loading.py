@@ -9,9 +9,9 @@ from typing import Any, Generic, Self, TypeAlias, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from orchestrator.errors import ScenarioError
-from orchestrator.regular_files import why_no_file
 from orchestrator.scenario import diagnosis, extension
 from orchestrator.scenario.document import Address
+from orchestrator.scenario.installed import NoSuchScenarioError, scenario_beside
 from orchestrator.scenario.model import Scenario
 from orchestrator.scenario.settings_file import SettingsFile
 
@@ -106,10 +106,12 @@ class Load(Generic[Model]):
             scenario: as it is written in the file of the campaign.
             address: where.
         """
-        found = (self.source.document.folder(address) / scenario).absolute()
-        if what := why_no_file(found):
-            self.source.add(address, what)
-        return found
+        folder = self.source.document.folder(address)
+        try:
+            return scenario_beside(folder, scenario).absolute()
+        except NoSuchScenarioError as error:
+            self.source.add(address, str(error))
+            return (folder / scenario).absolute()
 
 
 def _read(path: Path, model: type[Model], noun: str) -> tuple[SettingsFile, Model]:

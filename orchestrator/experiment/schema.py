@@ -113,7 +113,7 @@ class ExperimentFile(_Mapping):
     """The version of the form of this file."""
 
     scenario: Text
-    """The scenario file, relative to this file."""
+    """The scenario file, relative to this file, or an installed scenario by its name."""
 
     seeds: Seeds
     """How many (`50` means 1 to 50), a range (`1..50`) or a list. Every combination of levels is

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from orchestrator.errors import Location, Problem, ScenarioError
-from orchestrator.regular_files import why_no_file
 from orchestrator.scenario.conversion import DISTRIBUTIONS
 from orchestrator.scenario.diagnosis import show
 from orchestrator.scenario.document import Address, Document, Place
+from orchestrator.scenario.installed import NoSuchScenarioError, scenario_beside
 from orchestrator.scenario.schema import VERSION
 from orchestrator.suggestion import suggestion
 
@@ -53,10 +53,10 @@ def _base(document: Document) -> Path | None:
     name, where = document.data[KEY], document.value((KEY,))
     if not isinstance(name, str) or not name:
         raise _error(where, f"{KEY}: expected the path of a scenario file, got {show(name)}")
-    path = document.folder((KEY,)) / name
-    if what := why_no_file(path):
-        raise _error(where, f"{KEY}: {what}")
-    return path
+    try:
+        return scenario_beside(document.folder((KEY,)), name)
+    except NoSuchScenarioError as error:
+        raise _error(where, f"{KEY}: {error}") from None
 
 
 def _read_base(path: Path) -> Document:

@@ -16,6 +16,7 @@ from typing import Final
 
 from orchestrator.errors import CosimError
 from orchestrator.installed import entry_points
+from orchestrator.regular_files import why_no_file
 from orchestrator.suggestion import suggestion
 
 logger = logging.getLogger(__name__)
@@ -86,6 +87,28 @@ def scenario_path(given: str) -> Path:
         if path.exists():  # whoever reads it says what it is instead of a file
             return path
         what = f"there is no file `{given}`, and no scenario of that name is installed"
+        raise NoSuchScenarioError(f"{what}; {suggestion(given, offers)}")
+    return installed_scenario(given).path
+
+
+def scenario_beside(folder: Path, given: str) -> Path:
+    """The file that `given` means where it stands in a file in `folder`.
+
+    As `scenario_path`, but that a path is relative to `folder`.
+
+    Raises:
+        NoSuchScenarioError: there is no such file, and no or several installed scenarios of that
+            name.
+    """
+    path = folder / given
+    what = why_no_file(path)
+    if not what:
+        return path
+    if Path(given).name != given or path.suffix in SUFFIXES:
+        raise NoSuchScenarioError(what)
+    offers = installed()
+    if given not in offers:
+        what = f"{what}, and no scenario of that name is installed"
         raise NoSuchScenarioError(f"{what}; {suggestion(given, offers)}")
     return installed_scenario(given).path
 

@@ -75,8 +75,9 @@ components:
     parameters: {bitrate: 12 Mbit/s}
 ```
 
-The path is relative to the folder of the file. A base may extend another file in turn; only the
-whole has to be complete. What holds:
+The path is relative to the folder of the file; a scenario that is installed (`nlosim scenarios`
+lists them) goes by its name, too: `extends: red_light`. A base may extend another file in turn;
+only the whole has to be complete. What holds:
 
 * Mappings are merged key by key, to any depth: above, `channel` keeps its type, its step size and
   its other parameters. Anything else replaces what the base says; this includes lists, so

@@ -278,10 +278,11 @@ class ScenarioFile(_Mapping):
 
     extends: Annotated[
         Text | None,
-        Field(examples=["red_light.yaml"]),
+        Field(examples=["red_light.yaml", "red_light"]),
         WithJsonSchema({"type": "string", "minLength": 1}),
     ] = None
-    """Another scenario file, relative to this one, that says what this one leaves open."""
+    """Another scenario file, relative to this one, or an installed scenario by its name, that says
+    what this one leaves open."""
 
     title: Annotated[Text, Field(examples=["Red light"])]
     """One line for people."""

@@ -191,7 +191,7 @@ def received(recording: Recording, signal: str) -> Received:
 
 
 _KNOWN: Final[WeakKeyDictionary[Recording, dict[str, _Known]]] = WeakKeyDictionary()
-"""Of each recording, as long as somebody has it; what is in here must not have it."""
+"""By recording, as long as somebody has it; nothing in here may hold one."""
 
 
 def plain(records: Array) -> Array:

@@ -125,8 +125,9 @@ class TrainingFile(_Mapping):
     """The version of the form of this file."""
 
     scenario: Text = ""
-    """The scenario file, relative to this file. Its component `policy` has the parameters `network`
-    and `beta`, and the recorded output `sample`. In its place there may be `encounters`."""
+    """The scenario file, relative to this file, or an installed scenario by its name. Its component
+    `policy` has the parameters `network` and `beta`, and the recorded output `sample`. In its place
+    there may be `encounters`."""
 
     encounters: dict[Text, EncounterSection] = {}
     """Several scenarios, by the name of the encounter. Runs take turns."""

@@ -8,8 +8,11 @@ from pathlib import Path
 import pytest
 
 from orchestrator.cli import main
+from orchestrator.errors import ScenarioError
+from orchestrator.experiment.load import load_experiment
 from orchestrator.scenario import installed
-from orchestrator.scenario.installed import NoSuchScenarioError, scenario_path
+from orchestrator.scenario.build import load_scenario
+from orchestrator.scenario.installed import NoSuchScenarioError, scenario_beside, scenario_path
 
 NUMBERS = iter(range(100))
 
@@ -95,6 +98,63 @@ def test_an_unknown_name_has_suggestions(
         assert capsys.readouterr().err == f"error: {message}\n"
     assert main(["run", "crosing", "--json"]) == 2
     assert json.loads(capsys.readouterr().out)["error"]["message"] == message
+
+
+@pytest.fixture
+def elsewhere(tmp_path: Path) -> Path:
+    folder = tmp_path / "elsewhere"
+    folder.mkdir()
+    return folder
+
+
+def test_files_anywhere_build_on_an_installed_scenario(crossing: Path, elsewhere: Path) -> None:
+    mine = elsewhere / "mine.yaml"
+    mine.write_text("schema: 1\nextends: crossing_wet\ntitle: Mine\n")
+    assert load_scenario(mine).title == "Mine"
+    assert main(["run", str(mine), "--quiet", "--out", "once"]) == 0
+    read = json.loads(Path("once/manifest.json").read_text())["scenario_files"]
+    names = ("crossing.yaml", "crossing_wet.yaml")
+    assert set(read) == {"mine.yaml", *(str(crossing / name) for name in names)}
+    assert main(["rerun", "once", "--quiet"]) == 0
+    experiment = elsewhere / "experiment.yaml"
+    experiment.write_text(
+        "schema: 1\nscenario: crossing\nseeds: 1\n"
+        "set: {measures.span: {signal: car.x}}\nmetrics: {x: measures.span.x}\n"
+    )
+    assert load_experiment(experiment).scenario == crossing / "crossing.yaml"
+
+
+def test_what_lies_beside_a_file_wins_over_what_is_installed(
+    crossing: Path, elsewhere: Path
+) -> None:
+    (elsewhere / "crossing").mkdir()
+    assert scenario_beside(elsewhere, "crossing") == crossing / "crossing.yaml"
+    (elsewhere / "crossing").rmdir()
+    (elsewhere / "crossing").write_text("mine")
+    assert scenario_beside(elsewhere, "crossing") == elsewhere / "crossing"
+
+
+@pytest.mark.parametrize("given", ["crossing.yaml", "./crossing", "no/crossing"])
+def test_a_path_in_a_file_is_no_name(crossing: Path, elsewhere: Path, given: str) -> None:
+    with pytest.raises(NoSuchScenarioError, match=r"the path is relative to this file\)$"):
+        scenario_beside(elsewhere, given)
+
+
+def test_a_name_in_a_file_that_nothing_has_is_told_at_its_place(
+    crossing: Path, elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mine, experiment = elsewhere / "mine.yaml", elsewhere / "experiment.yaml"
+    mine.write_text("schema: 1\nextends: crosing\n")
+    experiment.write_text("schema: 1\nscenario: crosing\nseeds: 1\nmetrics: {x: measures.x}\n")
+    what = (
+        f"there is no file {elsewhere / 'crosing'} (the path is relative to this file), "
+        "and no scenario of that name is installed; did you mean `crossing`?"
+    )
+    assert main(["check", str(mine)]) == 2
+    assert capsys.readouterr().out == f"{mine}:2:10: extends: {what}\n"
+    with pytest.raises(ScenarioError) as error:
+        load_experiment(experiment)
+    assert str(error.value) == f"{experiment}:2:11: scenario: {what}"
 
 
 def test_nothing_is_installed(
