@@ -191,7 +191,7 @@ def received(recording: Recording, signal: str) -> Received:
 
 
 _KNOWN: Final[WeakKeyDictionary[Recording, dict[str, _Known]]] = WeakKeyDictionary()
-"""By recording, as long as somebody has it; nothing in here may hold one."""
+"""What is known of each recording as long as somebody has it; nothing in here may hold one."""
 
 
 def plain(records: Array) -> Array:
