@@ -24,7 +24,7 @@ class Location:
 
     @override
     def __str__(self) -> str:
-        return f"{self.file}:{self.line}:{self.column}"
+        return f"{_on_one_line(self.file)}:{self.line}:{self.column}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,12 @@ class Problem:
 
     @override
     def __str__(self) -> str:
-        return f"{self.where}: {self.what}"
+        return f"{self.where}: {_on_one_line(self.what)}"
+
+
+def _on_one_line(text: str) -> str:
+    """As scripts read it, line by line, whatever a file or a setting has in it."""
+    return "\\n".join(text.splitlines())
 
 
 @dataclass(frozen=True, slots=True)

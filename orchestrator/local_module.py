@@ -35,7 +35,8 @@ def file_of(reference: str, folder: Path) -> Path:
     """
     module, _, _ = reference.rpartition(":")
     is_path = module.endswith(".py")
-    relative = Path(module) if is_path else Path(*module.split(".")).with_suffix(".py")
+    *folders, name = module.split(".")
+    relative = Path(module) if is_path else Path(*folders, f"{name}.py")
     return (folder / relative).absolute()
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, strategies as st
 
-from orchestrator.errors import ScenarioError
+from orchestrator.errors import Location, Problem, ScenarioError
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.document import Document
 from orchestrator.scenario.overrides import apply, changed_component
@@ -156,3 +156,11 @@ def test_an_override_is_within_a_component_below_its_name(
     override: str, component: str | None
 ) -> None:
     assert changed_component(override) == component
+
+
+def test_a_problem_is_on_one_line_whatever_the_setting_has_in_it() -> None:
+    with pytest.raises(ScenarioError) as error:
+        applied(".=one\r\ntwo\u2028three")
+    assert str(error.value).startswith("--set .=one\\ntwo\\nthree:1:1: `.` is not a path; ")
+    said = Problem(Location("f.yaml", 2, 7), 'seed: expected a whole number, got "x\ny"')
+    assert str(said) == r'f.yaml:2:7: seed: expected a whole number, got "x\ny"'

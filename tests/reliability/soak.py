@@ -85,7 +85,7 @@ SOAKS: Final = (
     Soak(kind="20 runs of an experiment", stop=20, is_experiment=True),
     _cheap(1_000_000),
     Soak(kind="10 minutes of red_light", stop=600, scenario="red_light"),
-    Soak(kind="300 runs of an experiment", stop=300, is_experiment=True),
+    Soak(kind="100 runs of an experiment", stop=100, is_experiment=True),
 )
 """The first three are the small campaign."""
 
