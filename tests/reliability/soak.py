@@ -228,7 +228,7 @@ def _some(_seed: int, numbers: Sequence[int]) -> Iterator[Outcome]:
 SOAK: Final = of_cases(
     "soak",
     "long runs: two cheap components for a million steps, ten simulated minutes of a shipped "
-    "scenario with SUMO, hundreds of runs of an experiment in one process; memory, open files and "
+    "scenario with SUMO, a hundred runs of an experiment in one process; memory, open files and "
     "processor time of the second half are those of the first one, the recording is as large as "
     "its values, and a repetition has its fingerprint",
     full=len(SOAKS),
