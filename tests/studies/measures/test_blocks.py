@@ -2,6 +2,7 @@
 
 import gc
 import weakref
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from orchestrator.recording.reader import Recording
 from studies.measures import hidden, radio
 from studies.measures.delivery import unique_packets
 from studies.measures.links import UNKNOWN, Links, link
-from studies.measures.radio import Received, received
+from studies.measures.radio import Batch, Received, received
 from tests.studies.measures.test_whole_runs import spelt
 from tests.studies.measures.world import Body, packet, reception, record, transmission
 
@@ -90,6 +91,25 @@ def test_what_a_recording_held_goes_with_it(name: str, run: Path) -> None:
     del recording, once
     gc.collect()
     assert gone() is None
+
+
+@pytest.mark.parametrize(("kept", "times"), [(10, 3), (100_000, 1)])
+def test_receptions_of_a_short_run_are_read_once_for_all_measures(
+    kept: int, times: int, run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(radio, "_KEPT", kept)
+    read, reads = radio._read, []
+
+    def counted(recording: Recording, signal: str) -> Iterator[Batch]:
+        reads.append(signal)
+        yield from read(recording, signal)
+
+    monkeypatch.setattr(radio, "_read", counted)
+    recording = Recording(run)
+    for _ in range(2):  # two measures
+        for batch in received(recording, "channel.receptions").batches("any"):
+            assert not batch.records.flags.writeable  # one must not change the other's
+    assert reads == times * ["channel.receptions"]
 
 
 @pytest.mark.parametrize("size", [10, 100_000])
