@@ -40,7 +40,7 @@ class Problem:
 
 
 def _on_one_line(text: str) -> str:
-    """As scripts read it, line by line, whatever a file or a setting has in it."""
+    """Put it on one line, as scripts read problems, whatever a file or a setting has in it."""
     return "\\n".join(text.splitlines())
 
 
