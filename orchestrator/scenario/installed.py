@@ -80,15 +80,11 @@ def scenario_path(given: str) -> Path:
         NoSuchScenarioError: it is no file, and the name of no installed scenario or of several.
     """
     path = Path(given)
-    if path.name != given or path.suffix in SUFFIXES or path.is_file():
+    if not _may_be_a_name(given) or path.is_file():
         return path
-    offers = installed()
-    if given not in offers:
-        if path.exists():  # whoever reads it says what it is instead of a file
-            return path
-        what = f"there is no file `{given}`, and no scenario of that name is installed"
-        raise NoSuchScenarioError(f"{what}; {suggestion(given, offers)}")
-    return installed_scenario(given).path
+    if path.exists() and given not in installed():  # whoever reads it says what it is
+        return path
+    return _by_name(given, f"there is no file `{given}`")
 
 
 def scenario_beside(folder: Path, given: str) -> Path:
@@ -104,8 +100,18 @@ def scenario_beside(folder: Path, given: str) -> Path:
     what = why_no_file(path)
     if not what:
         return path
-    if Path(given).name != given or path.suffix in SUFFIXES:
+    if not _may_be_a_name(given):
         raise NoSuchScenarioError(what)
+    return _by_name(given, what)
+
+
+def _may_be_a_name(given: str) -> bool:
+    path = Path(given)
+    return path.name == given and path.suffix not in SUFFIXES
+
+
+def _by_name(given: str, what: str) -> Path:
+    """The file of an installed scenario; `what` says why it is not that of a path."""
     offers = installed()
     if given not in offers:
         what = f"{what}, and no scenario of that name is installed"

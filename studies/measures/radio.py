@@ -126,10 +126,9 @@ class Received:
             shape (packet,).
     """
 
-    def __init__(self, recording: Recording, signal: str, known: _Known | None = None) -> None:
-        self._recording, self._signal = recording, signal
-        self._known = _looked_through(recording, signal) if known is None else known
-        self.returning = self._known.returning
+    def __init__(self, recording: Recording, signal: str, known: _Known) -> None:
+        self._recording, self._signal, self._known = recording, signal, known
+        self.returning = known.returning
 
     def batches(self, kind: Kind) -> Iterator[Batch]:
         """Those of a kind; in no batch is one that came before one of an earlier batch."""

@@ -159,7 +159,8 @@ class _Series:
 
 def _received(told: dict[int, list[tuple[int, int]]]) -> Received:
     recording: Any = {"channel.receptions": _Series(told)}
-    return Received(recording, "channel.receptions")
+    signal = "channel.receptions"
+    return Received(recording, signal, radio._looked_through(recording, signal))
 
 
 @pytest.mark.parametrize("kept", [0, 100])
