@@ -177,6 +177,8 @@ def test_batches_ascend_even_if_what_was_told_does_not(
     in_turn = _received({10: [(1, 4), (2, 9)], 20: [(1, 11), (3, 15)]})
     assert of(in_turn) == [[4_000_000, 9_000_000], [11_000_000, 15_000_000], []]
     assert in_turn.returning.tolist() == [1]
+    at_once = _received({10: [(1, 4), (2, 9)], 20: [(3, 9), (4, 15)]})
+    assert of(at_once) == [[4_000_000, 9_000_000], [9_000_000, 15_000_000], []]
     late = _received({10: [(1, 4), (2, 9)], 20: [(3, 15), (4, 8)]})
     assert of(late) == [[4_000_000, 8_000_000, 9_000_000, 15_000_000]]
     (batch,) = late.batches("any")
