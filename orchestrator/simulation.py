@@ -122,12 +122,12 @@ def simulate(
             branching.arrive(t, is_last=is_last)
             is_kept = not is_last and t != begun and checkpoints.is_due(t)
             if not (is_last or is_kept):
-                stepping.look_ahead(t, schedule.at(t))
+                stepping.look_ahead(t, due)
             if branching.is_trunk and (t != begun or t == start):
                 audience.observe(t, due.names, exchange.values)
             if is_kept:
                 checkpoints.keep(t, run.spent(audience))
-                stepping.look_ahead(t, schedule.at(t))
+                stepping.look_ahead(t, due)
             if plan and not is_last:
                 t, is_last = run.stretches(
                     plan,
@@ -138,9 +138,10 @@ def simulate(
                     audience=audience,
                     checkpoints=checkpoints,
                 )
+                due = schedule.at(t)
             if is_last:
                 break
-            stepping.depart(t, schedule.at(t))
+            stepping.depart(t, due)
             t = schedule.after(t)
         exchange.settle(t)
     run.close(audience, plan)

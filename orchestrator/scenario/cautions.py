@@ -10,8 +10,9 @@ def cautions(scenario: Scenario) -> tuple[str, ...]:
     return tuple(
         f"`{name}.{key}` is {json.dumps(value)}: {parameter.caution.meaning}"
         for name, use in scenario.components.items()
+        for declared in (use.type.parameters,)
         for key, value in use.all_values().items()
-        if (parameter := use.type.parameters.get(key)) is not None
+        if (parameter := declared.get(key)) is not None
         and parameter.caution is not None
         and parameter.caution.value == value
         and isinstance(value, bool) == isinstance(parameter.caution.value, bool)
