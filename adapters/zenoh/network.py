@@ -1,7 +1,10 @@
 """Zenoh as the network between hosts."""
 
+import errno
+import re
 import secrets
 from collections.abc import Callable, Mapping
+from typing import Final
 
 import zenoh
 from typing_extensions import override
@@ -14,6 +17,16 @@ from adapters.zenoh.session import LEASE
 from orchestrator.errors import Problem, ScenarioError
 from orchestrator.hosts_file import RUN, Hosts
 from orchestrator.network import HostsTransport, Lobby, Network, Reception, Wanted
+
+_OF_THE_SYSTEM: Final = re.compile(r"([^:\[\]]+) \(os error (\d+)\)")
+"""What the operating system says, somewhere in what Zenoh says."""
+
+_ADVICE: Final = {
+    errno.EADDRINUSE: "end who listens there, e.g. another `nlosim serve`, or write another port",
+    errno.EADDRNOTAVAIL: "write an address that this machine has",
+    errno.EACCES: "write a port from 1024 on",
+}
+"""What can be done about it."""
 
 
 class ZenohNetwork(Network):
@@ -47,5 +60,9 @@ class ZenohNetwork(Network):
 
 
 def _brief(text: str) -> str:
-    """What Zenoh says, without the places in its sources."""
-    return text.partition(" at /")[0].strip()
+    """What is wrong, of all that Zenoh says, and what to do about it if that is known."""
+    found = _OF_THE_SYSTEM.search(text)
+    if found is None:
+        return text.partition(" at /")[0].strip()  # without the places in its sources
+    reason, advice = found[1].strip(), _ADVICE.get(int(found[2]), "")
+    return f"{reason}; {advice}" if advice else reason

@@ -173,7 +173,22 @@ def test_a_port_that_is_taken_is_named_at_its_line(
     with site.serving("partner", "near"):
         code, text = said(capsys, "serve", site.scenario, "far")
     assert code == 2
-    assert f"{site.hosts}:2:23: hosts.partner.endpoint: cannot listen there: " in text
+    where = f"{site.hosts}:2:23: hosts.partner.endpoint: cannot listen there"
+    advice = "end who listens there, e.g. another `nlosim serve`, or write another port"
+    assert text.splitlines()[-1] == f"{where}: Address already in use; {advice}"
+
+
+def test_an_address_of_another_machine_is_named_at_its_line(
+    site: Site, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """192.0.2.0/24 is for examples (RFC 5737): nobody has it."""
+    elsewhere = "{endpoint: tcp/192.0.2.7:7447, insecure: true}"
+    site.hosts.write_text(f"hosts:\n  partner: {elsewhere}\n")
+    code, text = said(capsys, "serve", site.scenario, "far", "--host", "partner")
+    assert code == 2
+    where = f"{site.hosts}:2:23: hosts.partner.endpoint: cannot listen there"
+    advice = "write an address that this machine has"
+    assert text.splitlines()[-1] == f"{where}: Cannot assign requested address; {advice}"
 
 
 def test_a_limit_of_a_component_on_a_host_takes_no_process(site: Site) -> None:
