@@ -71,9 +71,9 @@ class Journal(journal.Journal[tuple[RunKey, Result]]):
         """
         identity = _identity(experiment)
         former = identity.former(directory)
-        _check_seeds(directory, former.identity["seeds"], experiment)
-        identity.go_on(directory, former, session(command, experiment.wording))
         results = entries(former.lines)
+        _check_seeds(directory, {key.seed for key in results}, experiment)
+        identity.go_on(directory, former, session(command, experiment.wording))
         return cls(directory, {k: r for k, r in results.items() if r.error is None})
 
     def of_combinations(self, combinations: Collection[int]) -> list[RunKey]:
@@ -140,5 +140,6 @@ def _check_seeds(directory: Path, known: Collection[int], experiment: Experiment
     if lost:
         raise ResumeError(
             f"`{directory}` holds runs with seeds that the file does not have any more "
-            f"({lost[0]}{', ...' if len(lost) > 1 else ''}); seeds can only be added"
+            f"({lost[0]}{', ...' if len(lost) > 1 else ''}); "
+            "seeds can be added, and left out if no run was made with them"
         )

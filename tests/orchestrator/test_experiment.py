@@ -311,7 +311,9 @@ def test_what_may_change_before_going_on(laboratory: Laboratory) -> None:
     assert {row["count"] for row in laboratory.rows("out")} == {21}
     laboratory.change("seeds: 1..4", "seeds: 2..4")
     error = laboratory.run("out", "--resume", code=2)["error"]["message"]
-    assert "seeds that the file does not have any more (1); seeds can only be added" in error
+    assert (
+        "seeds that the file does not have any more (1); seeds can be added, and" in error
+    )
     laboratory.change("seeds: 2..4", "seeds: 4")
     laboratory.change("noisy: false", "noisy: true")
     error = laboratory.run("out", "--resume", code=2)["error"]["message"]
@@ -320,6 +322,25 @@ def test_what_may_change_before_going_on(laboratory: Laboratory) -> None:
     assert "holds no experiment to resume; leave `--resume` out" in error
     error = laboratory.run("out", code=2)["error"]["message"]
     assert "is not empty; choose another directory" in error
+
+
+def test_seeds_that_no_run_was_made_with_may_be_left_out(laboratory: Laboratory) -> None:
+    laboratory.run("out")
+    journal = laboratory.journal("out")
+    lines = journal.read_text().splitlines(keepends=True)
+    kept = [line for line in lines if json.loads(line)["seed"] < 3]
+    assert (len(lines), len(kept)) == (6, 4)
+    journal.write_text("".join(kept))
+    laboratory.change("seeds: 3", "seeds: 2")
+    assert laboratory.run("out", "--resume")["runs"] == 4
+    assert journal.read_text() == "".join(kept)
+    assert json.loads((laboratory.folder / "out" / "experiment.json").read_text())["seeds"] == [
+        1,
+        2,
+    ]
+    laboratory.change("seeds: 2", "seeds: 1")
+    error = laboratory.run("out", "--resume", code=2)["error"]["message"]
+    assert "seeds that the file does not have any more (2); seeds can be added, and left" in error
 
 
 def test_a_misspelt_metric_ends_it_at_the_first_run(laboratory: Laboratory) -> None:
