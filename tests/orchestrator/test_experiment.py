@@ -311,9 +311,7 @@ def test_what_may_change_before_going_on(laboratory: Laboratory) -> None:
     assert {row["count"] for row in laboratory.rows("out")} == {21}
     laboratory.change("seeds: 1..4", "seeds: 2..4")
     error = laboratory.run("out", "--resume", code=2)["error"]["message"]
-    assert (
-        "seeds that the file does not have any more (1); seeds can be added, and" in error
-    )
+    assert "seeds that the file does not have any more (1); seeds can be added, and" in error
     laboratory.change("seeds: 2..4", "seeds: 4")
     laboratory.change("noisy: false", "noisy: true")
     error = laboratory.run("out", "--resume", code=2)["error"]["message"]
