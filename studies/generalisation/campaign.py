@@ -66,29 +66,50 @@ class Row:
 def with_campaign(folder: Path, runs: Sequence[Run]) -> list[Run]:
     """`runs` of the red light, and instead of those as trained the campaign's, if they are there.
 
+    Policies of which a run that both made came out differently keep their own.
+
     Args:
         folder: with what the reports of both studies wrote.
         runs: in the order of their variations; the policies keep theirs, new ones come last.
 
     Raises:
-        ValueError: a run that both made came out differently, or the file is not what its report
-            wrote.
+        ValueError: the file is not what its report wrote.
     """
-    path = folder / f"{EXPERIMENT}{SUFFIX}"
-    if not path.is_file():
-        return list(runs)
-    theirs = [row.run for row in records.read(path, Row)]
-    known = {(run.policy, run.seed): run for run in theirs}
+    others = different(folder, runs)
+    theirs = [run for run in _theirs(folder) if run.policy not in others]
+    known = {(run.policy, run.seed) for run in theirs}
     own = [run for run in runs if run.variation == AS_TRAINED]
-    for run in own:
-        other = known.get((run.policy, run.seed))
-        if other is not None and _outcome(other) != _outcome(run):
-            what = f"`{run.policy}`, seed {run.seed}, came out differently in `{EXPERIMENT}`"
-            raise ValueError(f"{path}: {what}")
     order = list(dict.fromkeys([run.policy for run in own] + [run.policy for run in theirs]))
     rest = [run for run in own if (run.policy, run.seed) not in known]
     mine = sorted([*theirs, *rest], key=lambda run: order.index(run.policy))
     return [*mine, *(run for run in runs if run.variation != AS_TRAINED)]
+
+
+def different(folder: Path, runs: Sequence[Run]) -> Mapping[str, int]:
+    """The policies of which a run came out differently in the campaign: it ran other code.
+
+    Args:
+        folder: with what the reports of both studies wrote.
+        runs: of the red light.
+
+    Returns:
+        By policy, the first seed of such a run.
+
+    Raises:
+        ValueError: the file is not what its report wrote.
+    """
+    known = {(run.policy, run.seed): _outcome(run) for run in _theirs(folder)}
+    found: dict[str, int] = {}
+    for run in runs:
+        key = (run.policy, run.seed)
+        if run.variation == AS_TRAINED and known.get(key, _outcome(run)) != _outcome(run):
+            found[run.policy] = min(run.seed, found.get(run.policy, run.seed))
+    return found
+
+
+def _theirs(folder: Path) -> list[Run]:
+    path = folder / f"{EXPERIMENT}{SUFFIX}"
+    return [row.run for row in records.read(path, Row)] if path.is_file() else []
 
 
 def _outcome(run: Run) -> tuple[object, ...]:

@@ -1,7 +1,7 @@
 """The page of the study, from the files that were written and an analysis by hand."""
 
 import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -9,7 +9,7 @@ from typing import Final
 from orchestrator.intervals import Estimate
 from studies.generalisation.campaign import EXPERIMENT as CAMPAIGN
 from studies.generalisation.published import COOPERNAUT, MODELS
-from studies.generalisation.report import PROVENANCE, TABLE, read_campaign
+from studies.generalisation.report import PROVENANCE, TABLE, left_out, read_campaign
 from studies.generalisation.runs import ENCOUNTERS, PREFIX, SUFFIX
 from studies.generalisation.statistics import Result
 from studies.method import records
@@ -39,8 +39,12 @@ speeds, queues and places.
 _CAMPAIGN: Final = """\
 *As trained* is the scene of the [collision campaign](collision-study.md) without losses; the runs
 are those of its experiment `collision_policies`. Where both experiments made a run it came out
-equal: this page is not made otherwise.
+equal{but}.
 """
+
+_BUT: Final = """\
+, but for {policies}: the campaign ran other code
+there, so what stands here are the runs of this study"""
 
 _TARGETS: Final = """\
 Wanted with perfect communication: collisions in less than 1 % of the runs where a network was
@@ -90,7 +94,7 @@ def page(folder: Path, link: str, analysis: Path | None) -> str:
         rows = [row for row in table if row.encounter == encounter]
         parts += [f"### {encounter.capitalize()}", _rates(rows)]
         if encounter == ENCOUNTERS["red_light"] and (folder / CAMPAIGN_RUNS).is_file():
-            parts += [_CAMPAIGN]
+            parts += [_CAMPAIGN.format(but=_but(left_out(folder)))]
     parts += ["## Beside COOPERNAUT", _BESIDE, _beside(table), "## Targets", _TARGETS]
     parts += [_targets(table)]
     for path in sorted((folder / "training").glob("*-evaluation.csv")):
@@ -98,6 +102,12 @@ def page(folder: Path, link: str, analysis: Path | None) -> str:
         parts += [f"## The training `{name}`", _TRAINED, _training(path)]
     parts += ["## How it was made", *_made(folder, link)]
     return "\n".join(part if part.endswith("\n") else f"{part}\n" for part in parts)
+
+
+def _but(others: Mapping[str, int]) -> str:
+    """Whose runs of the campaign are not here, and since which seed that is known."""
+    named = [f"`{policy}` (seed {seed})" for policy, seed in others.items()]
+    return _BUT.format(policies=" and ".join(named)) if named else ""
 
 
 def _rates(rows: Sequence[Result]) -> str:

@@ -20,7 +20,7 @@ from orchestrator.experiment.plan import Experiment
 from orchestrator.experiment.report import ExperimentFindings, ExperimentReport, Results
 from orchestrator.parameters import ParameterProblem
 from orchestrator.recording.layout import write_json
-from studies.generalisation.campaign import with_campaign
+from studies.generalisation.campaign import different, with_campaign
 from studies.generalisation.runs import (
     ENCOUNTERS,
     METRICS,
@@ -97,6 +97,16 @@ def read_campaign(folder: Path) -> list[Result]:
 def _runs(folder: Path, name: str) -> list[Run]:
     runs = records.read(folder / f"{name}{SUFFIX}", Run)
     return with_campaign(folder, runs) if name == RED_LIGHT else runs
+
+
+def left_out(folder: Path) -> Mapping[str, int]:
+    """The policies whose runs of the collision campaign are not in the table; see `different`.
+
+    Raises:
+        ValueError: a file is not what a report wrote.
+    """
+    path = folder / f"{RED_LIGHT}{SUFFIX}"
+    return different(folder, records.read(path, Run)) if path.is_file() else {}
 
 
 def write_campaign(folder: Path) -> None:

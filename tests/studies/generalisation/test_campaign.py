@@ -6,7 +6,14 @@ from pathlib import Path
 import pytest
 
 from orchestrator.scenario.extension import read
-from studies.generalisation.campaign import AS_TRAINED, EXPERIMENT, TRAINED, Row, with_campaign
+from studies.generalisation.campaign import (
+    AS_TRAINED,
+    EXPERIMENT,
+    TRAINED,
+    Row,
+    different,
+    with_campaign,
+)
 from studies.generalisation.page import page
 from studies.generalisation.report import RED_LIGHT, read_campaign
 from studies.generalisation.runs import SUFFIX, Run
@@ -65,9 +72,27 @@ def test_runs_of_the_campaign_take_the_place_of_those_as_trained(tmp_path: Path)
         replace(ROW, min_gap_m=1.9),
     ],
 )
-def test_a_run_that_came_out_differently_is_refused(tmp_path: Path, other: Row) -> None:
-    with pytest.raises(ValueError, match="`bev-32`, seed 101, came out differently in `collision"):
-        with_campaign(campaign(tmp_path, other), [OWN])
+def test_a_policy_that_came_out_differently_keeps_its_own_runs(tmp_path: Path, other: Row) -> None:
+    """Neither its runs of the campaign count nor others of it; another policy's do."""
+    expert = replace(ROW, policy="expert", compression=None)
+    campaign(tmp_path, replace(other, seed=100), replace(other, seed=102), other, expert)
+    later, earlier = replace(OWN, seed=102), replace(OWN, seed=101)
+    runs = [later, earlier, replace(OWN, policy="expert", trained=False)]
+    assert different(tmp_path, runs) == {"bev-32": 101}
+    found = with_campaign(tmp_path, runs)
+    assert found == [later, earlier, expert.run]
+    records.write(tmp_path / f"{RED_LIGHT}{SUFFIX}", records.rows(runs))
+    assert [(row.policy, row.runs) for row in read_campaign(tmp_path)] == [
+        ("bev-32", 2),
+        ("expert", 1),
+    ]
+    text = page(tmp_path, "results", None)
+    assert "equal, but for `bev-32` (seed 101): the campaign ran other code" in text
+
+
+def test_a_variation_is_not_what_the_campaign_ran(tmp_path: Path) -> None:
+    campaign(tmp_path, replace(ROW, collision=True))
+    assert different(tmp_path, [replace(OWN, variation="truck")]) == {}
 
 
 def test_without_the_campaign_the_runs_are_those_of_the_study(tmp_path: Path) -> None:
@@ -83,6 +108,7 @@ def test_the_page_says_whose_runs_they_are(tmp_path: Path) -> None:
     text = page(tmp_path, "results", None)
     assert "| bev-32 | red light | as trained | 0.00 [0.00, 0.95] | < 1 | met |" in text
     assert "are those of its experiment `collision_policies`" in text
+    assert "it came out\nequal.\n" in text
 
 
 def test_both_experiments_are_the_same_scene_without_losses() -> None:
