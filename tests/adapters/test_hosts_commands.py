@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+import zenoh
 
 from orchestrator.cli import main
 from orchestrator.errors import ScenarioError
@@ -189,6 +190,21 @@ def test_an_address_of_another_machine_is_named_at_its_line(
     where = f"{site.hosts}:2:23: hosts.partner.endpoint: cannot listen there"
     advice = "write an address that this machine has"
     assert text.splitlines()[-1] == f"{where}: Cannot assign requested address; {advice}"
+
+
+def test_what_the_system_has_not_said_is_what_zenoh_says(
+    site: Site, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without the places in its sources."""
+
+    def lobby(*_: object) -> None:
+        raise zenoh.ZError("No certificate chain found at /registry/src/zenoh-link-tls/utils.rs:87")
+
+    monkeypatch.setattr("adapters.zenoh.network.ZenohLobby", lobby)
+    code, text = said(capsys, "serve", site.scenario, "far")
+    assert code == 2
+    where = f"{site.hosts}:2:23: hosts.partner.endpoint: cannot listen there"
+    assert text.splitlines()[-1] == f"{where}: No certificate chain found"
 
 
 def test_a_limit_of_a_component_on_a_host_takes_no_process(site: Site) -> None:
