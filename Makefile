@@ -160,7 +160,7 @@ apmm: .venv-apmm/installed  ## whom to ask: how good the match is in traffic, an
 	.venv-apmm/bin/python -m studies.sharing docs/apmm-study.md docs/results docs/results/apmm-analysis.md
 
 costs: .venv-costs/installed  ## what the experiments of the studies cost, and docs/study-costs.md
-	.venv-costs/bin/python -m studies.costs docs/study-costs.md docs/results
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-costs/bin/python -m studies.costs docs/study-costs.md docs/results
 
 paper-oracle: .venv-paper/installed  ## how much of the oracle's lead is luck, for the page of the relay study
 	$(foreach name,$(ORACLE),$(call run_study,relay,$(name)))
