@@ -137,8 +137,7 @@ class Message(NamedTuple):
 
     def reply(self, kind: Kind, document: Mapping[str, Any]) -> "Message":
         """A reply to this command."""
-        _, epoch, sequence, _, _, _ = self
-        return Message(kind, epoch, sequence, 0, 0, document)
+        return Message(kind, self.epoch, self.sequence, document=document)
 
 
 def generator_to_document(rng: np.random.Generator) -> dict[str, Any]:
