@@ -70,8 +70,10 @@ class Collection:
             "sources": _sources(),
         }
         text = json.dumps(what, sort_keys=True, ensure_ascii=False)
-        where = str(scenario.path.parent.resolve())  # wherever the scenarios are
-        return hashlib.sha256(text.replace(where, ".").encode()).hexdigest()
+        # wherever the scenarios are, and the FMUs that come with them
+        for where, name in ((scenario.path.parent.resolve(), "."), (_ROOT, "nlosim")):
+            text = text.replace(str(where), name)
+        return hashlib.sha256(text.encode()).hexdigest()
 
     def find(self, key: str) -> Stored | None:
         """The run with this key, if there is one."""

@@ -4,7 +4,7 @@ import logging
 import math
 import sys
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -197,10 +197,25 @@ class Rounds:
 
     def _teach(self, add: Callable[[Iterable[RecordedRun]], None], phase: Phase) -> None:
         try:
-            add(self._rollouts.recorded(phase))
+            add(self._watched(phase))
         except (ValueError, OSError) as error:
             what = f"samples of the phase `{phase.name}` cannot be learned from: {error}"
             raise LearningError(what) from error
+
+    def _watched(self, phase: Phase) -> Iterator[RecordedRun]:
+        """The runs of a phase as they are taken in, which takes minutes where they are many."""
+        bar = tqdm(
+            self._rollouts.recorded(phase),
+            total=len(phase.seeds),
+            desc=f"taking in {phase.name}",
+            file=sys.stderr,
+            unit=" runs",
+            leave=False,
+            disable=not self._options.progress,
+        )
+        for run in bar:
+            self._options.check()
+            yield run
 
     def _restore(self, learner: Learner, number: int, epoch: int) -> None:
         try:

@@ -36,13 +36,33 @@ class Patches:
     Attributes:
         x, y: of the places in the sensor's frame [m], shape (place,).
         z: over the ground [m], the middle of the highest layer there, shape (place,).
-        image: 0 or 1, float32, shape (place, INPUTS): channels, rows along the heading, columns.
+        rows, columns: of the first cells of their images, shape (place,).
+        windows: the image at every cell, a view, shape (channel, row, column, WINDOW, WINDOW).
     """
 
     x: Array
     y: Array
     z: Array
-    image: Array
+    rows: Array
+    columns: Array
+    windows: Array
+
+    @property
+    def image(self) -> Array:
+        """The images of all places, shape (place, INPUTS); see `images`."""
+        return self.images(np.arange(len(self.rows)))
+
+    def images(self, which: Array) -> Array:
+        """The images of these places.
+
+        Args:
+            which: indices, shape (n,).
+
+        Returns:
+            0 or 1, float32, shape (n, INPUTS): channels, rows along the heading, columns.
+        """
+        found = self.windows[:, self.rows[which], self.columns[which]]
+        return found.swapaxes(0, 1).reshape(len(which), INPUTS)
 
 
 class History:
@@ -99,14 +119,14 @@ def patches(stack: Stack, others: Sequence[Stack] = ()) -> Patches:
             place = row // _BLOCK, column // _BLOCK
             blocks[place] = np.maximum(blocks[place], 1 + layer)  # of two cells the last: the upper
     rows, columns = np.nonzero(blocks)
-    windows = sliding_window_view(grid, (WINDOW, WINDOW), axis=(1, 2))
-    image = windows[:, rows * _BLOCK, columns * _BLOCK]  # (channel, place, row, column)
     side = _BLOCK * CELL
     return Patches(
         x=(rows - _BLOCKS // 2 + 0.5) * side,
         y=(columns - _BLOCKS // 2 + 0.5) * side,
         z=np.asarray(_MIDDLES)[blocks[rows, columns]],
-        image=image.swapaxes(0, 1).reshape(len(rows), INPUTS),
+        rows=rows * _BLOCK,
+        columns=columns * _BLOCK,
+        windows=sliding_window_view(grid, (WINDOW, WINDOW), axis=(1, 2)),
     )
 
 

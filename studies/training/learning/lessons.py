@@ -226,7 +226,7 @@ def _keypoints(
     order = order[first_of_each(found, order, architecture.spacing)][: architecture.keypoints]
     rows = np.zeros(architecture.keypoints, KEYPOINT)
     chosen = rows[: len(order)]
-    chosen["image"] = np.packbits(found.image[order].astype(np.bool_), axis=1)
+    chosen["image"] = np.packbits(found.images(order).astype(np.bool_), axis=1)
     chosen["place"] = place(found)[order]
     chosen["at"] = np.stack([found.x, found.y, found.z], axis=1)[order]
     chosen["vehicle"], chosen["moving"] = vehicle[order], moving[order]
@@ -242,15 +242,18 @@ def _truth(found: Patches, scan: Scan, bodies: Array) -> tuple[Array, Array]:
     number = np.full(len(x), NO_VEHICLE)
     velocity = np.zeros((len(x), 2))
     offset = bodies["place"][:, :2] - (scan.frame.x, scan.frame.y)
-    near = np.abs(offset).max(axis=1) < _REACH
-    for body in bodies[near & (bodies["number"] != scan.vehicle)]:
-        center_x, center_y, heading = body["place"].tolist()
-        length, width = body["size"].tolist()
-        reach = 0.5 * (length + width) + _EDGE
-        rows = np.flatnonzero((np.abs(x - center_x) < reach) & (np.abs(y - center_y) < reach))
+    near = bodies[(np.abs(offset).max(axis=1) < _REACH) & (bodies["number"] != scan.vehicle)]
+    center, size = near["place"].astype(np.float64), near["size"].astype(np.float64)
+    reach = 0.5 * size.sum(axis=1, keepdims=True) + _EDGE
+    close = np.abs(x - center[:, :1]) < reach
+    close &= np.abs(y - center[:, 1:2]) < reach
+    for k in np.flatnonzero(close.any(axis=1)):
+        rows = np.flatnonzero(close[k])
+        center_x, center_y, heading = center[k].tolist()
+        length, width = size[k].tolist()
         ahead, left = turned(x[rows] - center_x, y[rows] - center_y, -heading)
         inside = (np.abs(ahead) < 0.5 * length + _EDGE) & (np.abs(left) < 0.5 * width + _EDGE)
-        number[rows[inside]] = body["number"]
-        velocity_x, velocity_y = body["velocity"]
+        number[rows[inside]] = near["number"][k]
+        velocity_x, velocity_y = near["velocity"][k]
         velocity[rows[inside]] = turned(velocity_x, velocity_y, -scan.frame.heading)
     return number, velocity

@@ -53,6 +53,15 @@ checkpoint: toy.safetensors
 """
 
 
+DRIVE = """\
+schema: 1
+title: A speed goes by
+time: {stop: 1 s}
+components:
+  drive: {type: table-source, step: 1 s, parameters: {file: drive.csv}}
+"""
+
+
 @pytest.fixture
 def several(laboratory: Laboratory) -> Laboratory:
     laboratory.file.write_text(SEVERAL)
@@ -293,6 +302,27 @@ def test_what_a_run_is_known_by(several: Laboratory, change: str) -> None:
         several.change("stop: 1 s", "stop: 2 s", "ball.yaml")
         other = work
     assert collection.key(other) != key
+
+
+def test_where_a_checkout_lies_does_not_matter(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """FMUs that come with it are files with long paths, beside the folder of the scenario."""
+
+    def key(place: str, content: str) -> str:
+        root = tmp_path / place
+        (root / "scenarios").mkdir(parents=True, exist_ok=True)
+        scenario = root / "scenarios" / "drive.yaml"
+        scenario.write_text(DRIVE)
+        scenario.with_name("drive.csv").write_text("time [s], speed\n0, 36\n")
+        files = {"lidar": {str(root / "fmus" / "lidar.fmu"): content}}
+        monkeypatch.setattr("studies.training.collection.digests", lambda _: files)
+        monkeypatch.setattr("studies.training.collection._ROOT", root)
+        monkeypatch.setattr("studies.training.collection._sources", lambda: "the same")
+        work = Work(scenario=str(scenario), overrides=(), keep=None, scratch=None)
+        return Collection(tmp_path).key(work)
+
+    assert key("one", "a") == key("two", "a") != key("two", "b")
 
 
 def test_a_damaged_collection_is_driven_anew(several: Laboratory) -> None:

@@ -3,7 +3,7 @@
 import contextlib
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,9 @@ from orchestrator.campaign.journal import ResumeError
 from orchestrator.cli.interruption import stopping
 from orchestrator.recording.reader import Recording
 from studies.training.journal import ENTRIES, Entry, Epoch, Journal, Run
-from studies.training.learner import EpochResult
+from studies.training.learner import EpochResult, RecordedRun
+from studies.training.plan import Phase
+from studies.training.rollouts import Rollouts
 from studies.training.rounds import LearningError
 from tests.interruptions import InterruptedDestructor, record_ignored
 from tests.studies.training.conftest import Laboratory
@@ -87,6 +89,33 @@ def test_an_interruption_that_falls_into_a_destructor_is_not_lost(
         laboratory.train(check=stop.check)
     assert ignored == [KeyboardInterrupt]
     assert [isinstance(each, kind) for each in added].index(True) == len(added) - 1
+
+
+def test_taking_in_runs_can_be_interrupted(
+    laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Between two runs; what was taken in is taken in again, and the network is the same."""
+    laboratory.train("whole")
+    expected = laboratory.checkpoint
+    taken = 0
+    original = Rollouts.recorded
+
+    def recorded(self: Rollouts, phase: Phase) -> Iterator[RecordedRun]:
+        nonlocal taken
+        for run in original(self, phase):
+            taken += 1
+            yield run
+
+    def check() -> None:
+        if taken == 3:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Rollouts, "recorded", recorded)
+    with pytest.raises(Interrupted):
+        laboratory.train("parts", check=check)
+    assert taken == 3
+    laboratory.train("parts", resume=True)
+    assert laboratory.checkpoint == expected
 
 
 def test_a_sudden_end_amid_a_line_costs_that_line_only(laboratory: Laboratory) -> None:
