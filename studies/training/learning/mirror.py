@@ -25,11 +25,13 @@ def mirrored(batch: Batch, which: Tensor) -> Batch:
     """
     sign = torch.where(which, -1.0, 1.0)[:, None]  # (batch, 1)
     seen = batch.seen
+    image = seen.image.clone()
+    image[which] = _swapped(image[which])
     return replace(
         batch,
         seen=replace(
             seen,
-            image=torch.where(which[:, None, None], _swapped(seen.image), seen.image),
+            image=image,
             place=_signed(seen.place, 1, sign),
             turn=seen.turn * sign,
             geometry=_signed(seen.geometry, 1, sign),
