@@ -10,7 +10,7 @@ from orchestrator.intervals import Estimate
 from studies.generalisation.campaign import EXPERIMENT as CAMPAIGN
 from studies.generalisation.published import COOPERNAUT, MODELS
 from studies.generalisation.report import PROVENANCE, TABLE, left_out, read_campaign
-from studies.generalisation.runs import ENCOUNTERS, PREFIX, SUFFIX
+from studies.generalisation.runs import ENCOUNTERS, GENERAL, PREFIX, SUFFIX
 from studies.generalisation.statistics import Result
 from studies.method import records
 from studies.method.origin import Origin
@@ -214,12 +214,16 @@ def _estimate(row: dict[str, str], name: str) -> Estimate | None:
 
 
 def _made(folder: Path, link: str) -> Iterator[str]:
-    for name, shown in ENCOUNTERS.items():
-        experiment = f"{PREFIX}{name}"
+    experiments = [
+        (f"{PREFIX}{name}{end}", f"{shown.capitalize()}{whose}")
+        for name, shown in ENCOUNTERS.items()
+        for end, whose in (("", ""), (GENERAL, ", networks of several encounters"))
+    ]
+    for experiment, shown in experiments:
         path = folder / f"{experiment}{PROVENANCE}"
         if path.is_file():
             origin = records.read_json(path, Origin)
-            yield f"### {shown.capitalize()}"
+            yield f"### {shown}"
             yield made(origin, f"{link}/{experiment}{SUFFIX}")
     path = folder / f"{CAMPAIGN}{PROVENANCE}"
     if path.is_file():

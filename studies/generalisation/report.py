@@ -23,6 +23,7 @@ from orchestrator.recording.layout import write_json
 from studies.generalisation.campaign import different, with_campaign
 from studies.generalisation.runs import (
     ENCOUNTERS,
+    GENERAL,
     METRICS,
     POLICY,
     PREFIX,
@@ -95,7 +96,11 @@ def read_campaign(folder: Path) -> list[Result]:
 
 
 def _runs(folder: Path, name: str) -> list[Run]:
+    """The runs of an experiment, of the campaign and of networks of several encounters."""
     runs = records.read(folder / f"{name}{SUFFIX}", Run)
+    general = folder / f"{name}{GENERAL}{SUFFIX}"
+    if general.is_file():
+        runs += records.read(general, Run)
     return with_campaign(folder, runs) if name == RED_LIGHT else runs
 
 
@@ -120,7 +125,7 @@ def write_campaign(folder: Path) -> None:
 
 
 def _of(name: str, runs: Sequence[Run]) -> list[Result]:
-    rest = name.removeprefix(PREFIX)
+    rest = name.removeprefix(PREFIX).removesuffix(GENERAL)
     return results(ENCOUNTERS.get(rest, rest), runs)
 
 

@@ -19,6 +19,9 @@ PREFIX: Final = "generalisation_"
 SUFFIX: Final = "_runs.csv"
 """The end of the name of the file of runs, after that of the experiment."""
 
+GENERAL: Final = "_general"
+"""The end of the name of an experiment file whose policies are networks of several encounters."""
+
 ENCOUNTERS: Final[Mapping[str, str]] = {
     "red_light": "red light",
     "left_turn": "left turn",

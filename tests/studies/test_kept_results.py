@@ -21,18 +21,22 @@ from orchestrator.experiment.plan import Experiment
 from orchestrator.run import run_scenario
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.extension import read
+from studies.generalisation.runs import GENERAL
 
 ROOT = Path(__file__).parents[2]
 RELAY = "studies/relay/experiments/paper_relay.yaml", "relay_runs.csv"
 DRIVING = "studies/collision/experiments/collision_policies.yaml", "collision_policies_runs.csv"
+ENCOUNTERS = ("red_light", "left_turn", "pedestrian", "platoon")
+"""Those in which networks drive."""
 GENERALISATION = {
-    encounter: (
-        f"studies/generalisation/experiments/generalisation_{encounter}.yaml",
-        f"generalisation_{encounter}_runs.csv",
+    f"{encounter}{end}": (
+        f"studies/generalisation/experiments/generalisation_{encounter}{end}.yaml",
+        f"generalisation_{encounter}{end}_runs.csv",
     )
-    for encounter in ("red_light", "left_turn", "pedestrian", "platoon")
+    for encounter in ENCOUNTERS
+    for end in ("", GENERAL)
 }
-"""By encounter, of those in which networks drive."""
+"""By encounter; the networks of several encounters have experiments of their own."""
 POINT_TRANSFORMER = "studies/collision/experiments/point_transformer.yaml"
 _NOT_RESULTS = {"seed", "wall_s", "error"}
 
@@ -61,6 +65,11 @@ TRAINED = {
     "bev-32": Kept(DRIVING, {"policy": "cooperative-32"}, 110),
     "blind": Kept(DRIVING, {"policy": "blind"}, 112),
     "early-fusion": Kept(DRIVING, {"policy": "early-fusion"}, 113),
+    "general-32": Kept(
+        GENERALISATION[f"red_light{GENERAL}"],
+        {"policy": "general-32", "variation": "as trained"},
+        114,
+    ),
 }
 """Of every network that comes with the package a run in the scene that it was trained in."""
 
@@ -161,8 +170,10 @@ def test_every_network_that_ships_drives_here_where_it_was_trained_and_elsewhere
 
 def test_every_network_that_ships_is_in_the_table() -> None:
     """Whoever ships one says how it drives in every encounter."""
-    for study in GENERALISATION.values():
-        assert {*shipped()} <= read(ROOT / study[0]).data["factors"]["policy"].keys()
+    for encounter in ENCOUNTERS:
+        studies = [GENERALISATION[f"{encounter}{end}"] for end in ("", GENERAL)]
+        levels = [read(ROOT / study[0]).data["factors"]["policy"] for study in studies]
+        assert {*shipped()} <= {name for each in levels for name in each}
 
 
 @pytest.mark.slow

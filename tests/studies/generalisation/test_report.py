@@ -9,12 +9,13 @@ import pytest
 from orchestrator.experiment.plan import Combination, Experiment, ReportPlan
 from orchestrator.intervals import Estimate, share
 from orchestrator.scenario.document import Document
-from studies.generalisation import Generalisation
+from orchestrator.scenario.extension import read
+from studies.generalisation import Generalisation, statistics
 from studies.generalisation.__main__ import main
 from studies.generalisation.page import page, verdict
 from studies.generalisation.published import COOPERNAUT, MODELS
 from studies.generalisation.report import read_campaign, write_campaign
-from studies.generalisation.runs import METRICS
+from studies.generalisation.runs import GENERAL, METRICS
 from studies.generalisation.statistics import Result
 from studies.method import records
 from tests.studies.results import Levels, check_manual, check_missing, results
@@ -22,6 +23,7 @@ from tests.studies.results import Levels, check_manual, check_missing, results
 POLICIES = ("expert", "blind", "bev-32")
 VARIATIONS = ("as trained", "truck")
 SEEDS = tuple(range(1, 5))
+EXPERIMENTS = Path(statistics.__file__).parent / "experiments"
 
 
 def plan(name: str = "generalisation_red_light", **parameters: Any) -> Experiment:
@@ -110,6 +112,42 @@ def test_the_table_of_all_is_made_of_the_runs(tmp_path: Path) -> None:
     assert [row.encounter for row in table[::6]] == ["red light", "left turn", "overtaking"]
     assert table[0].variation == table[2].variation == "as trained"
     assert [key for key, row in rows.items() if row.trained] == [("bev-32", "as trained")]
+
+
+def test_networks_of_several_encounters_stand_beside_the_others(tmp_path: Path) -> None:
+    """Their runs are of an experiment of their own; their times are weighted by the expert's."""
+    found(tmp_path)
+    general = plan(f"generalisation_red_light{GENERAL}", trained={"truck": ["general-32"]})
+    alone = tuple(Combination({"policy": "general-32", "variation": v}, (), {}) for v in VARIATIONS)
+    made = results(replace(general, combinations=alone), outcome)
+    Generalisation().write(made, tmp_path)
+    rows = [row for row in read_campaign(tmp_path) if row.variation == "truck"]
+    assert [(row.policy, row.trained) for row in rows] == [
+        ("expert", False),
+        ("blind", False),
+        ("bev-32", False),
+        ("general-32", True),
+    ]
+    assert {row.encounter for row in rows} == {"red light"}
+    # It gets through in 12.5 s of seed 1 only, where the expert solves 1 to 3 in 10 s.
+    assert (rows[-1].runs, rows[-1].sct_n) == (4, 3)
+    assert rows[-1].sct is not None
+    assert rows[-1].sct.value == pytest.approx(0.8 / 3)
+    text = page(tmp_path, "results", None)
+    assert "### Red light, networks of several encounters" in text
+    assert f"[every run](results/generalisation_red_light{GENERAL}_runs.csv)" in text
+
+
+@pytest.mark.parametrize("encounter", ["red_light", "left_turn", "pedestrian", "platoon"])
+def test_networks_of_several_encounters_meet_the_same(encounter: str) -> None:
+    """The scenario, what is set, what is measured and the variations are those of the others."""
+    others, general = (
+        read(EXPERIMENTS / f"generalisation_{encounter}{end}.yaml").data for end in ("", GENERAL)
+    )
+    assert general["factors"].pop("policy").keys().isdisjoint(others["factors"].pop("policy"))
+    for each in (others, general):
+        del each["report"]
+    assert general == others
 
 
 @pytest.mark.parametrize(
