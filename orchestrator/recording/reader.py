@@ -152,6 +152,14 @@ class Recording:
     def __contains__(self, name: str) -> bool:
         return name in self._types
 
+    def __iter__(self) -> Iterator[str]:
+        """The names of the recorded signals, as `signals` has them."""
+        return iter(self._types)
+
+    def __len__(self) -> int:
+        """How many signals are recorded."""
+        return len(self._types)
+
     def kind(self, name: str) -> str:
         """The declared type of a recorded signal, e.g. `float64[vehicle, 3]`."""
         return self._types[name].kind

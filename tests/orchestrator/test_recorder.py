@@ -359,6 +359,14 @@ def test_a_recording_is_never_overwritten(tmp_path: Path) -> None:
     assert Recording(tmp_path).manifest["status"] == "done"
 
 
+def test_a_recording_is_gone_through_by_the_names_of_its_signals(tmp_path: Path) -> None:
+    record(tmp_path, {"y": output(), "x": output()}, [{"y": np.array(1.0), "x": np.array(2.0)}])
+    recording = Recording(tmp_path)
+    assert (*recording,) == recording.signals == ("source.x", "source.y")
+    assert len(recording) == 2
+    assert [recording[name].values.tolist() for name in recording] == [[2.0], [1.0]]
+
+
 def test_questions_that_have_no_answer_are_answered_with_what_there_is(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"holds no recording: no `signals/index.json`"):
         Recording(tmp_path)

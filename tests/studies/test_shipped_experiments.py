@@ -17,8 +17,6 @@ WHOLE = [
     path for path in RECIPES if not path.stem.startswith("general_") or path.stem == "general_32"
 ]
 """Those that extend no other one: their scenes are read, which takes seconds."""
-COUNTS = ("expert", "dagger", "validation", "evaluation", "optimisation")
-"""How much is driven and learned."""
 
 
 @pytest.mark.slow
@@ -40,7 +38,6 @@ def test_a_recipe_is_valid(path: Path) -> None:
         ("general_blind", {"network", "checkpoint"}),
         ("general_early_fusion", {"network", "checkpoint"}),
         ("general_32_one_side", {"network", "checkpoint", "encounters", "expert"}),
-        ("general_32_small", {"network", "checkpoint", "encounters", *COUNTS}),
     ],
 )
 def test_networks_are_trained_alike(name: str, differs: set[str]) -> None:
