@@ -31,7 +31,10 @@ EXPERIMENTS: Final[Mapping[str, Sequence[str]]] = {
     "paper-oracle": [f"relay/experiments/relay_{name}" for name in ("fair_oracle", "trajectories")],
     "paper-generalisation": [
         f"generalisation/experiments/generalisation_{name}"
-        for name in ("red_light", "left_turn", "overtaking", "pedestrian", "platoon")
+        for name in (
+            *("red_light", "left_turn", "overtaking", "pedestrian", "platoon"),
+            *("red_light_general", "left_turn_general", "pedestrian_general", "platoon_general"),
+        )
     ],
     "apmm": [
         f"sharing/experiments/sharing_{name}" for name in ("methods", "load", "errors", "egos")
