@@ -96,6 +96,27 @@ def test_every_place_is_taught_what_is_there() -> None:
     assert set(np.round(speeds, 3).tolist()) >= {0.0, SPEED}
 
 
+@pytest.mark.parametrize(("away", "belongs"), [(0.7, True), (0.8, False)])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_place_beside_a_small_body_is_of_it(away: float, axis: int, *, belongs: bool) -> None:
+    """A person, half of whose size is less than the half metre around it, stands before a wall."""
+    first = sample(1)
+    found = known([first], SMALL_WITH_ALL)
+    sensor = first.scans[0].frame
+    rows = found.keypoints[0]
+    wall = rows[rows["present"] & ~rows["vehicle"]][0]
+    at = sensor.to(Frame(x=0.0, y=0.0, heading=0.0), *(wall["at"][k : k + 1] for k in (0, 1)))
+    person = np.zeros(1, BODY)
+    person["number"], person["size"] = 77, (0.5, 0.5)
+    person["place"][0, :2] = [float(each[0]) for each in at]
+    person["place"][0, axis] -= away
+    person["velocity"] = (1.5, 0.0)
+    beside = dataclasses.replace(first, bodies=np.concatenate([first.bodies, person]))
+    taught = known([beside], SMALL_WITH_ALL).keypoints[0]
+    (row,) = taught[taught["present"] & (taught["at"] == wall["at"]).all(axis=1)]
+    assert (bool(row["vehicle"]), bool(row["moving"])) == (belongs, belongs)
+
+
 def test_the_places_of_a_threat_are_marked() -> None:
     """From the moment on in which the expert yields to it."""
     found = known([sample(k) for k in range(1, 9)], SMALL_WITH_ALL)
