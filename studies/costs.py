@@ -17,6 +17,7 @@ from orchestrator.campaign.work import Work, perform
 from orchestrator.experiment.load import load_experiment
 from orchestrator.experiment.plan import Experiment
 from orchestrator.machine import commit
+from studies.generalisation.runs import ADDED, DRIVEN, ENCOUNTERS
 from studies.lasting.scenes import EXPERIMENTS as LASTING
 from studies.method import records
 from studies.method.cost import CORES
@@ -32,8 +33,8 @@ EXPERIMENTS: Final[Mapping[str, Sequence[str]]] = {
     "paper-generalisation": [
         f"generalisation/experiments/generalisation_{name}"
         for name in (
-            *("red_light", "left_turn", "overtaking", "pedestrian", "platoon"),
-            *("red_light_general", "left_turn_general", "pedestrian_general", "platoon_general"),
+            *ENCOUNTERS,
+            *(f"{name}{end}" for end in ADDED for name in DRIVEN),
         )
     ],
     "apmm": [

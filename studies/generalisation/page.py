@@ -10,7 +10,7 @@ from orchestrator.intervals import Estimate
 from studies.generalisation.campaign import EXPERIMENT as CAMPAIGN
 from studies.generalisation.published import COOPERNAUT, MODELS
 from studies.generalisation.report import PROVENANCE, TABLE, left_out, read_campaign
-from studies.generalisation.runs import ENCOUNTERS, GENERAL, PREFIX, SUFFIX
+from studies.generalisation.runs import ADDED, ENCOUNTERS, PREFIX, SUFFIX
 from studies.generalisation.statistics import Result
 from studies.method import records
 from studies.method.origin import Origin
@@ -71,7 +71,10 @@ CAMPAIGN_RUNS: Final = f"{CAMPAIGN}{SUFFIX}"
 LIMITS: Final = {True: 0.01, False: 0.05}
 """Wanted bounds of the collision rate, by whether the network was trained in such scenes."""
 
-NETWORKS: Final = ("blind", "early-fusion", "bev-16", "bev-32", "general-16", "general-32")
+NETWORKS: Final = (
+    *("blind", "early-fusion", "bev-16", "bev-32"),
+    *("general-16", "general-32", "general-32, brake held"),
+)
 """Levels of the factor `policy` that are networks."""
 
 
@@ -214,10 +217,11 @@ def _estimate(row: dict[str, str], name: str) -> Estimate | None:
 
 
 def _made(folder: Path, link: str) -> Iterator[str]:
+    whose = {"": "", **{end: f", {text}" for end, text in ADDED.items()}}
     experiments = [
-        (f"{PREFIX}{name}{end}", f"{shown.capitalize()}{whose}")
-        for name, shown in ENCOUNTERS.items()
-        for end, whose in (("", ""), (GENERAL, ", networks of several encounters"))
+        (f"{PREFIX}{name}{end}", f"{encounter.capitalize()}{text}")
+        for name, encounter in ENCOUNTERS.items()
+        for end, text in whose.items()
     ]
     for experiment, shown in experiments:
         path = folder / f"{experiment}{PROVENANCE}"

@@ -22,8 +22,8 @@ from orchestrator.parameters import ParameterProblem
 from orchestrator.recording.layout import write_json
 from studies.generalisation.campaign import different, with_campaign
 from studies.generalisation.runs import (
+    ADDED,
     ENCOUNTERS,
-    GENERAL,
     METRICS,
     POLICY,
     PREFIX,
@@ -96,11 +96,12 @@ def read_campaign(folder: Path) -> list[Result]:
 
 
 def _runs(folder: Path, name: str) -> list[Run]:
-    """The runs of an experiment, of the campaign and of networks of several encounters."""
+    """The runs of an experiment, of those in files of their own, and of the campaign."""
     runs = records.read(folder / f"{name}{SUFFIX}", Run)
-    general = folder / f"{name}{GENERAL}{SUFFIX}"
-    if general.is_file():
-        runs += records.read(general, Run)
+    for end in ADDED:
+        path = folder / f"{name}{end}{SUFFIX}"
+        if path.is_file():
+            runs += records.read(path, Run)
     return with_campaign(folder, runs) if name == RED_LIGHT else runs
 
 
@@ -125,7 +126,9 @@ def write_campaign(folder: Path) -> None:
 
 
 def _of(name: str, runs: Sequence[Run]) -> list[Result]:
-    rest = name.removeprefix(PREFIX).removesuffix(GENERAL)
+    rest = name.removeprefix(PREFIX)
+    for end in ADDED:
+        rest = rest.removesuffix(end)
     return results(ENCOUNTERS.get(rest, rest), runs)
 
 

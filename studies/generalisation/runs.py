@@ -19,8 +19,11 @@ PREFIX: Final = "generalisation_"
 SUFFIX: Final = "_runs.csv"
 """The end of the name of the file of runs, after that of the experiment."""
 
-GENERAL: Final = "_general"
-"""The end of the name of an experiment file whose policies are networks of several encounters."""
+ADDED: Final[Mapping[str, str]] = {
+    "_general": "networks of several encounters",
+    "_held": "networks of several encounters that keep to their brake",
+}
+"""Whose runs are in experiment files of their own, by the end of their names."""
 
 ENCOUNTERS: Final[Mapping[str, str]] = {
     "red_light": "red light",
@@ -30,6 +33,9 @@ ENCOUNTERS: Final[Mapping[str, str]] = {
     "platoon": "platoon",
 }
 """What encounters are called, by the rest of that name."""
+
+DRIVEN: Final = ("red_light", "left_turn", "pedestrian", "platoon")
+"""Those of them, by that rest, in which networks drive."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

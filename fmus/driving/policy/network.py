@@ -16,6 +16,7 @@ from fmus.driving.network.messages import seen, to_observed
 from fmus.driving.network.plane import Frame
 from fmus.driving.network.sensors import raw_cloud, sensor_encoder
 from fmus.driving.policy.base import DrivingPolicy
+from fmus.driving.policy.brake_hold import BrakeHold
 from fmus.driving.policy.command import Command
 from fmus.driving.policy.connectors import EGO
 from fmus.driving.policy.inputs import Inputs
@@ -148,6 +149,9 @@ class Network(DrivingPolicy):
         maximum_age: float = parameter(
             1.0, unit="s", minimum=0.01, doc="older scans and features of such are not used"
         )
+        brake_hold: float = parameter(
+            0.0, unit="s", minimum=0.0, doc="for how long it keeps to what it braked, at least"
+        )
 
     Parameters: TypeAlias = _Parameters
 
@@ -167,8 +171,10 @@ class Network(DrivingPolicy):
         self._driver = NetworkDriver(
             self._checkpoint, given.cruise_speed, nanoseconds(given.maximum_age)
         )
+        self._brake = BrakeHold(nanoseconds(given.brake_hold))
 
     @override
     def drive(self, inputs: Inputs, now: Time) -> Command:
         accelerate, brake, steer = self._driver.command(inputs, now).tolist()
-        return Command(accelerate=accelerate, brake=brake, steer=steer)
+        command = Command(accelerate=accelerate, brake=brake, steer=steer)
+        return self._brake.held(command, now)

@@ -15,7 +15,7 @@ from studies.generalisation.__main__ import main
 from studies.generalisation.page import page, verdict
 from studies.generalisation.published import COOPERNAUT, MODELS
 from studies.generalisation.report import read_campaign, write_campaign
-from studies.generalisation.runs import GENERAL, METRICS
+from studies.generalisation.runs import ADDED, DRIVEN, METRICS
 from studies.generalisation.statistics import Result
 from studies.method import records
 from tests.studies.results import Levels, check_manual, check_missing, results
@@ -114,10 +114,13 @@ def test_the_table_of_all_is_made_of_the_runs(tmp_path: Path) -> None:
     assert [key for key, row in rows.items() if row.trained] == [("bev-32", "as trained")]
 
 
-def test_networks_of_several_encounters_stand_beside_the_others(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("end", "whose"), ADDED.items())
+def test_networks_of_several_encounters_stand_beside_the_others(
+    tmp_path: Path, end: str, whose: str
+) -> None:
     """Their runs are of an experiment of their own; their times are weighted by the expert's."""
     found(tmp_path)
-    general = plan(f"generalisation_red_light{GENERAL}", trained={"truck": ["general-32"]})
+    general = plan(f"generalisation_red_light{end}", trained={"truck": ["general-32"]})
     alone = tuple(Combination({"policy": "general-32", "variation": v}, (), {}) for v in VARIATIONS)
     made = results(replace(general, combinations=alone), outcome)
     Generalisation().write(made, tmp_path)
@@ -134,15 +137,16 @@ def test_networks_of_several_encounters_stand_beside_the_others(tmp_path: Path) 
     assert rows[-1].sct is not None
     assert rows[-1].sct.value == pytest.approx(0.8 / 3)
     text = page(tmp_path, "results", None)
-    assert "### Red light, networks of several encounters" in text
-    assert f"[every run](results/generalisation_red_light{GENERAL}_runs.csv)" in text
+    assert f"### Red light, {whose}\n" in text
+    assert f"[every run](results/generalisation_red_light{end}_runs.csv)" in text
 
 
-@pytest.mark.parametrize("encounter", ["red_light", "left_turn", "pedestrian", "platoon"])
-def test_networks_of_several_encounters_meet_the_same(encounter: str) -> None:
+@pytest.mark.parametrize("added", ADDED)
+@pytest.mark.parametrize("encounter", DRIVEN)
+def test_networks_of_several_encounters_meet_the_same(encounter: str, added: str) -> None:
     """The scenario, what is set, what is measured and the variations are those of the others."""
     others, general = (
-        read(EXPERIMENTS / f"generalisation_{encounter}{end}.yaml").data for end in ("", GENERAL)
+        read(EXPERIMENTS / f"generalisation_{encounter}{end}.yaml").data for end in ("", added)
     )
     assert general["factors"].pop("policy").keys().isdisjoint(others["factors"].pop("policy"))
     for each in (others, general):
