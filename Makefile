@@ -19,7 +19,7 @@ EXTRAS_train = train
 EXTRAS_mutation = mutation
 
 # what a new installation is needed for: dependencies, entry points, and what the FMUs are made of
-INSTALLED_FROM := pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -name 'undriven.py' -o -name 'caution.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py' -o -path 'fmus/messages/bodies.py') orchestrator/plan/engine.c orchestrator/recording/planes.c
+INSTALLED_FROM := pyproject.toml hatch_build.py $(shell find fmus -name '*.[ch]' -o -name 'interface.py' -o -name 'undriven.py' -o -name 'caution.py' -o -path 'fmus/native/*.py' -o -path 'fmus/messages/records.py' -o -path 'fmus/messages/bodies.py') orchestrator/plan/engine.c orchestrator/recording/planes.c adapters/sumo/headless/absent.c
 
 .PHONY: help demo test test-slow docs bench paper paper-relay paper-collision paper-point-transformer paper-generalisation paper-lasting paper-readings paper-sensitivity train general verify verify-perception net release clean apmm verify-faults verify-reliability verify-mutation paper-oracle costs figures release-again audit dependencies
 

@@ -1,4 +1,4 @@
-"""Build hook: FMUs and their engine are compiled when a wheel or an editable install is made.
+"""Build hook: FMUs and other libraries are compiled when a wheel or an editable install is made.
 
 It needs what `build-system.requires` names, nothing installed before. A source distribution
 carries the C sources instead. FMUs that are up to date are kept.
@@ -28,13 +28,13 @@ class FmuBuildHook(BuildHookInterface[Any]):
         sys.path.insert(0, str(root))
         try:
             from fmus.native.build import build_fmu  # noqa: PLC0415
-            from fmus.native.engine import build_engine  # noqa: PLC0415
+            from fmus.native.libraries import build_libraries  # noqa: PLC0415
             from fmus.native.targets import select_targets  # noqa: PLC0415
             from fmus.native.unit import UNITS, load_unit  # noqa: PLC0415
 
             usual = "host" if version == "editable" else "all"
             targets = select_targets(os.environ.get("NLOSIM_FMU_TARGETS", usual).split(","))
-            for library, seconds in build_engine(targets):
+            for library, seconds in build_libraries(targets):
                 self.app.display_info(f"{library.relative_to(root)}: built in {seconds:.1f} s")
             for name in UNITS:
                 unit = load_unit(name)

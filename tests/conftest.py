@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from adapters.sumo.headless import stand_in
 from fmus.native.build import build_fmu
 from fmus.native.targets import select_targets
 from fmus.native.unit import load_unit
@@ -28,6 +29,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Files with slow tests first, so that the last one to be taken is short."""
     slow = {item.path for item in items if item.get_closest_marker("slow")}
     items.sort(key=lambda item: item.path not in slow)
+
+
+stand_in()  # for tests that import libsumo themselves
 
 
 @pytest.fixture(scope="session")

@@ -22,6 +22,7 @@ from typing import Any, ClassVar, Final, Literal
 from typing_extensions import override
 
 from adapters.sumo.errors import SumoError
+from adapters.sumo.headless import import_libsumo, with_stand_ins
 from adapters.sumo.watching import Getters, Subscriptions, Watch
 from orchestrator.timebase import NANOSECONDS_PER_SECOND, Duration, seconds
 
@@ -200,7 +201,10 @@ def start(program: Program, options: Sequence[str]) -> Connection:
     extra = ["--start", "true", "--quit-on-end", "true"] if program == "sumo-gui" else []
     port = int(traci.getFreeSocketPort())
     command = [path, *options, *extra, "--remote-port", str(port), "--num-clients", "1"]
-    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+    environment = with_stand_ins(os.environ) if program == "sumo" else None
+    process = subprocess.Popen(
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, env=environment
+    )
     try:
         connection = _reach(traci, "localhost", port, process)
     except BaseException:
@@ -248,8 +252,7 @@ def _libsumo() -> Any:
     """
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
-        import libsumo  # noqa: PLC0415 - heavy
-
+        libsumo = import_libsumo()
     if printed.getvalue():
         logger.debug("libsumo: %s", " ".join(printed.getvalue().split()))
     return libsumo

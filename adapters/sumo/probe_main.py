@@ -9,6 +9,9 @@ import os
 import sys
 from pathlib import Path
 
+from adapters.sumo.errors import SumoError
+from adapters.sumo.headless import import_libsumo
+
 
 def main(result: Path, options: list[str]) -> None:
     """Open a scene and simulate one step.
@@ -18,14 +21,18 @@ def main(result: Path, options: list[str]) -> None:
         options: of SUMO.
     """
     os.dup2(2, 1)  # both SUMO and the import of libsumo print
-    import libsumo  # noqa: PLC0415 - only now it may print
 
     def note(stage: str, error: str | None = None) -> None:
         result.write_text(json.dumps({"stage": stage, "error": error}), encoding="utf-8")
 
     stage = "loading"
+    note(stage)
     try:
-        note(stage)
+        libsumo = import_libsumo()
+    except SumoError as error:
+        note(stage, str(error))
+        return
+    try:
         libsumo.start(["sumo", *options])
         stage = "stepping"
         note(stage)

@@ -20,7 +20,7 @@ from typing_extensions import override
 
 from fmus.native import archive
 from fmus.native.check import InterfaceError, check_interface
-from fmus.native.engine import build_engine
+from fmus.native.libraries import build_libraries
 from fmus.native.targets import (
     COMMON_FLAGS,
     ZIG_FLAGS,
@@ -150,7 +150,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "unit",
         nargs="*",
         default=UNITS,
-        help=f"{', '.join(UNITS)} (default: these and the engine that steps FMUs), or a "
+        help=f"{', '.join(UNITS)} (default: these and the libraries that are no FMUs), or a "
         "folder with an interface.py",
     )
     parser.add_argument(
@@ -178,7 +178,7 @@ def build_units(options: argparse.Namespace) -> Iterator[Built]:
     cc = shlex.split(options.cc)
     targets = select_targets(options.target or (["host"] if cc else ["all"]))
     if options.unit is UNITS and options.folder is None:
-        for library, seconds in build_engine(targets, cc=cc, force=options.force):
+        for library, seconds in build_libraries(targets, cc=cc, force=options.force):
             yield Built(path=library, seconds=seconds, is_new=True)
     for name in options.unit:
         unit = load_unit(name)

@@ -164,6 +164,7 @@ def compile_library(
     include: Sequence[Path],
     system_include: Path,
     library: Path,
+    flags: Sequence[str] = (),
     cc: Sequence[str] = (),
 ) -> None:
     """Compile C files into a shared library.
@@ -174,6 +175,7 @@ def compile_library(
         include: folders of their headers; their names do not get into the library.
         system_include: the folder of the FMI headers.
         library: the file to be made; its folder exists.
+        flags: for the compiler, besides those of the platform.
         cc: a compiler for the host instead of Zig's.
 
     Raises:
@@ -183,7 +185,7 @@ def compile_library(
     command += [flag for folder in include for flag in ("-I", str(folder))]
     command += ["-isystem", str(system_include)]
     command += [f"-ffile-prefix-map={folder}=." for folder in include]
-    command += [*map(str, sources), "-o", str(library)]
+    command += [*flags, *map(str, sources), "-o", str(library)]
     command += [flag.format(file=library.name) for flag in target.flags]
     answer = subprocess.run(
         command, capture_output=True, text=True, check=False, env=zig_environment()

@@ -15,8 +15,9 @@ from adapters.sumo.files import FileKind, read_scene
 from tests.adapters.scene import ASSETS, NET, Folder, said
 
 TEMPLATE = """
-import libsumo, sys
-libsumo.start(["sumo", "--save-template", sys.argv[1], "--save-commented"])
+import sys
+from adapters.sumo.headless import import_libsumo
+import_libsumo().start(["sumo", "--save-template", sys.argv[1], "--save-commented"])
 """
 OPTION = re.compile(
     r'^ +<([\w.-]+)(?: value="[^"]*"(?: synonymes="([^"]*)")?(?: deprecated="[^"]*")?'

@@ -45,7 +45,8 @@ CROWD = """
 REFERENCE = """
 import json, os, sys
 os.dup2(2, 1)
-import libsumo
+from adapters.sumo.headless import import_libsumo
+libsumo = import_libsumo()
 out, config, seed, *more = sys.argv[1:]
 libsumo.start(["sumo", "-c", config, "--seed", seed, "--step-length", "0.1", *more])
 seen = []

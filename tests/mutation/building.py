@@ -13,8 +13,9 @@ from tests.mutation.areas import unit_of
 from tests.mutation.trial import environment
 
 _ENGINE: Final = (
-    "from fmus.native.engine import build_engine; from fmus.native.targets import select_targets; "
-    "build_engine(select_targets(['host']), force=True)"
+    "from fmus.native.libraries import build_libraries; "
+    "from fmus.native.targets import select_targets; "
+    "build_libraries(select_targets(['host']), force=True)"
 )
 
 

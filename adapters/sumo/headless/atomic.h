@@ -1,0 +1,1 @@
+/* libsumo refers to no function of libatomic.so.1. */
