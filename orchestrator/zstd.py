@@ -40,7 +40,8 @@ class Compressor:
 
     def frame(self, content: "Buffer | np.ndarray[Any, Any]") -> bytes:
         """A frame with `content`, bytes or an array of any shape in C order."""
-        return self._compressor.compress(cast("Buffer", content), _AT_ONCE)
+        data: Any = content  # before Python 3.12 the types do not say that an array is a buffer
+        return self._compressor.compress(data, _AT_ONCE)
 
 
 def decompressed(frame: bytes, most: int = sys.maxsize - 1) -> bytes:

@@ -23,8 +23,10 @@ from fmus.native.targets import (
 from fmus.native.unit import fmi_headers, source_text
 
 _ROOT: Final = Path(__file__).parents[2]
-_ENGINE: Final = _ROOT / "orchestrator" / "plan"
-_SOURCES: Final = (_ENGINE / "engine.c", _ENGINE.parent / "recording" / "planes.c")
+ENGINE_FOLDER: Final = _ROOT / "orchestrator" / "plan"
+"""The folder of the sources of the engine, and of what is made of them."""
+
+_SOURCES: Final = (ENGINE_FOLDER / "engine.c", ENGINE_FOLDER.parent / "recording" / "planes.c")
 _HEADERS: Final = ("bytes.h", "grid.h", "mixing.h", "numbers.h")
 _HEADLESS: Final = _ROOT / "adapters" / "sumo" / "headless"
 _STAND_INS: Final[Mapping[str, str]] = {
@@ -59,9 +61,9 @@ class Library:
 def libraries(target: Target) -> Iterator[Library]:
     """What is built for a platform, the engine first; stand-ins are for Linux."""
     yield Library(
-        path=_ENGINE / f"engine-{target.platform}{target.suffix}",
+        path=ENGINE_FOLDER / f"engine-{target.platform}{target.suffix}",
         sources=_SOURCES,
-        headers=tuple(map(_ENGINE.joinpath, _HEADERS)),
+        headers=tuple(map(ENGINE_FOLDER.joinpath, _HEADERS)),
     )
     if not target.platform.endswith("-linux"):
         return

@@ -14,7 +14,7 @@ from pathlib import Path
 from time import monotonic
 from typing import Final
 
-from fmus.native import engine
+from fmus.native.libraries import ENGINE_FOLDER
 from fmus.native.unit import UNITS
 from tests.reliability.area import Outcome, of_cases
 from tests.reliability.episodes.calls import Table
@@ -147,7 +147,7 @@ def unit_player(unit: str, folder: Path) -> Player:
 def engine_player(name: str, folder: Path) -> Player:
     """Who plays episodes of the engine that steps FMUs, built in `folder`."""
     source = Path(__file__).parent / "episodes" / "engine_player.c"
-    return Player(name, build_alone(source, [engine.FOLDER], folder), _plan)
+    return Player(name, build_alone(source, [ENGINE_FOLDER], folder), _plan)
 
 
 def _plan(seed: int, case: int) -> bytes:
