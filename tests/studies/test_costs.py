@@ -76,6 +76,7 @@ def cost(experiment: str, seconds: float) -> Cost:
         cpu_least_s=1.0,
         cpu_most_s=9.0,
         commit="abc",
+        processor="fast",
     )
 
 
@@ -89,6 +90,23 @@ def test_the_page_has_all_experiments_and_their_sum(tmp_path: Path) -> None:
     assert "| `make apmm` | sharing_load | 2 | 12.0 (1.0 to 9.0) | 600 | 1.00 |" in text
     assert "| `make apmm` | sharing_egos | 0 | - | - | - |" in text
     assert "| all |  | 4 |  | 1200 | 1.50 |" in text
+    assert "different processors" not in text
+
+
+def test_the_page_names_the_processors_if_there_are_several(tmp_path: Path) -> None:
+    rows = [cost("relay_ahead", 6.0), cost("sharing_load", 12.0), cost("sharing_egos", 1.0)]
+    rows[1], rows[2] = replace(rows[1], processor=""), replace(rows[2], processor="slow")
+    records.write(tmp_path / FILE, records.rows([*rows, cost("relay_map_load", 1.0)]))
+    text = page(tmp_path, "results")
+    assert "so the sum is of none: fast (2), not noted (1), slow (1).\n" in text
+
+
+def test_the_page_says_that_no_number_of_seeds_is_few_enough(tmp_path: Path) -> None:
+    """600 runs of 120 s are 10 h on two cores, whatever those with 300 seeds take."""
+    many = replace(cost("lasting_turning_relay", 1.0), seeds=300)
+    records.write(tmp_path / FILE, records.rows([many, cost("relay_ahead", 120.0)]))
+    text = page(tmp_path, "results")
+    assert "10.2 h on 2 cores; more than 8 h without those that have 300 seeds.\n" in text
 
 
 @pytest.mark.parametrize(
