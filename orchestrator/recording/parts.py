@@ -10,12 +10,14 @@ import hashlib
 import io
 from array import array
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
+from typing_extensions import override
 
 from orchestrator.recording.blocks import BlockFile
 from orchestrator.recording.columns import Form, Room
@@ -29,6 +31,19 @@ BLOCK_BYTES: Final = 4 << 20
 
 _SMALL: Final = 1 << 12
 """Rows of fewer bytes are copied, even if they may be kept."""
+
+
+class Viewed(io.BytesIO):
+    """Memory that may be thrown away before its views.
+
+    Frames in the traceback of an error keep views. Python closes what is thrown away, which it
+    refuses while there are views, and from 3.13 on it prints that.
+    """
+
+    @override
+    def close(self) -> None:
+        with suppress(BufferError):
+            super().close()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -139,7 +154,7 @@ class Part:
         # what came since the last flush: rows that are kept where they are, and behind them copies.
         # Memory of these is used again: new memory costs page faults
         self._pieces: list[bytes | memoryview] = []
-        self._buffer = io.BytesIO()
+        self._buffer = Viewed()
         self._write = self._buffer.write
         self._held = 0  # bytes of the next block
         self._known = 0  # of them in the tail, and in the digest
@@ -278,7 +293,7 @@ class Part:
             self._store(is_last=True)
         else:
             self._stored.end()
-        self._buffer = io.BytesIO()
+        self._buffer = Viewed()
         self._write = self._buffer.write
 
     def _take(self, rows: bytes | memoryview, count: int) -> None:

@@ -4,7 +4,6 @@ import signal
 import subprocess
 import sys
 import textwrap
-from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -42,12 +41,10 @@ def hiding(names: tuple[str, ...], program: str) -> "subprocess.CompletedProcess
 
 
 @pytest.fixture
-def all_missing(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """As on a system with none of the libraries."""
-    libraries.missing.cache_clear()
+def all_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on a system with none of the libraries; what this one has is not asked again after it."""
+    monkeypatch.setattr(libraries, "missing", lambda: tuple(LIBRARIES))
     monkeypatch.setattr(libraries, "_is_there", lambda name: "/" in name and Path(name).is_file())
-    yield
-    libraries.missing.cache_clear()
 
 
 @pytest.mark.parametrize("names", [tuple(LIBRARIES), ("libGL.so.1", "libatomic.so.1"), ()])

@@ -1,6 +1,7 @@
 """Facts of the red-light scene: what hides what from whom, and when."""
 
 import logging
+import os
 import re
 import shutil
 import subprocess
@@ -16,6 +17,7 @@ import pytest
 from adapters.sumo import SumoTraffic
 from adapters.sumo.ego import stopping_distance
 from adapters.sumo.errors import SumoError
+from adapters.sumo.headless import with_stand_ins
 from adapters.sumo.scene import VehicleTypes, positive, read_buildings
 from adapters.sumo.simulation import Sumo
 from adapters.traffic.bodies import Body
@@ -218,7 +220,9 @@ def test_the_net_is_what_netconvert_makes_of_its_sources(tmp_path: Path) -> None
         pytest.skip("netconvert is not installed (pip install nlosim[net])")
     for source in ASSETS.iterdir():
         shutil.copy(source, tmp_path)
-    subprocess.run([netconvert, "-c", "red_light.netccfg"], cwd=tmp_path, check=True, timeout=60)
+    environment = with_stand_ins(os.environ)
+    command = [netconvert, "-c", "red_light.netccfg"]
+    subprocess.run(command, cwd=tmp_path, env=environment, check=True, timeout=60)
     made = (tmp_path / "red_light.net.xml").read_text(encoding="utf-8")
     made = re.sub(r"^<!-- generated.*?^-->\n", "", made, flags=re.DOTALL | re.MULTILINE)
     assert made == (ASSETS / "red_light.net.xml").read_text(encoding="utf-8")

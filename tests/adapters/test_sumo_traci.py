@@ -17,6 +17,7 @@ import pytest
 from adapters.sumo import SumoTraffic, connection
 from adapters.sumo.entities import Entity, Position, Synchronise, Trigger, Vertex
 from adapters.sumo.errors import SumoError
+from adapters.sumo.headless import with_stand_ins
 from adapters.sumo.parameters import Background, TrafficParameters
 from orchestrator.distribution import Constant
 from orchestrator.errors import ParameterError
@@ -129,7 +130,13 @@ def listening(path: Path, step: str = "0.1") -> Iterator[tuple[str, subprocess.P
     program = connection._installed("sumo")
     options = ["--step-length", step, "--seed", "7", "--no-step-log", "--no-warnings"]
     command = [program, "-c", str(path), "--remote-port", str(port), *options]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+    process = subprocess.Popen(
+        command,
+        env=with_stand_ins(os.environ),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    with process:
         try:
             yield f"localhost:{port}", process
         finally:

@@ -19,6 +19,7 @@ from hypothesis.extra import numpy as hnp
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.errors import ComponentError, SystemStructureError
 from orchestrator.recording.layout import RecordingError, write_manifest
+from orchestrator.recording.parts import Viewed
 from orchestrator.recording.reader import Recording
 from orchestrator.recording.recorder import Recorder, select
 from orchestrator.recording.stored import Stored
@@ -404,3 +405,14 @@ def test_half_a_second_passes_from_the_first_sample_to_the_first_flush(
         recorder.observe(k * STEP, ("source",), values)
         found.append(len(Stored.open(tmp_path / "signals" / "source" / "x.zst")))
     assert found == [0, 0, 3, 3, 5]
+
+
+def test_memory_of_a_part_is_thrown_away_before_its_views_without_a_word() -> None:
+    """`io.BytesIO` refuses, which Python prints from 3.13 on where an error ends a recording."""
+    memory = Viewed(b"abc")
+    view = memory.getbuffer()
+    memory.close()
+    assert view.tobytes() == b"abc"
+    view.release()
+    memory.close()
+    assert memory.closed

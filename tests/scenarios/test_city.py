@@ -1,6 +1,7 @@
 """The cities: what the script makes is what ships, and streets are full from the beginning."""
 
 import gzip
+import os
 import re
 from collections import Counter
 from contextlib import closing
@@ -12,6 +13,7 @@ import shapely
 
 import scenarios
 from adapters.sumo import SumoTraffic
+from adapters.sumo.headless import with_stand_ins
 from adapters.sumo.parameters import TrafficParameters
 from adapters.traffic.bodies import Body
 from orchestrator.errors import ParameterError
@@ -38,7 +40,11 @@ def outlines(name: str) -> list[shapely.Polygon]:
 
 @pytest.mark.skipif(netgenerate() is None, reason="netgenerate is not installed (nlosim[net])")
 @pytest.mark.parametrize("name", NETS)
-def test_the_script_makes_what_ships(name: str, tmp_path: Path) -> None:
+def test_the_script_makes_what_ships(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for variable, value in with_stand_ins(os.environ).items():
+        monkeypatch.setenv(variable, value)
     make(tmp_path, name)
     for kind in ("net", "poly", "rou"):
         assert text(tmp_path, name, kind) == text(ASSETS, name, kind), f"{kind}: run `make net`"

@@ -1,5 +1,6 @@
 """The encounters that ship besides the red light: what hides whom, and who collides."""
 
+import os
 import re
 import shutil
 import subprocess
@@ -13,6 +14,7 @@ import pytest
 import scenarios
 from adapters.sumo.ego import stopping_distance
 from adapters.sumo.entities import Dynamics
+from adapters.sumo.headless import with_stand_ins
 from tests.scenarios.encounter import EGO, NO_MEASURES, SHARER, Run, run
 
 REACTION = 0.2
@@ -169,7 +171,9 @@ def test_the_net_is_what_netconvert_makes_of_its_sources(name: str, tmp_path: Pa
     here = tmp_path / name
     for folder in {assets, *_others(assets)}:
         shutil.copytree(folder, tmp_path / folder.name)
-    subprocess.run([netconvert, "-c", f"{name}.netccfg"], cwd=here, check=True, timeout=60)
+    environment = with_stand_ins(os.environ)
+    command = [netconvert, "-c", f"{name}.netccfg"]
+    subprocess.run(command, cwd=here, env=environment, check=True, timeout=60)
     made = (here / f"{name}.net.xml").read_text(encoding="utf-8")
     made = re.sub(r"^<!-- generated.*?^-->\n", "", made, flags=re.DOTALL | re.MULTILINE)
     assert made == (assets / f"{name}.net.xml").read_text(encoding="utf-8")

@@ -28,6 +28,8 @@ class BrakeHold:
             command: of now; `hazard` stays as it is.
             now: not before that of the call before [ns].
         """
+        if self._duration == 0:
+            return command
         while self._greatest and self._greatest[-1][1] <= command.brake:
             self._greatest.pop()
         self._greatest.append((now, command.brake))

@@ -28,7 +28,8 @@ def test_it_is_the_greatest_brake_of_the_last_moments(
     for k, (command, now) in enumerate(zip(given, times, strict=True)):
         held = hold.held(command, now)
         last = range(k + 1)
-        brake = max(given[j].brake for j in last if now - times[j] <= duration * STEP)
+        kept = [given[j].brake for j in last if duration and now - times[j] <= duration * STEP]
+        brake = max([command.brake, *kept])
         assert held.brake == brake
         assert held.steer == command.steer
         assert held.accelerate == (command.accelerate if brake == command.brake else 0.0)
