@@ -8,9 +8,12 @@ import threading
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import Final
+
+from typing_extensions import override
 
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
@@ -81,18 +84,19 @@ def _loaded(path: Path, reference: str) -> tuple[ModuleType, tuple[Path, ...]]:
 
     It is imported once as long as it has the same text, under a name that no other module has.
     """
-    text = hashlib.sha256(str(path).encode() + b"\0" + path.read_bytes()).hexdigest()
-    name = f"{path.stem}_{text[:16]}"
+    text = path.read_bytes()
+    digest = hashlib.sha256(str(path).encode() + b"\0" + text).hexdigest()
+    name = f"{path.stem}_{digest[:16]}"
     if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, path)
-        assert spec is not None  # noqa: S101 - a file with this suffix has a loader
-        assert spec.loader is not None  # noqa: S101
+        loader = _OfText(name, path, text)
+        spec = importlib.util.spec_from_file_location(name, path, loader=loader)
+        assert spec is not None  # noqa: S101 - it has a loader
         module = importlib.util.module_from_spec(spec)
         with _reachable(path.parent):
             before = set(sys.modules)
             sys.modules[name] = module
             try:
-                spec.loader.exec_module(module)
+                loader.exec_module(module)
             except BaseException as error:
                 del sys.modules[name]
                 if not isinstance(error, Exception):
@@ -101,6 +105,22 @@ def _loaded(path: Path, reference: str) -> tuple[ModuleType, tuple[Path, ...]]:
         module.__dict__["_nlosim_files"] = (path, *_beside(path.parent, before, name))
     module = sys.modules[name]
     return module, module.__dict__["_nlosim_files"]
+
+
+class _OfText(SourceFileLoader):
+    """Loads the text that the name of the module is of.
+
+    Python would take the compiled code that it keeps, if the file had the same length and was of
+    the same second: a file that a program writes anew for each run would run as it was before.
+    """
+
+    def __init__(self, name: str, path: Path, text: bytes) -> None:
+        super().__init__(name, str(path))
+        self._text = text
+
+    @override
+    def get_code(self, fullname: str) -> CodeType:
+        return self.source_to_code(self._text, self.path)
 
 
 @contextmanager

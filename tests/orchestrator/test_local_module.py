@@ -2,15 +2,18 @@
 
 import hashlib
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from orchestrator.cli import main
 from orchestrator.errors import ScenarioError
 from orchestrator.placement import spec_of
+from orchestrator.recording.reader import Recording
 from orchestrator.scenario.build import load_scenario
 
 PARTS = '''\
@@ -96,6 +99,10 @@ def _run(scenario: Path, out: str, capsys: pytest.CaptureFixture[str], *options:
     return found
 
 
+def _last_angle(folder: Path) -> float:
+    return float(np.asarray(Recording(folder)["wheel.angle"][-1]))
+
+
 def test_a_run_is_the_same_here_and_behind_a_transport_and_has_digests(
     scenario: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -154,6 +161,20 @@ def test_a_file_that_has_changed_is_read_again(
     before = _run(scenario, "a", capsys)
     (scenario.parent / "my_parts.py").write_text(PARTS.replace("+= TURN", "+= 2 * TURN"))
     assert _run(scenario, "b", capsys) != before
+
+
+def test_a_file_that_has_changed_within_a_second_to_the_same_length_is_read_again(
+    scenario: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python would take the code that it keeps for such a file to be of it."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    path = scenario.parent / "my_parts.py"
+    for text in (PARTS, PARTS.replace("+= TURN", "-= TURN")):
+        path.write_text(text)
+        os.utime(path, (1e9, 1e9))
+        fingerprint = _run(scenario, "first" if text is PARTS else "second", capsys)
+    assert _run(scenario, "once more", capsys) == fingerprint
+    assert _last_angle(scenario.parent / "first") > 0.0 > _last_angle(scenario.parent / "second")
 
 
 @pytest.mark.parametrize(
