@@ -86,6 +86,13 @@ def test_a_function_that_is_called_all_the_same_says_so() -> None:
     assert done.stderr == f"nlosim: {what}\n"
 
 
+def test_what_the_system_has_is_not_missing() -> None:
+    """Each is asked for in a process of its own, in which nothing else was loaded."""
+    said = hiding((), "from adapters.sumo.headless.libraries import missing; print(*missing())")
+    there = [name for name in LIBRARIES if not hiding((), f"load({name!r})").returncode]
+    assert said.stdout.split() == [name for name in LIBRARIES if name not in there]
+
+
 def test_a_library_that_is_there_has_no_stand_in() -> None:
     """Only names are asked for, so this one is whichever the system has."""
     assert "libc.so.6" not in LIBRARIES
