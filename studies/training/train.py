@@ -116,6 +116,15 @@ def _command(arguments: Namespace, out: str | None) -> str:
     return shlex.join(words)
 
 
+def _resuming(arguments: Namespace, out: str) -> str:
+    """The command that goes on, computing as this one does."""
+    words = []
+    for name in ("cache", "workers"):
+        value = getattr(arguments, name)
+        words += [f"--{name}", str(value)] if value is not None else []
+    return shlex.join([*shlex.split(_command(arguments, out)), *words, "--resume"])
+
+
 def _data(outcome: TrainingOutcome) -> dict[str, Any]:
     found = outcome.findings
     failed = [
@@ -138,7 +147,7 @@ def _data(outcome: TrainingOutcome) -> dict[str, Any]:
 def _interrupted(arguments: Namespace, outcome: TrainingOutcome) -> Outcome:
     out = outcome.directory if arguments.seeds is None else arguments.out
     text = f"interrupted; what was done is in {out}\n"
-    text += f"go on with: {_command(arguments, str(out))} --resume"
+    text += f"go on with: {_resuming(arguments, str(out))}"
     return failure("interrupted", Exit.INTERRUPTED, "interrupted", text=text, **_data(outcome))
 
 
@@ -178,7 +187,7 @@ def _done(training: Training, arguments: Namespace, outcome: TrainingOutcome) ->
     out = outcome.directory
     if outcome.error is not None:
         text = f"error: {outcome.error}\nwhat was done is in {out}; once the cause is mended, "
-        text += f"go on with: {_command(arguments, str(out))} --resume"
+        text += f"go on with: {_resuming(arguments, str(out))}"
         message, code = str(outcome.error), Exit.COMPONENT_FAILED
         return failure("runs", code, message, text=text, **_data(outcome))
     lines = [outcome.summary, *_failures(outcome)]

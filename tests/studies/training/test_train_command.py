@@ -98,7 +98,7 @@ def test_ctrl_c_and_on_with_other_workers(shell: Shell, here: Here) -> None:
     """The network of two workers, interrupted while driving, is that of one, uninterrupted."""
     shell.change("expert: {runs: 4}", "expert: {runs: 40}")
     whole = here("--out", "whole", "--checkpoint", "whole.safetensors")
-    process = shell.start("--out", "parts", "--workers", "2")
+    process = shell.start("--out", "parts", "--cache", "kept", "--workers", "2")
     journal = shell.folder / "parts" / ENTRIES
     while not (journal.exists() and journal.read_text().count("\n") >= 5):
         assert process.poll() is None
@@ -109,7 +109,7 @@ def test_ctrl_c_and_on_with_other_workers(shell: Shell, here: Here) -> None:
     assert "Traceback" not in errors
     assert errors.splitlines() == [
         "interrupted; what was done is in parts",
-        "go on with: nlosim train training.yaml --out parts --resume",
+        "go on with: nlosim train training.yaml --out parts --cache kept --workers 2 --resume",
     ]
     assert list((shell.folder / "tmp").iterdir()) == []
     parts = shell.run("--out", "parts", "--resume", "--workers", "2")
