@@ -1,4 +1,4 @@
-"""Stand-ins for the libraries that SUMO is linked with for its window, and does not call without.
+"""Stand-in libraries for those that SUMO is linked with for its window, and does not call without.
 
 The wheels `libsumo` and `eclipse-sumo` are linked with X11, OpenGL and libatomic, which no wheel
 brings along: a system has them, says the policy of manylinux (PEP 600). A minimal one, as
