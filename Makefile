@@ -4,6 +4,10 @@
 PYTHON ?= python3
 .DEFAULT_GOAL := demo
 
+# Images of containers often forbid Python to keep what it has compiled. Each of our many processes
+# would then compile all modules anew: a run of five takes twice as long to begin and to end.
+unexport PYTHONDONTWRITEBYTECODE
+
 # every environment .venv-NAME: this package, editable, with the extras EXTRAS_NAME
 EXTRAS_demo =
 EXTRAS_test = dev

@@ -1,6 +1,7 @@
 """What describes the project to its makers agrees with the project: CI, make, hooks, the manual."""
 
 import json
+import os
 import re
 import subprocess
 import tomllib
@@ -67,6 +68,20 @@ def test_every_phony_target_has_a_rule_and_says_what_it_does() -> None:
     assert sorted(phony[1].split()) == sorted(explained)
     listed = subprocess.run(["make", "help"], cwd=ROOT, capture_output=True, text=True, check=True)
     assert re.findall(r"^  ([a-z-]+) ", listed.stdout, re.MULTILINE) == explained
+
+
+def test_what_python_compiled_is_kept_in_containers_too() -> None:
+    """Many images forbid it, and the processes of a run would compile every module each."""
+    shown = subprocess.run(
+        ["make", "--silent", "--eval", "shown: ; @env", "shown"],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1", "PYTHONHASHSEED": "7"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "PYTHONHASHSEED=7" in shown.stdout.splitlines()
+    assert "PYTHONDONTWRITEBYTECODE" not in shown.stdout
 
 
 def test_every_result_is_made_again_by_a_target() -> None:
