@@ -19,9 +19,8 @@ from orchestrator.capabilities import EndRequest, EndRequesting
 from orchestrator.component import (
     Component,
     ConcurrentComponent,
-    WrappedComponent,
 )
-from orchestrator.observer import Observer, SimulationResult
+from orchestrator.observer import SimulationResult
 from orchestrator.parameters import parameter
 from orchestrator.remote.launching import launch
 from orchestrator.remote.specification import ComponentSpec
@@ -43,6 +42,7 @@ from tests.orchestrator.deciding import (
     Point,
     run as run_chooser,
 )
+from tests.orchestrator.summing import InOnePiece, Trace, in_two_pieces
 
 ALGORITHMS = [Jacobi(), GaussSeidel(("a", "b")), GaussSeidel(("b", "a"))]
 STEPS = st.sampled_from([1, 2, 3, 4, 5, 6, 10, 12, 15, 20, 30, 60])
@@ -102,39 +102,6 @@ class HostedAsker(Asker):
         super().__init__(parameters.at, stops=parameters.stops)
 
 
-class InOnePiece(WrappedComponent):
-    """One that cannot step beside others."""
-
-    @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self._wrapped.step(inputs, t, h)
-
-
-def as_it_is(component: Component) -> Component:
-    """In two pieces."""
-    return component
-
-
-class Trace(Observer):
-    """What was published when, by whom."""
-
-    def __init__(self) -> None:
-        self.seen: list[tuple[Time, tuple[str, ...], dict[str, int]]] = []
-
-    @override
-    def begin(self, system: System, start: Time, stop: Time) -> None:
-        pass
-
-    @override
-    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
-        sums = {name: int(np.asarray(signals["sum"])) for name, signals in values.items()}
-        self.seen.append((t, published, sums))
-
-    @override
-    def end(self, result: SimulationResult) -> None:
-        pass
-
-
 def run(
     algorithm: CosimulationAlgorithm,
     steps: Mapping[str, Duration],
@@ -154,7 +121,7 @@ def run(
 
 @given(
     st.sampled_from(ALGORITHMS), STEPS, STEPS, st.integers(0, 70),
-    st.sampled_from([InOnePiece, as_it_is]),
+    st.sampled_from([InOnePiece, in_two_pieces]),
 )  # fmt: skip
 def test_it_is_the_run_until_an_output_of_the_same_moment(
     algorithm: CosimulationAlgorithm,
@@ -181,7 +148,7 @@ def test_it_is_the_run_until_an_output_of_the_same_moment(
 
 @given(
     st.sampled_from(ALGORITHMS), STEPS, STEPS, st.integers(1, 60),
-    st.sampled_from([InOnePiece, as_it_is]),
+    st.sampled_from([InOnePiece, in_two_pieces]),
 )  # fmt: skip
 def test_within_a_step_the_run_ends_at_the_last_point_of_anybody_before_its_end(
     algorithm: CosimulationAlgorithm,

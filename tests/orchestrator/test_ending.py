@@ -15,9 +15,9 @@ from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.cli import main
-from orchestrator.component import Component, ConcurrentComponent, WrappedComponent
+from orchestrator.component import Component, ConcurrentComponent
 from orchestrator.errors import ComponentError, ScenarioError, SystemStructureError
-from orchestrator.observer import Observer, SimulationResult, progress_meter
+from orchestrator.observer import SimulationResult, progress_meter
 from orchestrator.recording.reader import Recording
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.wiring import assemble
@@ -25,6 +25,7 @@ from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
 from orchestrator.timebase import Duration, Time
+from tests.orchestrator.summing import InOnePiece, Trace, in_two_pieces
 
 OVER = Endpoint("a", "over")
 ALGORITHMS = [Jacobi(), GaussSeidel(("a", "b")), GaussSeidel(("b", "a"))]
@@ -66,39 +67,6 @@ class Counter(ConcurrentComponent):
     @override
     def outputs(self) -> Signals:
         return {"sum": np.array(self._sum), "over": np.array(self._sum >= self._goal)}
-
-
-class InOnePiece(WrappedComponent):
-    """A `Counter` that cannot step beside others."""
-
-    @override
-    def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        self._wrapped.step(inputs, t, h)
-
-
-def in_two_pieces(counter: Counter) -> Component:
-    """As it is."""
-    return counter
-
-
-class Trace(Observer):
-    """What was published when, by whom."""
-
-    def __init__(self) -> None:
-        self.seen: list[tuple[Time, tuple[str, ...], dict[str, int]]] = []
-
-    @override
-    def begin(self, system: System, start: Time, stop: Time) -> None:
-        pass
-
-    @override
-    def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
-        sums = {name: int(np.asarray(signals["sum"])) for name, signals in values.items()}
-        self.seen.append((t, published, sums))
-
-    @override
-    def end(self, result: SimulationResult) -> None:
-        pass
 
 
 def run(
