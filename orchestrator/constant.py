@@ -9,8 +9,7 @@ from typing_extensions import override
 from orchestrator.connection import Endpoint
 from orchestrator.elements import WHOLE, Elements
 from orchestrator.signal import Array, Causality, Connector, text_problems
-from orchestrator.unit_conversion import unit_of
-from orchestrator.units import UnitError, parse_quantity
+from orchestrator.units import NoUnitError, UnitError, number_in
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,10 +96,8 @@ def _numbers(input_: Connector, value: Any) -> Any:
         return [_numbers(input_, each) for each in value]
     if not isinstance(value, str):
         return value
-    unit = unit_of(input_)
-    if unit is None:
-        raise UnitError(f"write a number: nobody says what its unit `{input_.unit}` is")
-    quantity = parse_quantity(value)
-    if quantity.unit.symbol == "1" and unit.symbol != "1":
-        raise UnitError(f"`{value}` has no unit; write `{value.strip()} {unit.symbol}`")
-    return float(quantity.into(unit))
+    unit, definition = input_.unit, input_.definition
+    try:
+        return float(number_in(value, unit, definition, is_difference=input_.is_relative))
+    except NoUnitError as error:
+        raise UnitError(f"`{value}` {error}") from None

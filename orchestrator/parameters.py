@@ -50,6 +50,7 @@ from orchestrator.kinds import FrozenMapping
 from orchestrator.output_files import FileWritingComponent
 from orchestrator.signal import Connector
 from orchestrator.timebase import StepSize
+from orchestrator.units import Unit
 
 REQUIRED: Final = dataclasses.MISSING
 """The default of a parameter that a scenario must set."""
@@ -73,6 +74,9 @@ class Parameter:
             `tuple[T, ...]` or `Mapping[str, T]` of one of these; and `T | None`.
         unit: the unit of the value the component receives; scenario files may write any
             unit of the same quantity. `"1"` for pure numbers and for text.
+        definition: what the unit is, if it is not in the table of units, or something else there.
+        is_relative: whether the value is a difference, so that conversions leave the offset of its
+            unit out (FMI: `relativeQuantity`).
         default: the value when the scenario is silent, or `REQUIRED`, or `DRAWN`.
         minimum, maximum: inclusive bounds of numbers, and of all that a distribution may
             draw, in `unit`.
@@ -84,6 +88,8 @@ class Parameter:
 
     type: Any
     unit: str = "1"
+    definition: Unit | None = None
+    is_relative: bool = False
     default: Any = REQUIRED
     minimum: float | None = None
     maximum: float | None = None

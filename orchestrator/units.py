@@ -40,6 +40,10 @@ class UnitError(ValueError):
     """A unit that does not exist, or a quantity of another kind than the one expected."""
 
 
+class NoUnitError(UnitError):
+    """A number without a unit where one is wanted; the end of a sentence about it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Unit:
     """A unit of measurement.
@@ -72,8 +76,13 @@ class Quantity:
     number: Fraction
     unit: Unit
 
-    def into(self, target: Unit) -> Fraction:
+    def into(self, target: Unit, *, is_difference: bool = False) -> Fraction:
         """The number in unit `target`; exact between linear units.
+
+        Args:
+            target: the unit.
+            is_difference: whether this is a difference of quantities, so that the offsets of units
+                do not count (FMI: `relativeQuantity`).
 
         Raises:
             UnitError: the two units measure different quantities, or the level of a power
@@ -85,6 +94,8 @@ class Quantity:
         if source.reference == target.reference:
             if source.reference is not None:
                 return self.number
+            if is_difference:
+                return self.number * source.factor / target.factor
             return (self.number * source.factor + source.offset - target.offset) / target.factor
         return _from_base(_to_base(self.number, source), target)
 
@@ -178,16 +189,51 @@ def _unknown(text: str) -> str:
     return f"`{text}` is not a unit{hint}"
 
 
+def number_in(
+    text: str, symbol: str, definition: Unit | None = None, *, is_difference: bool = False
+) -> Fraction:
+    """The number of a quantity in a unit.
+
+    Args:
+        text: the quantity; where it says this very unit, its number is taken as it is.
+        symbol: of the unit.
+        definition: what the unit is; `None`: what the table of units says.
+        is_difference: see `Quantity.into`.
+
+    Raises:
+        NoUnitError: there is a number only, and the unit is not `1`.
+        UnitError: there is no number, a unit is not known, or they measure different quantities.
+    """
+    number, written = _number_and_unit(text)
+    if written in {"", "1"} and symbol != "1":
+        raise NoUnitError(f"has no unit; write `{text.strip()} {symbol}`")
+    if written == symbol:
+        return number
+    given = parse_unit(written)
+    try:
+        target = parse_unit(symbol) if definition is None else definition
+    except UnitError:
+        what = f"write a number in it, or with `{symbol}` behind it"
+        raise UnitError(f"nobody says what the unit `{symbol}` is; {what}") from None
+    return Quantity(number, given).into(target, is_difference=is_difference)
+
+
 def parse_quantity(text: str) -> Quantity:
     """Read a number and its unit, e.g. `5.9 GHz`; without a unit it is a pure number.
 
     Raises:
         UnitError: there is no number, or the unit does not exist.
     """
+    number, unit = _number_and_unit(text)
+    return Quantity(number, parse_unit(unit))
+
+
+def _number_and_unit(text: str) -> tuple[Fraction, str]:
+    """The parts of a quantity; `UnitError` if it does not begin with a number."""
     match = _QUANTITY.fullmatch(text.strip()) if len(text) <= _LONGEST else None
     if match is None:
         raise UnitError(f"`{text[:_LONGEST]}` is not a number with a unit")
     number = Fraction(match["number"])
     if number and not _SMALLEST < abs(number) < _LARGEST:
         raise UnitError(f"{match['number']} is out of range")
-    return Quantity(number, parse_unit(match["unit"]))
+    return number, match["unit"]

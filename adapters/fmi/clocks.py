@@ -77,9 +77,12 @@ class Clocks:
             v.reference: v.clock for v in every if v.clock is not None and v.causality == "input"
         }
         self._names = {v.reference: v.name for v in every if v.clock is not None}
-        self._outputs = [r for r in clocks if r not in self._inputs]
         clocked = [v for v in every if v.clocks and v.clock is None]
         self._clocked_outputs = [v for v in clocked if v.causality == "output"]
+        # of local ones those that let outputs out
+        wanted = {r for v in self._clocked_outputs for r in v.clocks}
+        self._shown = [v.reference for v in every if v.clock and v.causality == "output"]
+        self._asked = [r for r in clocks if r in self._shown or r in wanted - self._inputs.keys()]
         self._clocked_inputs = [v for v in clocked if v.causality == "input"]
         self._offered: dict[str, Signal] = {}
         self._held: dict[str, Signal] = {}
@@ -163,12 +166,12 @@ class Clocks:
             self._held.update(self._read(outputs))
 
     def ticking_outputs(self) -> list[int]:
-        """The output clocks that tick now (`fmi3GetClock`)."""
-        if not self._outputs:
+        """The output clocks and local ones that tick now (`fmi3GetClock`)."""
+        if not self._asked:
             return []
-        active = (c_bool * len(self._outputs))()
-        self._call("fmi3GetClock", self._outputs, active)
-        found = [r for r, is_active in zip(self._outputs, active, strict=True) if is_active]
+        active = (c_bool * len(self._asked))()
+        self._call("fmi3GetClock", self._asked, active)
+        found = [r for r, is_active in zip(self._asked, active, strict=True) if is_active]
         self._ticked |= {self._names[r] for r in found}
         return found
 
@@ -243,7 +246,7 @@ class Clocks:
     def values(self) -> dict[str, Signal]:
         """Clocked outputs as they were when they were let out last, and which clocks ticked."""
         found = dict(self._held)
-        for reference in self._outputs:
+        for reference in self._shown:
             name = self._names[reference]
             found[name] = _TRUE if name in self._ticked else _FALSE
         return found

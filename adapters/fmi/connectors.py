@@ -172,6 +172,8 @@ def _parameter(variable: FmuVariable) -> Parameter:
     return Parameter(
         type=tuple[element, ...] if variable.axes else element,  # type: ignore[valid-type]
         unit=variable.unit if is_number else "1",
+        definition=variable.definition if is_number else None,
+        is_relative=variable.is_relative,
         default=default_of(variable),
         minimum=variable.minimum if is_number else None,
         maximum=variable.maximum if is_number else None,

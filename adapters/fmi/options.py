@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields, replace
-from fnmatch import fnmatchcase
 from types import MappingProxyType
 from typing import Any, Final
 
@@ -16,6 +15,7 @@ from adapters.fmi.model_exchange.options import (
 from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.errors import ParameterError
 from orchestrator.parameters import Parameter, ParameterProblem
+from orchestrator.patterns import meant
 from orchestrator.suggestion import suggestion
 
 PREFIX: Final = "fmi."
@@ -233,10 +233,10 @@ def _matching(
     option: str, nothing: str, offered: Collection[str], wanted: tuple[str, ...]
 ) -> set[str]:
     """Those of the names that match a pattern at least."""
-    problems, chosen = [], set()
+    problems, chosen = [], set[str]()
     for k, pattern in enumerate(wanted):
-        found = {n for n in offered if n == pattern or fnmatchcase(n, pattern)}
-        chosen |= found
+        found = meant(pattern, offered)
+        chosen.update(found)
         if not found:
             what = f"{nothing} matches `{pattern}`; {suggestion(pattern, offered)}"
             problems.append(ParameterProblem((PREFIX + option, k), what))

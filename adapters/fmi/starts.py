@@ -53,6 +53,8 @@ def _parameter(variable: FmuVariable, *, is_state: bool) -> Parameter:
     return Parameter(
         type=type_ | None if default is REQUIRED else type_,
         unit=variable.unit if is_number else "1",
+        definition=variable.definition if is_number else None,
+        is_relative=variable.is_relative,
         default=None if default is REQUIRED else default,
         minimum=variable.minimum if is_number else None,
         maximum=variable.maximum if is_number else None,

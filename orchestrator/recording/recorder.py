@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict
-from fnmatch import fnmatchcase
 from pathlib import Path
 from time import monotonic
 from typing import Any, Final
@@ -12,6 +11,7 @@ from typing_extensions import override
 
 from orchestrator.errors import SystemStructureError
 from orchestrator.observer import Observer, SimulationResult
+from orchestrator.patterns import meant
 from orchestrator.recording.fingerprint import PartDigest, fingerprint
 from orchestrator.recording.layout import (
     INDEX,
@@ -42,7 +42,8 @@ def select(system: System, include: Sequence[str], exclude: Sequence[str]) -> tu
 
     Args:
         system: the system.
-        include: patterns of `component.connector` with the wildcards `*`, `?` and `[...]`.
+        include: patterns of `component.connector` with the wildcards `*`, `?` and `[...]`; the
+            name of an output, which may have brackets of its own, means that output.
         exclude: the same.
 
     Raises:
@@ -58,14 +59,11 @@ def select(system: System, include: Sequence[str], exclude: Sequence[str]) -> tu
     problems = [
         f"cannot record `{pattern}`: no output matches; {suggestion(pattern, outputs)}"
         for pattern in include
-        if not any(fnmatchcase(name, pattern) for name in outputs)
+        if not meant(pattern, outputs)
     ]
-    selected = {
-        name: end
-        for name, end in outputs.items()
-        if any(fnmatchcase(name, pattern) for pattern in include)
-        and not any(fnmatchcase(name, pattern) for pattern in exclude)
-    }
+    wanted = {name for pattern in include for name in meant(pattern, outputs)}
+    unwanted = {name for pattern in exclude for name in meant(pattern, outputs)}
+    selected = {n: end for n, end in outputs.items() if n in wanted and n not in unwanted}
     for name, end in selected.items():
         connector = system.connectors[end.component][end.connector]
         if np.dtype(connector.dtype).hasobject:

@@ -8,12 +8,12 @@ import itertools
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from typing import Final, TypeAlias
 
 import numpy as np
 
 from orchestrator.installed import entry_points, loaded
+from orchestrator.patterns import meant
 from orchestrator.recording.declared import declared_shape, element_type, is_text, mime_type
 from orchestrator.recording.layout import RecordingError
 from orchestrator.recording.reader import Recording, Series
@@ -115,13 +115,16 @@ def chosen(recording: Recording, patterns: Sequence[str]) -> tuple[str, ...]:
     Raises:
         RecordingError: there is no such signal.
     """
-    for pattern in patterns:
-        if not any(fnmatchcase(name, pattern) for name in recording.signals):
-            hint = suggestion(pattern, recording.signals)
-            raise RecordingError(f"no signal `{pattern}` is recorded; {hint}")
     if not patterns:
         return recording.signals
-    return tuple(n for n in recording.signals if any(fnmatchcase(n, each) for each in patterns))
+    wanted: set[str] = set()
+    for pattern in patterns:
+        found = meant(pattern, recording.signals)
+        if not found:
+            hint = suggestion(pattern, recording.signals)
+            raise RecordingError(f"no signal `{pattern}` is recorded; {hint}")
+        wanted.update(found)
+    return tuple(name for name in recording.signals if name in wanted)
 
 
 def tidy_tables(recording: Recording, signals: Collection[str]) -> Tables:

@@ -11,7 +11,7 @@ from orchestrator.parameters import Parameter
 from orchestrator.regular_files import endless
 from orchestrator.scenario.diagnosis import show
 from orchestrator.suggestion import suggestion
-from orchestrator.units import Unit, UnitError, parse_quantity, parse_unit
+from orchestrator.units import NoUnitError, UnitError, number_in
 
 _N = TypeVar("_N", int, float)
 
@@ -109,24 +109,23 @@ def _number(parameter: Parameter, value: Any, expected: str) -> Fraction:
         if isinstance(value, float) and not math.isfinite(value):
             raise ScalarProblem(f"must be finite, got {value}")
         return Fraction(value)
-    unit = parse_unit(parameter.unit)
     if not isinstance(value, str):
         raise ScalarProblem(f"expected {expected}{_in_unit(parameter)}, got {show(value)}")
+    unit, definition = parameter.unit, parameter.definition
     try:
-        quantity = parse_quantity(value)
-        if quantity.unit.symbol == "1" and unit.symbol != "1":
-            raise ScalarProblem(f"{show(value)} has no unit; write `{value.strip()} {unit.symbol}`")
-        return quantity.into(unit)
+        return number_in(value, unit, definition, is_difference=parameter.is_relative)
+    except NoUnitError as error:
+        raise ScalarProblem(f"{show(value)} {error}") from None
     except UnitError as error:
-        raise ScalarProblem(f"{show(value)}: {error}{_example(parameter, unit)}") from None
+        raise ScalarProblem(f"{show(value)}: {error}{_example(parameter)}") from None
 
 
-def _example(parameter: Parameter, unit: Unit) -> str:
+def _example(parameter: Parameter) -> str:
     """What to write instead, when the default says it well."""
     default = parameter.default
-    if unit.symbol == "1" or not isinstance(default, int | float):
+    if parameter.unit == "1" or not isinstance(default, int | float):
         return ""
-    return f"; for example `{default:g} {unit.symbol}`"
+    return f"; for example `{default:g} {parameter.unit}`"
 
 
 def _in_unit(parameter: Parameter) -> str:

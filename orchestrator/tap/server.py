@@ -12,7 +12,6 @@ import select
 import socket
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from fnmatch import fnmatchcase
 from pathlib import Path
 from time import monotonic, perf_counter
 from types import TracebackType
@@ -22,6 +21,7 @@ import numpy as np
 from typing_extensions import override
 
 from orchestrator.observer import Observer, SimulationResult
+from orchestrator.patterns import meant
 from orchestrator.signal import Causality, Connector, Signal, Signals
 from orchestrator.stretch import Stretch
 from orchestrator.system import System
@@ -168,11 +168,8 @@ class Tap(Observer):
 
     def _schema(self, patterns: Sequence[str]) -> Schema:
         """What a reader is shown: outputs that match one of its patterns."""
-        names = [
-            name
-            for name in self._outputs
-            if any(fnmatchcase(name, pattern) for pattern in patterns)
-        ]
+        wanted = {name for pattern in patterns for name in meant(pattern, self._outputs)}
+        names = [name for name in self._outputs if name in wanted]
         shown = {name: self._outputs[name] for name in names[: _SIGNALS - 2]}
         # somebody who wants to see everything does not mean 2 MB of points ten times a second
         largest = LARGEST if list(patterns) == [EVERYTHING] else None

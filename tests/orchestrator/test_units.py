@@ -8,7 +8,15 @@ from hypothesis import given, strategies as st
 
 from orchestrator.scenario.units import duration, format_duration
 from orchestrator.unit_table import PREFIXES, SYMBOLS
-from orchestrator.units import Quantity, UnitError, parse_quantity, parse_unit
+from orchestrator.units import (
+    NoUnitError,
+    Quantity,
+    Unit,
+    UnitError,
+    number_in,
+    parse_quantity,
+    parse_unit,
+)
 
 LINEAR = sorted(name for name, row in SYMBOLS.items() if row.reference is None)
 PREFIXABLE = sorted(name for name, row in SYMBOLS.items() if row.takes_prefix)
@@ -32,6 +40,30 @@ def test_a_linear_conversion_and_its_inverse_are_exact(
 ) -> None:
     there, back = map(parse_unit, pair)
     assert Quantity(Quantity(number, there).into(back), back).into(there) == number
+
+
+@given(NUMBERS, NUMBERS, same_quantity())
+def test_a_difference_is_converted_as_that_of_two_quantities(
+    number: Fraction, step: Fraction, pair: tuple[str, str]
+) -> None:
+    source, target = map(parse_unit, pair)
+    first, second = (Quantity(n, source).into(target) for n in (number, number + step))
+    assert Quantity(step, source).into(target, is_difference=True) == second - first
+
+
+def test_a_number_in_a_unit_that_only_its_owner_knows() -> None:
+    stride = Unit("stride", Fraction(3, 4), parse_unit("m").exponents, Fraction(10))
+    assert number_in("8 stride", "stride", stride) == 8
+    assert number_in("13 m", "stride", stride) == 4
+    assert number_in("3 m", "stride", stride, is_difference=True) == 4
+    assert number_in("5", "1") == number_in("5 1", "1") == 5
+    assert number_in("8 stride", "stride") == 8  # nobody needs to know what it is
+    with pytest.raises(UnitError, match="nobody says what the unit `stride` is"):
+        number_in("13 m", "stride")
+    with pytest.raises(UnitError, match=r"expected a length \(stride\), got a time \(s\)"):
+        number_in("13 s", "stride", stride)
+    with pytest.raises(NoUnitError, match=r"^has no unit; write `13 stride`$"):
+        number_in("13", "stride", stride)
 
 
 @given(NUMBERS, same_quantity(), same_quantity())

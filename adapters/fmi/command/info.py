@@ -65,9 +65,10 @@ def _variable(element: ET.Element, root: ET.Element) -> dict[str, Any]:
         "causality": element.get("causality", "local"),
         "type": typed.tag,
         "dimensions": [_length(axis, root) for axis in element.iterfind("Dimension")],
-        "unit": typed.get("unit", "1"),
+        "unit": typed.get("unit") or _declared(typed, root).get("unit", "1"),
         "start": typed.get("start"),
         "items": _items(typed, root),
+        "aliases": [alias.get("name", "") for alias in element.iterfind("Alias")],
         "description": element.get("description", ""),
     }
 
@@ -76,11 +77,16 @@ def _items(typed: ET.Element, root: ET.Element) -> dict[str, str | None]:
     """The values by name of an Enumeration's items; none for another type."""
     if typed.tag != "Enumeration":
         return {}
-    kinds = root.iterfind("TypeDefinitions/*")
-    declared = [kind for kind in kinds if kind.get("name") == typed.get("declaredType")]
-    return {
-        item.get("name", ""): item.get("value") for kind in declared for item in kind.iter("Item")
-    }
+    items = _declared(typed, root).iter("Item")
+    return {item.get("name", ""): item.get("value") for item in items}
+
+
+def _declared(typed: ET.Element, root: ET.Element) -> ET.Element:
+    """The type that a variable is declared to be of; an empty element if there is none."""
+    for kind in root.iterfind("TypeDefinitions/*"):
+        if kind.get("name") == typed.get("declaredType"):
+            return kind[0] if kind.tag == "SimpleType" and len(kind) else kind
+    return ET.Element("none")
 
 
 def _length(axis: ET.Element, root: ET.Element) -> str | None:
@@ -118,6 +124,7 @@ def _as_text(found: dict[str, Any]) -> str:
         if v["items"]:
             kind += f" ({', '.join(f'{value} {item}' for item, value in v['items'].items())})"
         start = "" if v["start"] is None else f" = {v['start']}"
+        start += "".join(f", also `{alias}`" for alias in v["aliases"])
         lines.append(
             f"{v['causality']:20} {v['name']}: {kind} [{v['unit']}]{start}  {v['description']}"
         )

@@ -84,8 +84,10 @@ def in_units_of(connectors: Mapping[str, Connector], table: Results, path: Path)
     for name, unit in table.units.items():
         if name not in connectors or unit == connectors[name].unit:
             continue
+        input_, values = connectors[name], np.asarray(columns[name])
+        way = (unit, input_.unit, input_.definition)
         try:
-            columns[name] = converted(np.asarray(columns[name]), unit, connectors[name].unit)
+            columns[name] = converted(values, *way, is_difference=input_.is_relative)
         except UnitError as error:
             problems.append(f"{path}:1: `{name}`: {error}")
     if problems:

@@ -3,7 +3,6 @@
 import csv
 import re
 from collections.abc import Iterable, Mapping
-from fractions import Fraction
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,7 +12,7 @@ from adapters.fmi.command.table import TIME, Results, TableError
 from orchestrator.recording import Recording
 from orchestrator.signal import Array
 from orchestrator.table_files import read_table
-from orchestrator.units import Quantity, UnitError, parse_unit
+from orchestrator.units import NoUnitError, Unit, UnitError, number_in, parse_unit
 
 _HEADING: Final = re.compile(r"(?P<name>.*\S)\s+\[(?P<unit>[^\[\]]*)\]")
 _SECOND: Final = parse_unit("s")
@@ -56,19 +55,33 @@ def read_results(path: Path, *, skip_text: bool = False) -> Results:
     return Results(times, columns, units)
 
 
-def converted(values: Array, source: str, target: str) -> Array:
+def converted(
+    values: Array,
+    source: str,
+    target: str,
+    definition: Unit | None = None,
+    *,
+    is_difference: bool = False,
+) -> Array:
     """Values in another unit.
 
     Args:
         values: of any shape.
         source: their unit.
         target: the other one.
+        definition: what the other one is; `None`: what the table of units says.
+        is_difference: whether the offsets of units do not count.
 
     Raises:
         UnitError: a unit does not exist, or they measure different quantities.
     """
-    into = parse_unit(target)
-    zero, one = (float(Quantity(Fraction(n), parse_unit(source)).into(into)) for n in (0, 1))
+    try:
+        zero, one = (
+            float(number_in(f"{n} {source}", target, definition, is_difference=is_difference))
+            for n in (0, 1)
+        )
+    except NoUnitError:
+        raise UnitError(f"expected a quantity in {target}, got a pure number") from None
     return values * (one - zero) + zero
 
 

@@ -3,7 +3,6 @@
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
@@ -35,6 +34,7 @@ from orchestrator.early_end import EarlyEnd
 from orchestrator.errors import CosimError
 from orchestrator.last_call import noting
 from orchestrator.observer import NoProgress, Observer, progress_meter
+from orchestrator.patterns import meant
 from orchestrator.recording import Recording
 from orchestrator.recording.recorder import Recorder
 from orchestrator.scenario.conversion import Conversion
@@ -45,7 +45,7 @@ from orchestrator.suggestion import suggestion
 from orchestrator.system import Connection, Endpoint, System
 from orchestrator.table_files import NO_PARQUET, has_parquet
 from orchestrator.timebase import format_duration
-from orchestrator.units import parse_quantity, parse_unit
+from orchestrator.units import number_in
 
 _FMU: Final = "fmu"
 _INPUTS: Final = "inputs"
@@ -211,8 +211,7 @@ def _inner(type_: FmuComponentType, record: Sequence[str]) -> dict[str, Any]:
     wanted = tuple(
         pattern
         for pattern in record
-        if not any(_matches(name, pattern) for name in type_.outputs)
-        and any(_matches(name, pattern) for name in type_.inner)
+        if not meant(pattern, type_.outputs) and meant(pattern, type_.inner)
     )
     return {_LOCALS: wanted} if wanted and _LOCALS in type_.parameters else {}
 
@@ -267,18 +266,14 @@ def _recorded(
     problems = [
         f"--record {pattern}: no variable matches; {suggestion(pattern, [*outputs, *inner])}"
         for pattern in record
-        if not any(_matches(name, pattern) for name in outputs)
+        if not meant(pattern, outputs)
     ]
     if problems:
         raise RunError("\n".join(problems))
     if not outputs:
         raise RunError("the FMU has no outputs that can stand in a table")
-    return [n for n in outputs if not record or any(_matches(n, p) for p in record)]
-
-
-def _matches(name: str, pattern: str) -> bool:
-    """Whether a pattern means a variable, whose name may have brackets of its own."""
-    return name == pattern or fnmatchcase(name, pattern)
+    wanted = {name for pattern in record for name in meant(pattern, outputs)}
+    return [name for name in outputs if not record or name in wanted]
 
 
 def _source(
@@ -292,7 +287,7 @@ def _source(
             problems.append(f"--start-value {name}: is no input of numbers")
             continue
         try:
-            columns[name] = np.asarray(_number(value, connectors[name].unit))[np.newaxis]
+            columns[name] = np.asarray(_number(value, connectors[name]))[np.newaxis]
         except (TypeError, ValueError):
             unit = f" in {connectors[name].unit}" if connectors[name].unit != "1" else ""
             problems.append(f"--start-value {name}: {value!r} is no number{unit}")
@@ -308,14 +303,15 @@ def _source(
     return Inputs(table_of_inputs(path, driven, connectors), driven)
 
 
-def _number(value: Any, unit: str) -> Array:
-    """One number or several, in `unit`; text says a unit of its own.
+def _number(value: Any, input_: Connector) -> Array:
+    """One number or several, in the unit of an input; text says a unit of its own.
 
     Raises:
         TypeError, ValueError: it is none.
     """
     if isinstance(value, str):
-        value = float(parse_quantity(value).into(parse_unit(unit)))
+        definition, is_relative = input_.definition, input_.is_relative
+        value = float(number_in(value, input_.unit, definition, is_difference=is_relative))
     return np.asarray(value, np.float64)
 
 

@@ -56,8 +56,13 @@ def scalars(results: Results) -> Iterator[tuple[str, Array]]:
         if column.ndim == 1:
             yield name, column
         else:
-            flat = column.reshape(len(column), -1)
+            flat = _rows(column)
             yield from ((f"{name}[{k}]", flat[:, k]) for k in range(flat.shape[1]))
+
+
+def _rows(column: Array) -> Array:
+    """The elements of each row side by side, shape (row, element), also where there is no row."""
+    return column.reshape(len(column), math.prod(column.shape[1:]))
 
 
 def summary(results: Results) -> str:
@@ -66,7 +71,7 @@ def summary(results: Results) -> str:
     for name, column in scalars(results):
         known = np.asarray(column, np.float64)
         if len(known):
-            unit = results.units.get(name.partition("[")[0], "")
+            unit = results.units.get(name) or results.units.get(name.rpartition("[")[0], "")
             found = (known[-1], known.min(), known.max(), _mean(results.times, known))
             rows.append((name, *(f"{value:.6g}" for value in found), unit))
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
@@ -111,7 +116,7 @@ def draw(results: Results, path: Path) -> None:
     def panel(name: str) -> Any:
         def drawn(axes: Any) -> None:
             column = np.asarray(results.columns[name])
-            axes.plot(results.times, column.reshape(len(column), -1), lw=1.0)
+            axes.plot(results.times, _rows(column), lw=1.0)
             axes.set_xlabel("time [s]")
             unit = results.units.get(name, "1")
             axes.set_ylabel("" if unit == "1" else f"[{unit}]")

@@ -19,6 +19,7 @@ from orchestrator.recording.recorder import Recorder
 from orchestrator.signal import Causality, Signal
 from orchestrator.simulation import simulate
 from orchestrator.system import System
+from tests.adapters.fmu.descriptions import changed
 
 S = 1_000_000_000
 RESTING: Mapping[str, Signal] = {
@@ -102,6 +103,24 @@ def test_an_output_clock_says_whether_it_ticked_within_the_step(clocks3: Path) -
         component.step(RESTING, k * S // 5, S // 5)
         rows.append(found(component, "alarm", "n_alarm"))
     assert rows == [[k in {3, 7}, int(k >= 3) + int(k >= 7)] for k in range(10)]
+    component.close()
+
+
+def test_a_local_clock_is_no_output_and_lets_outputs_out(clocks3: Path, tmp_path: Path) -> None:
+    """FMI 3.0.2, section 2.2.8: clocks may be local; `n_alarm` is read while `alarm` ticks."""
+    outer, inner = (
+        b'name="alarm" valueReference="6" causality="%s"' % c for c in (b"output", b"local")
+    )
+    path = changed(
+        clocks3, tmp_path, (outer, inner), (b'<Output valueReference="6" dependencies="1"/>', b"")
+    )
+    component = begun(path)
+    rows = []
+    for k in range(10):
+        component.step(RESTING, k * S // 5, S // 5)
+        rows += found(component, "n_alarm")
+    assert rows == [int(k >= 3) + int(k >= 7) for k in range(10)]
+    assert "alarm" not in component.outputs()
     component.close()
 
 

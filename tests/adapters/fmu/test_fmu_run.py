@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from adapters.fmi.command.reading import read_results
-from adapters.fmi.command.table import Results, lines_of_text, summary
+from adapters.fmi.command.table import Results, draw, lines_of_text, summary, write_results
 from adapters.fmu_command import add_command
 from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.table_files import has_parquet
+from tests.adapters.fmu.descriptions import changed
 from tests.commands import executed
 
 
@@ -49,6 +50,36 @@ def test_a_constant_input_gives_the_analytic_solution(lag2: Path, tmp_path: Path
     assert outcome.data["rows"] == 41
     assert outcome.data["last"]["x"] == found["x"][-1]
     assert "41 rows, 0 to 4 s in 40 steps of 0.1 s" in outcome.text
+
+
+def test_names_with_brackets_are_names(lag2: Path, tmp_path: Path) -> None:
+    """FMI 2.0 has no arrays, so tools call their elements like that."""
+    fmu = changed(
+        lag2, tmp_path, (b'name="x"', b'name="x[1]"'), (b'name="stop"', b'name="stop[1]"')
+    )
+    out = tmp_path / "out.csv"
+    for words in ((), ("--record", "x[1]"), ("--record", "x*"), ("--record", "stop[1]")):
+        outcome = run(fmu, *SPAN, *words, "--output", out)
+        assert outcome.exit_code is Exit.DONE, outcome.text
+        wanted = words[1].replace("*", "[1]") if words else "x[1]"
+        assert wanted in table(out)
+    outcome = execute("compare", fmu, fmu)
+    assert outcome.exit_code is Exit.DONE, outcome.text
+    last = next(line for line in run(fmu, *SPAN).text.splitlines() if line.startswith("x[1]"))
+    assert last.endswith("V")
+
+
+def test_arrays_without_a_row_are_tables_without_a_row(tmp_path: Path) -> None:
+    """As of a run that failed before its first communication point."""
+    empty = Results(np.empty(0), {"y": np.empty((0, 2, 2))}, {"y": "m"})
+    write_results(empty, tmp_path / "out.csv")
+    assert (tmp_path / "out.csv").read_text().split() == ["time,y[0],y[1],y[2],y[3]"]
+    draw(empty, tmp_path / "out.svg")
+    one = Results(np.zeros(1), {"y": np.ones((1, 2))}, {"y": "m"})
+    assert [line.split() for line in summary(one).splitlines()[1:]] == [
+        ["y[0]", "1", "1", "1", "1", "m"],
+        ["y[1]", "1", "1", "1", "1", "m"],
+    ]
 
 
 def test_a_step_is_a_fraction_of_a_second(lag2: Path, tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from orchestrator.component import Component
 from orchestrator.randomness import stream
 from orchestrator.recording.reader import Recording
 from orchestrator.table_files import read_table
+from tests.adapters.fmu.descriptions import changed
 from tests.commands import executed
 
 SCENARIO = """\
@@ -187,3 +188,54 @@ def test_a_table_of_inputs_may_have_units(starts3: Path, tmp_path: Path) -> None
     table.write_text("time,u [s]\n0,1\n")
     outcome = executed(add_command, *words, "--input", str(table))
     assert f"{table}:1: `u`: expected a length (m), got a time (s)" in outcome.text
+
+
+@pytest.mark.parametrize(
+    ("relative", "x", "u"), [(b"", 2.0, 4.0), (b' relativeQuantity="true"', 4.0, 6.0)]
+)
+def test_units_are_those_that_the_fmu_defines(
+    starts3: Path, tmp_path: Path, relative: bytes, x: float, u: float
+) -> None:
+    """A stride is half a metre from the first metre on; of differences that does not count.
+
+    FMI 2.0.4, sections 2.2.2 and 2.2.3.
+    """
+    stride = b'<Unit name="stride"><BaseUnit m="1" factor="0.5" offset="1"/></Unit>'
+    changes = (
+        (b'<Unit name="m"><BaseUnit m="1"/></Unit>', stride),
+        (b'unit="m"', b'unit="stride"' + relative),
+    )
+    fmu = changed(starts3, tmp_path, *changes)
+    table, out = tmp_path / "in.csv", tmp_path / "out.csv"
+    table.write_text("time [s],u [m]\n0,3\n")
+    words = ("fmu", "run", str(fmu), "--stop-time", "2", "--step", "1", "--output", str(out))
+    inputs = (
+        ("--start-value", "u=3 m"),
+        ("--start-value", f"u={u} stride"),
+        ("--input", str(table)),
+    )
+    for way in inputs:
+        outcome = executed(add_command, *words, "--quiet", "--start-value", "x=2 m", *way)
+        assert outcome.exit_code is Exit.DONE, outcome.text
+        assert read_table(out)["y"].tolist()[0] == x + 10 * u + 500
+    file, wire = tmp_path / "starts.yaml", "connections: [{value: 3 m, to: starts.u}]\n"
+    for start, connection in (("3 m", ""), (f"{u} stride", ""), ("1 stride", wire)):
+        text = SCENARIO.replace("3 m", "2 m").replace("40 dm", start).replace("der(*)", "der(x)")
+        file.write_text(text + connection)
+        folder = tmp_path / f"run{start}{bool(connection)}"
+        assert main(["run", str(file), "--out", str(folder), "--quiet"]) == Exit.DONE
+        assert Recording(folder)["starts.y"][0] == x + 10 * u + 500
+
+
+def test_a_unit_that_nobody_defines_has_a_message(
+    starts3: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    unit = b'<Unit name="stride"/>'
+    changes = ((b'<Unit name="m"><BaseUnit m="1"/></Unit>', unit), (b'unit="m"', b'unit="stride"'))
+    changed(starts3, tmp_path, *changes)
+    file = tmp_path / "starts.yaml"
+    file.write_text(SCENARIO.replace("40 dm", "4 stride"))
+    assert main(["check", str(file)]) == Exit.WRONG_INPUT
+    told = capsys.readouterr().out
+    assert 'starts.yaml:10:16: components.starts.parameters.start.x: "3 m": nobody says' in told
+    assert "write a number in it, or with `stride` behind it" in told
