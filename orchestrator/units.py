@@ -197,7 +197,8 @@ def number_in(
     Args:
         text: the quantity; where it says this very unit, its number is taken as it is.
         symbol: of the unit.
-        definition: what the unit is; `None`: what the table of units says.
+        definition: what its owner says that it is. FMI has no base unit of bits, say, so the table
+            of units is asked, too, where the quantity is none of this.
         is_difference: see `Quantity.into`.
 
     Raises:
@@ -210,11 +211,15 @@ def number_in(
     if written == symbol:
         return number
     given = parse_unit(written)
-    try:
-        target = parse_unit(symbol) if definition is None else definition
-    except UnitError:
-        what = f"write a number in it, or with `{symbol}` behind it"
-        raise UnitError(f"nobody says what the unit `{symbol}` is; {what}") from None
+    target = definition
+    if target is None or target.exponents != given.exponents:
+        try:
+            target = parse_unit(symbol)
+        except UnitError:
+            if definition is None:
+                what = f"write a number in it, or with `{symbol}` behind it"
+                raise UnitError(f"nobody says what the unit `{symbol}` is; {what}") from None
+            target = definition
     return Quantity(number, given).into(target, is_difference=is_difference)
 
 

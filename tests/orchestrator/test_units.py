@@ -62,6 +62,8 @@ def test_a_number_in_a_unit_that_only_its_owner_knows() -> None:
         number_in("13 m", "stride")
     with pytest.raises(UnitError, match=r"expected a length \(stride\), got a time \(s\)"):
         number_in("13 s", "stride", stride)
+    per_second = Unit("bit/s", Fraction(1), parse_unit("1/s").exponents)  # FMI knows no bits
+    assert number_in("6 Mbit/s", "bit/s", per_second) == 6_000_000
     with pytest.raises(NoUnitError, match=r"^has no unit; write `13 stride`$"):
         number_in("13", "stride", stride)
 
