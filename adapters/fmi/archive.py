@@ -58,7 +58,8 @@ def opened(path: Path, kind: str = "FMU") -> Iterator[zipfile.ZipFile]:
         ComponentTypeError: there is none, or it is refused; all reasons in one text.
     """
     if not path.is_file():
-        raise ComponentTypeError(f"{path}: there is no such file")
+        what = "is a folder, no file" if path.is_dir() else "there is no such file"
+        raise ComponentTypeError(f"{path}: {what}")
     try:
         archive = zipfile.ZipFile(path)
     except (zipfile.BadZipFile, NotImplementedError, UnicodeDecodeError) as error:

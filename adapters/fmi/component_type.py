@@ -10,7 +10,7 @@ from typing import Any
 from typing_extensions import override
 
 from adapters.fmi.component import FmuComponent, RestorableFmuComponent
-from adapters.fmi.connectors import left_out, parameters
+from adapters.fmi.connectors import left_out, not_set, parameters
 from adapters.fmi.description import FmuDescription, read_description
 from adapters.fmi.fmi2 import Fmi2Instance
 from adapters.fmi.fmi3 import Fmi3Instance
@@ -72,6 +72,8 @@ class FmuComponentType(ComponentType):
     def description(self) -> str:
         missing = left_out(self._fmu)
         note = f" (without {', '.join(missing)}: not supported as signals)" if missing else ""
+        unset = not_set(self._fmu)
+        note += f" (without {', '.join(unset)}: not supported as parameters)" if unset else ""
         return self._fmu.description + note + _kind_note(self._fmu)
 
     @property
@@ -90,9 +92,21 @@ class FmuComponentType(ComponentType):
         return tuple(variable.name for variable in self._fmu.of("input"))
 
     @property
+    def numbers(self) -> tuple[str, ...]:
+        """The names of its inputs that are single numbers or truths, which a table may drive."""
+        plain = (v for v in self._fmu.of("input") if not (v.axes or v.items or v.is_bytes))
+        return tuple(variable.name for variable in plain)
+
+    @property
     def outputs(self) -> tuple[str, ...]:
         """The names of its outputs."""
         return tuple(variable.name for variable in self._fmu.of("output"))
+
+    @property
+    def settled_axes(self) -> frozenset[str]:
+        """Axes of its connectors whose lengths keep what a scenario chooses."""
+        axes = {axis for v in self._fmu.variables.values() for axis in v.axes}
+        return frozenset(a.name for a in axes if a.name and a.structural in self._sizes.chosen)
 
     @property
     def inner(self) -> tuple[str, ...]:

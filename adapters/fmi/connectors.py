@@ -51,6 +51,11 @@ def connectors(
     }
 
 
+def not_set(description: FmuDescription) -> list[str]:
+    """Parameters that no scenario can set, with the reason."""
+    return [f"`{v.name}` (Binary)" for v in description.of("parameter") if v.type == "Binary"]
+
+
 def left_out(description: FmuDescription) -> list[str]:
     """Inputs and outputs that cannot be connected, with the reason."""
     silent = [v for v in description.of("input", "output") if not v.is_signal]

@@ -118,7 +118,10 @@ def read_description(path: Path, kind: Kind | None = None) -> FmuDescription:
     try:
         parsed: Any = fmpy.model_description.read_model_description(_archive_of(xml))
     except Exception as error:
-        what = f"modelDescription.xml is invalid: {error}"
+        # what Python says of an index or a name that is missing tells nobody anything
+        is_python = isinstance(error, LookupError | AttributeError | TypeError)
+        why = "" if is_python else f": {'; '.join(str(error).splitlines())}"
+        what = f"modelDescription.xml is invalid{why}"
         hint = "; `nlosim fmu validate` says which rules are broken"
         raise ComponentTypeError(f"{path}: {what}{hint}") from error
     kinds = kinds_of(root)

@@ -171,7 +171,7 @@ def simulated_fmu(
     values, held = _start_values(type_, starts)
     values |= _inner(type_, record)
     component = type_.create(_FMU, {**values, **options})
-    outputs = _recorded(component.connectors, record, type_.inner)
+    outputs = _recorded(component.connectors, record, type_)
     source = _source(component.connectors, held, table)
     components: dict[str, Component] = {_FMU: component}
     connections: list[Connection] = []
@@ -232,7 +232,7 @@ def _start_values(
             parsed = yaml.safe_load(value)
         except yaml.YAMLError:
             parsed = value
-        names = [name] if name in type_.inputs else [name, f"start.{name}"]
+        names = [name] if name in type_.numbers else [name, f"start.{name}"]
         offered = [each for each in names if each in type_.parameters]
         if offered:
             said[offered[0]] = parsed
@@ -254,17 +254,16 @@ def _start_values(
 
 
 def _recorded(
-    connectors: Mapping[str, Connector], record: Sequence[str], inner: Sequence[str]
+    connectors: Mapping[str, Connector], record: Sequence[str], type_: FmuComponentType
 ) -> list[str]:
+    every = {n: c for n, c in connectors.items() if c.causality is Causality.OUTPUT}
     outputs = [
         name
-        for name, c in connectors.items()
-        if c.causality is Causality.OUTPUT
-        and not c.is_binary
-        and all(isinstance(n, int) for n in c.shape)
+        for name, c in every.items()
+        if not c.is_binary and all(isinstance(n, int) or n in type_.settled_axes for n in c.shape)
     ]
     problems = [
-        f"--record {pattern}: no variable matches; {suggestion(pattern, [*outputs, *inner])}"
+        f"--record {pattern}: {_why_not(pattern, every, [*outputs, *type_.inner])}"
         for pattern in record
         if not meant(pattern, outputs)
     ]
@@ -274,6 +273,14 @@ def _recorded(
         raise RunError("the FMU has no outputs that can stand in a table")
     wanted = {name for pattern in record for name in meant(pattern, outputs)}
     return [name for name in outputs if not record or name in wanted]
+
+
+def _why_not(pattern: str, outputs: Mapping[str, Connector], offered: Sequence[str]) -> str:
+    """Why nothing that a pattern means can stand in a table."""
+    found = [f"`{name}` is {outputs[name].kind()}" for name in meant(pattern, outputs)]
+    if found:
+        return f"{', '.join(found)}, and a table has numbers, as many in each row"
+    return f"no variable matches; {suggestion(pattern, offered)}"
 
 
 def _source(
@@ -315,6 +322,11 @@ def _number(value: Any, input_: Connector) -> Array:
     return np.asarray(value, np.float64)
 
 
+def _is_named(connector: Connector) -> bool:
+    """Whether an axis has a name in place of a length."""
+    return any(isinstance(length, str) for length in connector.shape)
+
+
 def _results(folder: Path, outputs: Sequence[str], connectors: Mapping[str, Connector]) -> Results:
     """What was recorded until the run ended, or failed."""
     try:
@@ -323,7 +335,10 @@ def _results(folder: Path, outputs: Sequence[str], connectors: Mapping[str, Conn
     except CosimError:
         return Results(np.empty(0), {}, {})
     times = next(iter(series.values())).times * 1e-9
-    columns = {name: np.asarray(each.values) for name, each in series.items()}
+    columns = {
+        name: np.stack(list(each)) if _is_named(connectors[name]) else np.asarray(each.values)
+        for name, each in series.items()
+    }
     # what is fixed was recorded once
     columns = {n: c if len(c) == len(times) else np.repeat(c, len(times), axis=0)
                for n, c in columns.items()}  # fmt: skip

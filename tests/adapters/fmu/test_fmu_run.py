@@ -12,6 +12,7 @@ import pytest
 
 from adapters.fmi.command.reading import read_results
 from adapters.fmi.command.table import Results, draw, lines_of_text, summary, write_results
+from adapters.fmi.component_type import FmuComponentType
 from adapters.fmu_command import add_command
 from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.table_files import has_parquet
@@ -67,6 +68,61 @@ def test_names_with_brackets_are_names(lag2: Path, tmp_path: Path) -> None:
     assert outcome.exit_code is Exit.DONE, outcome.text
     last = next(line for line in run(fmu, *SPAN).text.splitlines() if line.startswith("x[1]"))
     assert last.endswith("V")
+
+
+def test_an_array_of_a_chosen_length_stands_in_the_table(
+    fmu: Callable[[str], Path], tmp_path: Path
+) -> None:
+    """`spare` has `n_spare` elements, 0, 1, ...; the arrays along `row` follow an input."""
+    out = tmp_path / "out.csv"
+    outcome = run(
+        fmu("matrix"), *SPAN, "--start-value", "n_spare=5", "--record", "sp*", "--output", out
+    )
+    assert outcome.exit_code is Exit.DONE, outcome.text
+    assert list(table(out)) == ["time", *(f"spare[{k}]" for k in range(5))]
+    assert [set(column) for name, column in table(out).items() if name != "time"] == [
+        {float(k)} for k in range(5)
+    ]
+    wrong = run(fmu("matrix"), *SPAN, "--record", "row.scaled")
+    assert "`row.scaled` is float64[row, 4], and a table has numbers, as many in each" in wrong.text
+
+
+def test_texts_are_named_as_such(lag2: Path) -> None:
+    wrong = run(lag2, *SPAN, "--record", "label")
+    assert "--record label: `label` is text, and a table has numbers" in wrong.text
+
+
+def test_an_input_that_no_table_can_drive_starts_as_it_is_said(
+    lag2: Path, words3: Path, tmp_path: Path
+) -> None:
+    """An Enumeration by the name of an item; what is no item is refused. So are texts."""
+    was = b'name="method" valueReference="3" causality="parameter" variability="fixed"'
+    becomes = was.replace(b"parameter", b"input").replace(b"fixed", b"discrete")
+    path = changed(lag2, tmp_path, (was, becomes))
+    outcome = run(path, *SPAN, "--start-value", "method=Forward Euler", "--record", "method_used")
+    assert outcome.exit_code is Exit.DONE, outcome.text
+    assert outcome.data["last"]["method_used"] == 5
+    wrong = run(path, *SPAN, "--start-value", "method=4")
+    assert "--start-value method: cannot be 4; there are: Forward Euler, exact" in wrong.text
+    texts = FmuComponentType(words3)
+    assert texts.numbers == ()
+    assert {"start.word", "start.pair"} <= set(texts.parameters)
+
+
+def test_a_parameter_that_cannot_be_set_is_named(words3: Path, tmp_path: Path) -> None:
+    was = b'<Binary name="bits" valueReference="3" causality="input"'
+    becomes = was.replace(b'"input"', b'"parameter" variability="fixed"')
+    kind = FmuComponentType(changed(words3, tmp_path, (was, becomes)))
+    assert "(without `bits` (Binary): not supported as parameters)" in kind.description
+
+
+def test_what_is_wrong_with_a_description_is_said_in_words(lag2: Path, tmp_path: Path) -> None:
+    """An index beyond the variables (FMI 2.0.4, section 2.2.8) is an IndexError of the reader."""
+    path = changed(lag2, tmp_path, (b'<Unknown index="9"/>', b'<Unknown index="99"/>'))
+    outcome = run(path, *SPAN)
+    hint = "`nlosim fmu validate` says which rules are broken"
+    assert outcome.text.endswith(f"lag2.fmu: modelDescription.xml is invalid; {hint}")
+    assert run(tmp_path, *SPAN).text.endswith("is a folder, no file")
 
 
 def test_arrays_without_a_row_are_tables_without_a_row(tmp_path: Path) -> None:
