@@ -20,7 +20,8 @@ _CODES: Final[Mapping[str, int]] = MappingProxyType(
 class Lights:
     """All signals of all traffic lights, light by light in the order of their names.
 
-    Signals that no lane outside junctions leads to, those of pedestrian crossings, are left out.
+    There is one for each index of a light and each lane that the index rules. Signals that no lane
+    outside junctions leads to, those of pedestrian crossings, are left out.
     """
 
     def __init__(self, sumo: Sumo) -> None:
@@ -30,8 +31,9 @@ class Lights:
         self._rows: list[tuple[str, list[int]]] = []
         for number, light in enumerate(self._names):
             used = []
-            for k, lane in enumerate(sumo.controlled_lanes(light)):
-                if not lane or lane.startswith(":"):
+            ruled = enumerate(sumo.controlled_lanes(light))
+            for k, lane in ((k, lane) for k, lanes in ruled for lane in lanes):
+                if lane.startswith(":"):
                     continue
                 shape = sumo.net.lane_shape(lane)
                 way = shape[-1] - shape[-2]  # SUMO refuses a lane of one point

@@ -162,9 +162,12 @@ class Sumo:
         """All traffic lights, sorted by name."""
         return sorted(self._lights.getIDList())
 
-    def controlled_lanes(self, light: str) -> list[str]:
-        """The lane that leads to each signal of `light`; empty where there is none."""
-        return [links[0][0] if links else "" for links in self._lights.getControlledLinks(light)]
+    def controlled_lanes(self, light: str) -> list[list[str]]:
+        """The lanes that each index of `light` rules, each once, in SUMO's order."""
+        return [
+            list(dict.fromkeys(lane for lane, _, _ in links))
+            for links in self._lights.getControlledLinks(light)
+        ]
 
     def light_states(self, lights: Sequence[str]) -> list[str]:
         """The state of each of `lights`: one of SUMO's letters for each of its signals."""

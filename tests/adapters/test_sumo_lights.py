@@ -52,7 +52,7 @@ class Stated:
     All lanes but `b` end at (3, 4).
     """
 
-    def __init__(self, lanes: dict[str, list[str]]) -> None:
+    def __init__(self, lanes: dict[str, list[list[str]]]) -> None:
         self._lanes = lanes
         self.letters = {name: "r" * len(those) for name, those in lanes.items()}
 
@@ -63,7 +63,7 @@ class Stated:
     def lights(self) -> list[str]:
         return sorted(self._lanes)
 
-    def controlled_lanes(self, light: str) -> list[str]:
+    def controlled_lanes(self, light: str) -> list[list[str]]:
         return self._lanes[light]
 
     def lane_shape(self, lane: str) -> Float:
@@ -80,14 +80,14 @@ def of(sumo: Stated) -> Lights:
 
 
 def test_every_letter_of_sumo_has_its_code() -> None:
-    sumo = Stated({"x": ["a"] * len(CODES)})
+    sumo = Stated({"x": [["a"]] * len(CODES)})
     sumo.letters["x"] = "".join(CODES)
     assert array(of(sumo).signals(), "state").tolist() == list(CODES.values())
 
 
 def test_lights_follow_by_name_and_signals_that_no_lane_leads_to_are_left_out() -> None:
     """What belongs to one signal stays in one row, whatever is left out before it."""
-    sumo = Stated({"y": ["a", "b"], "x": ["", "b", "", "a"]})
+    sumo = Stated({"y": [["a"], ["b"]], "x": [[], ["b"], [], ["a"]]})
     sumo.letters = {"x": "rgyG", "y": "us"}
     signals = of(sumo).signals()
     assert array(signals, "controller").tolist() == [0, 0, 1, 1]
@@ -101,7 +101,7 @@ def test_lights_follow_by_name_and_signals_that_no_lane_leads_to_are_left_out() 
 
 def test_what_no_light_changed_is_the_same_object_and_nobody_can_write_to_it() -> None:
     """A state that was given out stays as it was when the lights change."""
-    sumo = Stated({"x": ["a", "b"]})
+    sumo = Stated({"x": [["a"], ["b"]]})
     lights = of(sumo)
     first, second = lights.signals(), lights.signals()
     assert all(first[name] is second[name] for name in first)
@@ -176,15 +176,30 @@ def test_the_states_are_those_of_the_plan_second_by_second(
     assert changes == len(plan)
 
 
-def test_a_signal_for_several_lanes_stands_at_the_first_one() -> None:
-    """SUMO tells of each signal the links that it rules: lane, lane behind, lane between."""
+def test_an_index_that_rules_several_lanes_has_a_signal_at_each_of_them() -> None:
+    """All of them show the letter of the index, and change with it."""
+    sumo = Stated({"x": [["a", ":w", "b"], ["b"]]})
+    sumo.letters["x"] = "Gr"
+    lights = of(sumo)
+    signals = lights.signals()
+    a, b = (3.0, 4.0), (0.0, 5.0)
+    np.testing.assert_array_equal(array(signals, "position"), [a, b, b])
+    assert array(signals, "controller").tolist() == [0, 0, 0]
+    assert array(signals, "state").tolist() == [CODES[letter] for letter in "GGr"]
+    sumo.letters["x"] = "yG"
+    assert array(lights.signals(), "state").tolist() == [CODES[letter] for letter in "yyG"]
+
+
+def test_an_index_rules_the_lanes_of_all_its_links_each_once() -> None:
+    """SUMO tells of each index the links that it rules: lane, lane behind, lane between."""
 
     class Ruling:
         @staticmethod
         def getControlledLinks(light: str) -> list[list[tuple[str, str, str]]]:  # noqa: N802  (as SUMO)
             assert light == "middle"
-            return [[("a_0", "x_0", ":m_0"), ("b_0", "x_0", ":m_1")], [], [("c_1", "y_0", ":m_2")]]
+            straight, left = ("b_0", "x_0", ":m_1"), ("b_0", "y_0", ":m_3")
+            return [[straight, ("a_0", "x_0", ":m_0"), left], [], [("c_1", "y_0", ":m_2")]]
 
     sumo = Sumo.__new__(Sumo)
     sumo._lights = Ruling
-    assert sumo.controlled_lanes("middle") == ["a_0", "", "c_1"]
+    assert sumo.controlled_lanes("middle") == [["b_0", "a_0"], [], ["c_1"]]
