@@ -81,7 +81,10 @@ class SystemStructureError(CosimError):
 
 
 class ComponentTypeError(CosimError):
-    """A component type cannot be found, loaded or given these parameters. Exit code 2."""
+    """A component type cannot be found, loaded or given these parameters. Exit code 2.
+
+    If several things are wrong, each is a line of the message.
+    """
 
 
 class ParameterError(ComponentTypeError):

@@ -254,8 +254,13 @@ def refusals(document: Document, use: ComponentUse, error: Exception) -> list[Pr
         top = ("components", use.name, "parameters")
         return list(located(document, top, error.problems))
     address = ("components", use.name)
-    where = document.key((*address, "parameters", *_named(str(error), use)))
-    return [Problem(where, f"{spell(address)}: {error}")]
+    said = str(error).split("\n") if isinstance(error, ComponentTypeError) else [str(error)]
+    return [
+        Problem(
+            document.key((*address, "parameters", *_named(what, use))), f"{spell(address)}: {what}"
+        )
+        for what in said
+    ]
 
 
 def located(document: Document, top: Address, found: Iterable[Finding]) -> Iterator[Problem]:

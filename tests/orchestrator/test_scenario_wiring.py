@@ -18,13 +18,13 @@ from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.cli import main
 from orchestrator.component import Component, RestorableComponent
-from orchestrator.errors import ComponentError, CosimError, ScenarioError
+from orchestrator.errors import ComponentError, ComponentTypeError, CosimError, ScenarioError
 from orchestrator.placement import placement, placing
 from orchestrator.run import run_scenario
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.graph import graph_of, grouped
 from orchestrator.scenario.model import ComponentUse
-from orchestrator.scenario.wiring import assemble, in_process
+from orchestrator.scenario.wiring import assemble, in_process, refusals
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
@@ -94,6 +94,18 @@ def test_parameters_that_a_type_refuses_are_problems_of_the_scenario(scenario_fi
     )
     with pytest.raises(ScenarioError, match=r"yaml:11:5: components\.car: `slow` allows for 5"):
         assemble(scenario)
+
+
+def test_each_line_of_what_a_type_says_is_a_problem_of_its_own(scenario_file: Path) -> None:
+    scenario = load_scenario(scenario_file)
+    use = scenario.components["car"]
+    several = refusals(scenario.document, use, ComponentTypeError("a is wrong\n`count` is odd"))
+    assert [problem.what for problem in several] == [
+        "components.car: a is wrong",
+        "components.car: `count` is odd",
+    ]
+    (one,) = refusals(scenario.document, use, ValueError("no\nnumber"))
+    assert str(one).endswith(r"components.car: no\nnumber")
 
 
 def test_what_only_components_can_tell_is_reported_with_everything_else(
