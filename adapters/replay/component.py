@@ -113,7 +113,7 @@ class FcdReplay(Component):
         first = next(frames)
         second = next(frames, first)
         samples = len(first.names) + len(second.names)
-        stay = set(first.names) & set(second.names)
+        stay = set(first.keys) & set(second.keys)
         apart = second.time - first.time
         for frame in frames:
             samples += len(frame.names)

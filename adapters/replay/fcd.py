@@ -119,6 +119,7 @@ class _Reader:
             column: [row.get(_ATTRIBUTES.get(column, column)) for row in rows]
             for column in ("id", *MOTION)
         }
+        cells["key"] = [_key(element) for element in self._elements]
         cells["type"] = [
             element.attributes.get("type") or _UNTYPED.get(element.tag)
             for element in self._elements
@@ -127,3 +128,9 @@ class _Reader:
             if any(column in row for row in rows):
                 cells[column] = [row.get(column) for row in rows]
         return cells
+
+
+def _key(element: Element) -> str:
+    """What tells a road user from all others: vehicles and persons of SUMO may share a name."""
+    name = element.attributes.get("id", "")
+    return name if element.tag == _VEHICLE else f"{element.tag}\0{name}"

@@ -29,6 +29,7 @@ class Snapshot:
     Attributes:
         time: of the file [ns].
         names: the file's ids.
+        keys: what tells road users apart; a vehicle and a person may share a name.
         types: their names.
         motion: x, y, heading and speed, shape (sample, 4).
         size: length, width and height, NaN where the file is silent, shape (sample, 3).
@@ -38,6 +39,7 @@ class Snapshot:
 
     time: Time
     names: Sequence[str]
+    keys: Sequence[str]
     types: Sequence[str]
     motion: Float
     size: Float
@@ -69,7 +71,8 @@ def read_snapshot(
 
     Args:
         time: of the file [ns].
-        cells: by column: id, type, those of `MOTION`, and any of `SIZE`.
+        cells: by column: id, type, those of `MOTION`, and any of `SIZE`; `key` where it is another
+            than the id.
         places: where each row is written.
         findings: takes what is wrong.
         place: where the time is written.
@@ -77,11 +80,13 @@ def read_snapshot(
     """
     count = len(places)
     names = _texts("id", cells, places, findings)
+    keys = cells.get("key", names)
     types = _texts("type", cells, places, findings)
-    for name, times in Counter(names).items():
-        if times > 1 and name:
-            second = [row for row, other in enumerate(names) if other == name][1]
-            findings.note(places[second], f"`{name}` is there {times} times at the same time")
+    for key, times in Counter(keys).items():
+        second = [row for row, other in enumerate(keys) if other == key][1] if times > 1 else 0
+        if times > 1 and names[second]:
+            what = f"`{names[second]}` is there {times} times at the same time"
+            findings.note(places[second], what)
     motion, size = np.empty((count, len(MOTION))), np.full((count, len(SIZE)), np.nan)
     for k, column in enumerate(MOTION):
         label = labels.get(column, column)
@@ -92,6 +97,7 @@ def read_snapshot(
     return Snapshot(
         time=time,
         names=names,
+        keys=keys,
         types=types,
         motion=motion,
         size=size,

@@ -38,6 +38,7 @@ class Frame:
     Attributes:
         time: of the file [ns].
         names: the file's ids.
+        keys: as of `Snapshot`.
         types: their names.
         center: of the bodies [m], shape (road user, 2).
         heading: counter-clockwise from east [rad], in [-pi, pi), shape (road user,).
@@ -49,6 +50,7 @@ class Frame:
 
     time: Time
     names: tuple[str, ...]
+    keys: tuple[str, ...]
     types: tuple[str, ...]
     center: Float
     heading: Float
@@ -168,6 +170,7 @@ class Source:
         return Frame(
             time=snapshot.time,
             names=tuple(snapshot.names),
+            keys=tuple(snapshot.keys),
             types=tuple(types),
             center=self._convention.centers(motion[:, :2], heading, size[:, 0]),
             heading=heading,

@@ -87,8 +87,8 @@ class Roster:
     def number(self, frame: Frame) -> Tracks:
         """The samples of the next frame, ascending by number, shape (road user,)."""
         users = [
-            self._user(name, frame.time, body)
-            for name, body in zip(frame.names, frame.body.tolist(), strict=True)
+            self._user(key, frame.time, body)
+            for key, body in zip(frame.keys, frame.body.tolist(), strict=True)
         ]
         rows = np.empty(len(users), SAMPLE)
         rows["number"] = [user.number for user in users]
@@ -102,8 +102,8 @@ class Roster:
         self._forget(frame.time)
         return rows[np.argsort(rows["number"])]
 
-    def _user(self, name: str, time: Time, body: int) -> _RoadUser:
-        known = self._users.get(name)
+    def _user(self, key: str, time: Time, body: int) -> _RoadUser:
+        known = self._users.get(key)
         if known is not None and time - known.seen <= self._gap:
             known.seen = time
             return known
@@ -116,14 +116,14 @@ class Roster:
             lidar=may_have and lidar < self._equipment.lidar_share,
         )
         self._count += 1
-        self._users[name] = user
+        self._users[key] = user
         return user
 
     def _forget(self, time: Time) -> None:
         """Drop those who have left, now and then, so that memory does not grow with the file."""
         if len(self._users) >= self._purge_at:
             first = time - self._gap
-            self._users = {name: user for name, user in self._users.items() if user.seen >= first}
+            self._users = {key: user for key, user in self._users.items() if user.seen >= first}
             self._purge_at = max(_FEW, 2 * len(self._users))
 
 

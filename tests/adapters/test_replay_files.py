@@ -19,6 +19,7 @@ from orchestrator.errors import ComponentTypeError
 from tests.adapters.traces import (
     Sample,
     array,
+    entered,
     replay,
     states,
     write_csv,
@@ -110,6 +111,25 @@ def test_who_rides_is_no_body_of_its_own(tmp_path: Path) -> None:
         (found,) = states(replay(file), "0.1", 0)
         bodies.append(array(found, "body").tolist())
     assert bodies == [[3], [3], [3, 8], [3, 8]]
+
+
+def test_a_vehicle_and_a_person_may_share_a_name(tmp_path: Path) -> None:
+    """As SUMO allows it: each keeps its own number; two persons of one name are refused."""
+    twins = '<{} id="a" x="{}" y="2" angle="3" speed="4" type="{}"/>'
+    times = [
+        [twins.format("vehicle", k, "bus"), twins.format("person", 50 + k, "DEFAULT_PEDTYPE")]
+        for k in range(3)
+    ]
+    times[1].reverse()
+    steps = [f'<timestep time="{k}">{"".join(those)}</timestep>' for k, those in enumerate(times)]
+    file = tmp_path / "a.xml"
+    file.write_text(f"<fcd-export>{''.join(steps)}</fcd-export>")
+    found = list(states(replay(file), "1", 2))
+    assert entered(found[0]) == [(0, "a", "bus"), (1, "a", "DEFAULT_PEDTYPE")]
+    assert [array(signals, "body").tolist() for signals in found] == [[3, 8]] * 3
+    assert [entered(signals) for signals in found[1:]] == [[], []]
+    file.write_text(file.read_text().replace("vehicle", "person"))
+    assert refused({"file": file}).count("`a` is there 2 times at the same time") == 3
 
 
 @pytest.mark.slow
