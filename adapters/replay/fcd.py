@@ -1,9 +1,10 @@
 """SUMO's floating car data: the XML file of `--fcd-output`.
 
-Persons and containers that ride in a vehicle are no bodies of their own, and left out.
+Persons who ride in a vehicle are no bodies of their own, and left out; so are containers.
 https://sumo.dlr.de/docs/Simulation/Output/FCDOutput.html has the format.
 """
 
+import logging
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
@@ -11,18 +12,22 @@ from typing import Final
 from adapters.replay.findings import Findings, Place
 from adapters.replay.snapshot import MOTION, SIZE, Cell, Snapshot, file_time, read_snapshot
 from adapters.replay.xml_stream import Element, read_xml
+from orchestrator.errors import Location
 from orchestrator.timebase import Time
+
+logger = logging.getLogger(__name__)
 
 ROOT: Final = "fcd-export"
 
 _TIME: Final = "timestep"
 _VEHICLE: Final = "vehicle"
-_CARRIED: Final = frozenset({"person", "container"})
+_PERSON: Final = "person"
+_LOAD: Final = "container"
 _PLACED: Final = ("x", "y", "angle", "speed")
 _ATTRIBUTES: Final = {"heading": "angle"}
 """The names of attributes that are not those of columns."""
 
-_UNTYPED: Final = {"person": "DEFAULT_PEDTYPE", "container": "DEFAULT_CONTAINERTYPE"}
+_UNTYPED: Final = {_PERSON: "DEFAULT_PEDTYPE"}
 """The types of those whose type the file leaves out."""
 
 
@@ -33,7 +38,7 @@ def read_fcd(path: Path, findings: Findings) -> Iterator[Snapshot]:
         path: of the file, which may be compressed (`*.gz`).
         findings: takes what is wrong with it.
     """
-    reader = _Reader(findings)
+    reader = _Reader(path, findings)
     for _ in read_xml(path, findings, reader.start, reader.end):
         yield from reader.done
         reader.done.clear()
@@ -49,7 +54,8 @@ class _Reader:
         is_foreign: whether the file is something else.
     """
 
-    def __init__(self, findings: Findings) -> None:
+    def __init__(self, file: Path, findings: Findings) -> None:
+        self._file = file
         self.done: list[Snapshot] = []
         self.is_foreign = False
         self._findings = findings
@@ -57,6 +63,7 @@ class _Reader:
         self._place: Place = (1, 1)
         self._elements: list[Element] = []
         self._vehicle: Mapping[str, str] = {}
+        self._has_loads = False
 
     def start(self, element: Element) -> None:
         """Take the start of an element."""
@@ -66,9 +73,11 @@ class _Reader:
         if element.parent == _TIME and tag == _VEHICLE:
             self._vehicle = attributes
             self._elements.append(element)
-        elif element.parent == _TIME and tag in _CARRIED:
+        elif element.parent == _TIME and tag == _PERSON:
             if not self._rides(attributes):
                 self._elements.append(element)
+        elif element.parent == _TIME and tag == _LOAD:
+            self._leave_out(element)
         elif not element.parent:
             self.is_foreign = tag != ROOT
             if self.is_foreign:
@@ -100,8 +109,16 @@ class _Reader:
                 )
             )
 
+    def _leave_out(self, load: Element) -> None:
+        """Say once that there are loads."""
+        if not self._has_loads:
+            where, name = Location(str(self._file), *load.place), load.attributes.get("id", "")
+            what = "%s: container `%s` is left out, and so are all others: loads are no road users"
+            logger.info(what, where, name)
+        self._has_loads = True
+
     def _rides(self, attributes: Mapping[str, str]) -> bool:
-        """Whether a person or a container is in a vehicle, and no body of its own.
+        """Whether a person is in a vehicle, and no body of its own.
 
         SUMO writes those in a vehicle right after it, with its position, angle and speed. Only if
         it was asked for the attribute does it also name the vehicle, or nothing.

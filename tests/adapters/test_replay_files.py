@@ -113,6 +113,28 @@ def test_who_rides_is_no_body_of_its_own(tmp_path: Path) -> None:
     assert bodies == [[3], [3], [3, 8], [3, 8]]
 
 
+def test_containers_are_left_out_which_the_log_says_once(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """As `sumo-traffic` has it: loads are no road users."""
+    place = 'x="1" y="{}" angle="3" speed="4"'
+    times = "".join(
+        f'<timestep time="{k}"><vehicle id="a" {place.format(2)} type="bus"/>'
+        f'<container id="c" {place.format(7)} type="DEFAULT_CONTAINERTYPE"/>'
+        f'<container id="d" {place.format(2)}/></timestep>'
+        for k in range(2)
+    )
+    file = tmp_path / "a.xml"
+    file.write_text(f"<fcd-export>\n{times}</fcd-export>")
+    component = replay(file, equip_persons=True)
+    with caplog.at_level("INFO"):
+        found = list(states(component, "1", 1))
+    assert [array(signals, "body").tolist() for signals in found] == [[Body.BUS]] * 2
+    assert [record.getMessage() for record in caplog.records] == [
+        f"{file}:2:80: container `c` is left out, and so are all others: loads are no road users"
+    ]
+
+
 def test_a_vehicle_and_a_person_may_share_a_name(tmp_path: Path) -> None:
     """As SUMO allows it: each keeps its own number; two persons of one name are refused."""
     twins = '<{} id="a" x="{}" y="2" angle="3" speed="4" type="{}"/>'
