@@ -9,6 +9,7 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from adapters.replay.degrees import Degrees
 from adapters.replay.fcd import read_fcd
 from adapters.replay.files import kind_of
 from adapters.replay.findings import Findings, TrafficFileError
@@ -132,6 +133,7 @@ class Source:
             ComponentTypeError: a library that this format needs is not installed.
         """
         findings = Findings(self._path)
+        degrees = Degrees()
         before: Time | None = None
         samples_since = 0
         for snapshot in self._read(self._path, findings):
@@ -144,11 +146,14 @@ class Source:
             before = snapshot.time if before is None else max(before, snapshot.time)
             self._check_types(snapshot, findings)
             if not findings:
+                degrees.take(snapshot, findings)
+            if not findings:
                 yield self._frame(snapshot)
                 continue
             samples_since += len(snapshot.names)
             if samples_since >= MOST_SAMPLES:
                 break
+        degrees.tell(findings)
         if not findings and before is None:
             findings.note((1, 1), "there is no sample in this file")
         if findings:

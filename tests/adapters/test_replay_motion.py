@@ -8,6 +8,7 @@ import pytest
 
 from adapters.replay.motion import Interpolation, between
 from adapters.replay.tracks import SAMPLE
+from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Signals
 from orchestrator.testing import check_component
 from tests.adapters.traces import Sample, array, entered, replay, states, write_csv, write_fcd
@@ -114,6 +115,32 @@ def test_samples_stay_as_they_are(interpolation: Interpolation) -> None:
     for samples, kept in zip((last, following), before, strict=True):
         assert bool((samples == kept).all())
     assert bool((between(last, following, 0, interpolation) == last).all())
+
+
+@pytest.mark.parametrize("moved", [0.0, 0.02, 10.0])
+def test_who_stands_creeps_or_is_teleported_has_no_degrees(tmp_path: Path, moved: float) -> None:
+    """Only 1e-6 to 1e-3 of what is driven are degrees; single road users may seem to have some."""
+    samples = [
+        sample
+        for t in range(6)
+        for sample in (
+            Sample(id="stands", time=t, x=5, speed=0),
+            Sample(id="odd", time=t, x=1e-5 * t),
+            Sample(id="a", time=t, y=moved * t),
+            Sample(id="b", time=t, y=moved * t + 80 * (t > 3)),
+        )
+    ]
+    assert len(list(states(replay(write_csv(tmp_path / "a.csv", samples)), "1", 5))) == 6
+
+
+@pytest.mark.parametrize("step", [0.01, 1.0])
+@pytest.mark.parametrize("latitude", [0, 48, 80])
+def test_degrees_are_refused_whatever_the_step(tmp_path: Path, step: float, latitude: int) -> None:
+    """10 m/s to the east."""
+    change = math.degrees(10 * step / 6.371e6 / math.cos(math.radians(latitude)))
+    samples = [Sample(id="a", time=k * step, x=11 + k * change, y=latitude) for k in range(50)]
+    with pytest.raises(ComponentTypeError, match="`x` and `y` are degrees"):
+        replay(write_csv(tmp_path / "a.csv", samples))
 
 
 def test_hold_shows_the_last_sample(tmp_path: Path) -> None:

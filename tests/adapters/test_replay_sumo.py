@@ -1,6 +1,7 @@
 """SUMO's own output, replayed, is what SUMO says of its vehicles and persons."""
 
 import gzip
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from adapters.sumo.road import read_road
 from adapters.sumo.scene import read_buildings
 from adapters.sumo.simulation import Sumo
 from adapters.traffic.geometry import wrap
+from orchestrator.errors import ComponentTypeError
 from tests.adapters.red_light import SCENE
 from tests.adapters.traces import Sample, array, entered, replay, states, write_csv
 
@@ -112,6 +114,33 @@ def test_a_replay_shows_what_sumo_says(tmp_path: Path) -> None:
     with gzip.open(file, "rt") as written:
         assert 'person id="rider"' in written.read()
     assert len(names) > 20
+
+
+def test_degrees_of_sumo_are_refused(tmp_path: Path) -> None:
+    """A net in Munich; the same traffic in metres is shown."""
+    net, routes = tmp_path / "geo.net.xml", tmp_path / "all.rou.xml"
+    text = (SCENE.parent / "red_light.net.xml").read_text()
+    projection = 'projParameter="+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs"'
+    offset = re.sub(r'netOffset="[^"]*"', 'netOffset="-691221.38,-5333620.73"', text)
+    net.write_text(re.sub(r'projParameter="[^"]*"', projection, offset))
+    routes.write_text(
+        '<routes><flow id="f" end="9" period="2" from="south_in" to="north_out"/></routes>'
+    )
+    files = {name: tmp_path / f"{name}.xml" for name in ("false", "true")}
+    for is_geodetic, file in files.items():
+        options = ["--fcd-output", str(file), "--fcd-output.geo", is_geodetic, "--end", "9"]
+        libsumo.start(["sumo", "-n", str(net), "-r", str(routes), "--no-step-log", *options])
+        try:
+            for _ in range(9):
+                libsumo.simulationStep()
+        finally:
+            libsumo.close()
+    assert len(list(states(replay(files["false"]), "1", 2))) == 3
+    expected = (
+        r"true.xml:\d+:9: `x` and `y` are degrees: they change by 0.0000\d\d for a metre driven"
+    )
+    with pytest.raises(ComponentTypeError, match=expected):
+        replay(files["true"])
 
 
 def test_surroundings_are_those_of_sumo(tmp_path: Path, sumo: Sumo) -> None:
