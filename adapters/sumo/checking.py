@@ -12,6 +12,7 @@ from adapters.sumo.checks.net import NetElements, Roads
 from adapters.sumo.checks.polygons import HEIGHTS, SHAPES, PolygonReader
 from adapters.sumo.checks.reading import WellFormed, read
 from adapters.sumo.files import FileKind, NamedFile, SceneFiles, read_scene
+from adapters.sumo.parameters import BUILDING_HEIGHT
 from adapters.sumo.probing import probe
 from orchestrator.errors import Location, Problem
 
@@ -44,20 +45,23 @@ class SceneCheck:
     is_empty: bool
 
 
-def check_scene(config: Path, *, thorough: bool) -> SceneCheck:
+def check_scene(
+    config: Path, *, thorough: bool, building_height: float = BUILDING_HEIGHT
+) -> SceneCheck:
     """Check the files of a scene.
 
     Args:
         config: the configuration (`*.sumocfg`).
         thorough: whether SUMO opens the scene, too, in a process of its own; that is done only
             if nothing else is wrong.
+        building_height: of buildings that say none [m].
     """
     files, problems = read_scene(config)
     forgiven = {SHAPES, HEIGHTS, UNSORTED}
     if files.is_on("ignore-route-errors"):
         forgiven.add("unknown edges")
     findings = Findings(forgiven=frozenset(forgiven))
-    scene = Scene(findings, Roads(), PolygonReader(findings))
+    scene = Scene(findings, Roads(), PolygonReader(findings, building_height))
     unreadable = _read_contents(files, scene)
     problems = sorted({*problems, *unreadable, *findings.problems()}, key=_place)
     if files.is_on("mesosim"):

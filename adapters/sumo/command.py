@@ -8,9 +8,10 @@ from typing import Final
 
 import numpy as np
 
+from adapters.sumo.checking import check_scene
 from adapters.sumo.draft import draft
-from adapters.sumo.files import read_scene
 from adapters.traffic.geometry import Float
+from orchestrator.cli.failures import problem_data
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.component import Component
 from orchestrator.errors import ComponentError, CosimError
@@ -34,20 +35,31 @@ def new(arguments: argparse.Namespace) -> Outcome:
     config: Path = arguments.config
     if not config.is_file():
         return failure("scene", Exit.WRONG_INPUT, f"there is no file {config}")
-    files, problems = read_scene(config)
-    if problems:
-        return failure("scene", Exit.WRONG_INPUT, "\n".join(map(str, problems)))
+    found = check_scene(config, thorough=False)
+    if found.problems:
+        return failure("scene", Exit.WRONG_INPUT, "\n".join(map(str, found.problems)))
     out: Path = arguments.out or Path(f"{config.name.removesuffix('.sumocfg')}.yaml")
     if out.exists():
         return failure("scene", Exit.WRONG_INPUT, f"{out} exists; name another file by `--out`")
-    made = draft(files, out.absolute().parent)
+    made = draft(found.files, out.absolute().parent)
     try:
         out.write_text(made.text, encoding="utf-8")
     except OSError as error:
         return failure("scene", Exit.WRONG_INPUT, f"{out} cannot be written: {error.strerror}")
     assumed = [f"  * {each}" for each in made.assumptions]
-    text = "\n".join([f"{out}: it assumes that", *assumed, "", f"run it with `nlosim run {out}`"])
-    return Outcome(text=text, data={"out": str(out), "assumptions": list(made.assumptions)})
+    lines = [
+        f"{out}: it assumes that",
+        *assumed,
+        *(f"{remark} (a remark)" for remark in found.remarks),
+        "",
+        f"run it with `nlosim run {out}`",
+    ]
+    data = {
+        "out": str(out),
+        "assumptions": list(made.assumptions),
+        **({"remarks": [problem_data(each) for each in found.remarks]} if found.remarks else {}),
+    }
+    return Outcome(text="\n".join(lines), data=data)
 
 
 def show(arguments: argparse.Namespace) -> Outcome:

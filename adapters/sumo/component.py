@@ -80,7 +80,11 @@ class SumoTraffic(FileReadingComponent, OncePerProcessComponent, ForeseenCompone
     @classmethod
     @override
     def check_files(cls, parameters: TrafficParameters, *, thorough: bool) -> FileCheck:
-        found = check_scene(parameters.scene, thorough=thorough and not parameters.traci)
+        found = check_scene(
+            parameters.scene,
+            thorough=thorough and not parameters.traci,
+            building_height=parameters.building_height,
+        )
         wrong: tuple[Finding, ...] = (
             *(() if parameters.traci else unwritable(found.files)),
             *missing_references(parameters.entities, found.roads, found.types),

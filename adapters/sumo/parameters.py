@@ -4,10 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Literal
+from typing import Final, Literal
 
 from adapters.sumo.entities import Entity
 from orchestrator.parameters import parameter
+
+BUILDING_HEIGHT: Final = 10.0
+"""The height of buildings that say none [m], unless a scenario says another."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,7 +105,7 @@ class TrafficParameters:
         doc="interval of the motion of driven entities and of collision checks",
     )
     building_height: float = parameter(
-        10.0, unit="m", minimum=0.1, doc="of buildings without a parameter `height`"
+        BUILDING_HEIGHT, unit="m", minimum=0.1, doc="of buildings without a parameter `height`"
     )
     antenna_above_roof: float = parameter(
         0.05, unit="m", minimum=0.001, doc="of types without a parameter `antenna_height`"

@@ -9,7 +9,7 @@ from adapters.sumo.draft import draft
 from adapters.sumo.files import read_scene
 from orchestrator.cli import main
 from orchestrator.scenario.build import load_scenario
-from tests.adapters.scene import ROUTES, Folder
+from tests.adapters.scene import ROUTES, SHAPES, Folder
 
 CAR = '<vehicle id="v" depart="0"><route edges="south_in north_out"/></vehicle>'
 SECOND = 10**9
@@ -43,6 +43,37 @@ def test_a_draft_runs_whatever_the_times_of_the_scene(
     scenario = load_scenario(out)
     assert (scenario.start, scenario.stop) == (start, stop)
     assert all((stop - start) % use.step == 0 for use in scenario.components.values())
+
+
+def test_a_draft_says_what_may_not_be_meant(
+    folder: Folder, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As `nlosim check` does, and the log of the run."""
+    folder.write(
+        SHAPES, '<additional><poly id="b" type="building" shape="0,0 9,0 9,9"/></additional>'
+    )
+    folder.write(ROUTES, f"<routes>{CAR}</routes>")
+    config = folder.config(routes=ROUTES, additional=SHAPES)
+    out, ran = folder.path / "town.yaml", folder.path / "ran"
+    what = "1 of 1 buildings says no height and is taken as 10 m high"
+    for words in (
+        ["scene", "new", str(config), "--out", str(out)],
+        ["check", str(out)],
+    ):
+        assert main(words) == 0
+        assert f"{SHAPES}:1:13: {what} (a remark)\n" in capsys.readouterr().out
+    assert main(["run", str(out), "--set", "time.stop=100 ms", "--out", str(ran)]) == 0
+    assert f"{SHAPES}:1:13: {what}\n" in (ran / "log.txt").read_text()
+
+
+def test_a_draft_is_not_written_for_a_scene_that_cannot_run(
+    folder: Folder, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder.write(ROUTES, '<routes><trip id="a" depart="0" from="x" to="north_out"/></routes>')
+    out = folder.path / "town.yaml"
+    assert main(["scene", "new", str(folder.config(routes=ROUTES)), "--out", str(out)]) == 2
+    assert "`from`: the net has no edge `x`" in capsys.readouterr().err
+    assert not out.exists()
 
 
 def test_a_step_that_no_scenario_can_have_is_replaced_and_said(folder: Folder) -> None:

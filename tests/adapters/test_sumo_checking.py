@@ -10,6 +10,8 @@ from hypothesis import given, strategies as st
 
 from adapters.sumo.checking import check_scene
 from adapters.sumo.checks.findings import MOST
+from adapters.sumo.component import SumoTraffic
+from adapters.sumo.parameters import TrafficParameters
 from tests.adapters.scene import ASSETS, NET, ROUTES, SHAPES, Folder, said
 
 SCENE = ASSETS / "red_light.sumocfg"
@@ -213,9 +215,48 @@ def test_what_a_building_lacks_is_said(
     assert remark.startswith(f"{SHAPES}:3:2: building `bad` {expected}")
 
 
-def test_a_building_without_a_height_has_the_default(folder: Folder) -> None:
-    check = folder.additional(f'<poly id="b" type="building" shape="{SQUARE}"/>')
-    assert check.problems == check.remarks == ()
+@pytest.mark.parametrize(
+    ("attribute", "inside", "hint"),
+    [
+        ("", "", ""),
+        ("", '<param key="floors" value="3"/>', ""),
+        ('height="12"', "", "; building `b` has the attribute `height`, which counts for nothing:"),
+        ("", '<param key="Height" value="2"/>', "; building `b` has the parameter `Height`, which"),
+        ("", '<param key="building:height" value="2"/>', "; building `b` has the parameter `build"),
+    ],
+)
+def test_buildings_without_a_height_are_counted_once(
+    attribute: str, inside: str, hint: str, folder: Folder
+) -> None:
+    """Those that are left out, and those whose height is wrong, have remarks of their own."""
+    building = f'<poly id="{{}}" type="building" shape="{SQUARE}" {{}}>{{}}</poly>'
+    sound = BUILDING.format("c", "building", SQUARE, 3)
+    flat = '<poly id="d" type="building" shape="0,0 1,0"/>'
+    alone = folder.additional(sound, building.format("b", attribute, inside))
+    assert alone.problems == ()
+    (remark,) = said(alone.remarks)
+    what = "1 of 2 buildings says no height and is taken as 10 m high"
+    assert remark.startswith(f"{SHAPES}:3:1: {what}{hint}")
+    assert remark.endswith(
+        'write `<param key="height" value="..."/>` into its element' * bool(hint)
+    )
+    check = folder.additional(
+        flat, building.format("a", "", ""), sound, building.format("b", attribute, inside)
+    )
+    left_out, remark = said(check.remarks)
+    assert "`d` is left out" in left_out
+    what = "2 of 3 buildings say no height and are taken as 10 m high"
+    assert remark.startswith(f"{SHAPES}:3:1: {what}{hint}")
+
+
+def test_the_height_of_buildings_that_say_none_is_that_of_the_parameter(folder: Folder) -> None:
+    folder.write(
+        SHAPES, f'<additional><poly id="b" type="building" shape="{SQUARE}"/></additional>'
+    )
+    scene = folder.config(additional=SHAPES)
+    parameters = TrafficParameters(scene=scene, building_height=7.5)
+    found = SumoTraffic.check_files(parameters, thorough=False)
+    assert any("is taken as 7.5 m high" in each.what for each in found.remarks)
 
 
 def test_polygons_that_are_no_buildings_are_counted(folder: Folder) -> None:

@@ -24,9 +24,17 @@ def is_building(kind: str) -> bool:
 
 @dataclass(slots=True)
 class _Polygon:
+    """A building that is being read.
+
+    Attributes:
+        height: what its parameter says; `None` without one.
+        near_miss: what may be meant as one.
+    """
+
     name: str
     where: Location
     height: str | None = None
+    near_miss: str = ""
 
 
 class PolygonReader:
@@ -34,10 +42,14 @@ class PolygonReader:
 
     Args:
         findings: where problems go.
+        default_height: of buildings that say none [m].
     """
 
-    def __init__(self, findings: Findings) -> None:
+    def __init__(self, findings: Findings, default_height: float) -> None:
         self._findings = findings
+        self._default_height = default_height
+        self._count = 0
+        self._silent: list[_Polygon] = []
         self._building: _Polygon | None = None
         self._others: dict[str, tuple[int, Location]] = {}
 
@@ -45,22 +57,48 @@ class PolygonReader:
         """An element begins."""
         if name == "poly":
             self._begin(attributes, here())
-        elif name == "param" and self._building is not None and attributes.get("key") == _HEIGHT:
-            self._building.height = attributes.get("value", "")
+        elif name == "param" and self._building is not None:
+            key = attributes.get("key", "")
+            if key == _HEIGHT:
+                self._building.height = attributes.get("value", "")
+            elif _HEIGHT in key.lower():
+                self._building.near_miss = f"the parameter `{key}`"
 
     def end(self, name: str) -> None:
         """An element ends."""
         if name == "poly" and self._building is not None:
-            self._check_height(self._building)
+            self._count += 1
+            if self._building.height is None:
+                self._silent.append(self._building)
+            else:
+                self._check_height(self._building, self._building.height)
             self._building = None
 
     def finish(self) -> None:
-        """All files have been read: remarks about polygons that are no buildings."""
+        """All files have been read: how many polygons are no buildings, or say no height."""
         for kind, (count, where) in self._others.items():
             noun = "polygon" if count == 1 else "polygons"
             verb = "is no building" if count == 1 else "are no buildings"
             named = f"of type `{kind}`" if kind else "without a type"
             self._findings.remark(where, f"{count:,} {noun} {named} {verb}")
+        if self._silent:
+            self._findings.remark(self._silent[0].where, self._silence())
+
+    def _silence(self) -> str:
+        """What is said of buildings without a height."""
+        count = len(self._silent)
+        say, are = ("says", "is") if count == 1 else ("say", "are")
+        near = next((each for each in self._silent if each.near_miss), None)
+        hint = (
+            ""
+            if near is None
+            else f"; building `{near.name}` has {near.near_miss}, which counts for nothing: write "
+            f'`<param key="{_HEIGHT}" value="..."/>` into its element'
+        )
+        return (
+            f"{count:,} of {self._count:,} buildings {say} no height and {are} taken as "
+            f"{self._default_height:g} m high{hint}"
+        )
 
     def _begin(self, attributes: Attributes, where: Location) -> None:
         kind = attributes.get("type", "")
@@ -68,7 +106,9 @@ class PolygonReader:
             count, first = self._others.get(kind, (0, where))
             self._others[kind] = (count + 1, first)
             return
-        self._building = _Polygon(attributes.get("id", ""), where)
+        close = next((each for each in attributes if _HEIGHT in each.lower()), None)
+        near_miss = "" if close is None else f"the attribute `{close}`"
+        self._building = _Polygon(attributes.get("id", ""), where, near_miss=near_miss)
         text = attributes.get("shape", "")
         is_geodetic = attributes.get("geo", "").lower() in {"true", "1", "yes", "on"}
         name = f"building `{self._building.name}`"
@@ -81,13 +121,14 @@ class PolygonReader:
         missing = _missing(corners, is_geodetic=is_geodetic)
         if missing is not None:
             self._findings.add(SHAPES, where, f"{name} is left out: {missing}")
+            self._building = None
 
-    def _check_height(self, building: _Polygon) -> None:
-        if building.height is None or height_in(building.height) is not None:
+    def _check_height(self, building: _Polygon, written: str) -> None:
+        if height_in(written) is not None:
             return
         what = (
             f"building `{building.name}` gets the default height: a height [m] is a positive "
-            f'number in `<param key="{_HEIGHT}" value="..."/>`, got `{building.height}`'
+            f'number in `<param key="{_HEIGHT}" value="..."/>`, got `{written}`'
         )
         self._findings.add(HEIGHTS, building.where, what)
 
