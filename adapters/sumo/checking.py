@@ -61,7 +61,8 @@ def check_scene(
     if files.is_on("ignore-route-errors"):
         forgiven.add("unknown edges")
     findings = Findings(forgiven=frozenset(forgiven))
-    scene = Scene(findings, Roads(), PolygonReader(findings, building_height))
+    roads = Roads()
+    scene = Scene(findings, roads, PolygonReader(findings, roads, building_height))
     unreadable = _read_contents(files, scene)
     problems = sorted({*problems, *unreadable, *findings.problems()}, key=_place)
     if files.is_on("mesosim"):

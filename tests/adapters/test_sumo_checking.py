@@ -259,6 +259,24 @@ def test_the_height_of_buildings_that_say_none_is_that_of_the_parameter(folder: 
     assert any("is taken as 7.5 m high" in each.what for each in found.remarks)
 
 
+def test_a_building_in_degrees_needs_a_net_with_a_projection(folder: Folder) -> None:
+    shape = "11.5,48.1 11.6,48.1 11.6,48.2"
+    lines = [
+        f'<poly id="{name}" type="{kind}" geo="true" shape="{shape}">'
+        '<param key="height" value="9"/></poly>'
+        for name, kind in (("a", "building"), ("park", "leisure"))
+    ]
+    (problem,) = said(folder.additional(*lines).problems)
+    assert problem == (
+        f"{SHAPES}:2:1: building `a`: `geo` says degrees, which would be taken as metres: the net "
+        "has no projection; write metres, or make the net with one"
+    )
+    net = folder.path / NET
+    proj = 'projParameter="+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs"'
+    net.write_text(net.read_text().replace('projParameter="!"', proj))
+    assert folder.additional(*lines).problems == ()
+
+
 def test_polygons_that_are_no_buildings_are_counted(folder: Folder) -> None:
     lines = [f'<poly id="{k}" type="landuse.forest" shape="0,0"/>' for k in range(12)]
     check = folder.additional(*lines, '<poly id="w" type="buildings" shape=""/>')

@@ -15,17 +15,23 @@ FAR: Final = 1e5
 """Coordinates beyond this [m] are counted from the corner of the net."""
 
 
+_NONE: Final = "!"
+"""What netconvert writes as the projection of a net that has none."""
+
+
 @dataclass(slots=True)
 class Roads:
     """The roads of a net.
 
     Attributes:
         edges, lanes: the line of each, by id; inner ones of junctions too.
+        has_projection: whether degrees can be turned into positions.
         complete: whether the net could be read to its end.
     """
 
     edges: dict[str, int] = field(default_factory=dict)
     lanes: dict[str, int] = field(default_factory=dict)
+    has_projection: bool = False
     complete: bool = False
 
 
@@ -104,6 +110,7 @@ class NetElements(Elements):
                 self._findings.add("connections of unknown edges", self._here(), what)
 
     def _location(self, attributes: Attributes) -> None:
+        self.roads.has_projection = attributes.get("projParameter", _NONE) != _NONE
         text = attributes.get("convBoundary", "")
         try:
             numbers = [float(part) for part in text.split(",")]

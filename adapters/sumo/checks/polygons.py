@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from adapters.sumo.checks.findings import Findings
+from adapters.sumo.checks.net import Roads
 from adapters.sumo.checks.reading import Attributes
 from adapters.traffic.surroundings import SAME_POINT, THIN
 from orchestrator.errors import Location
@@ -42,11 +43,13 @@ class PolygonReader:
 
     Args:
         findings: where problems go.
+        roads: of the net, which SUMO reads first.
         default_height: of buildings that say none [m].
     """
 
-    def __init__(self, findings: Findings, default_height: float) -> None:
+    def __init__(self, findings: Findings, roads: Roads, default_height: float) -> None:
         self._findings = findings
+        self._roads = roads
         self._default_height = default_height
         self._count = 0
         self._silent: list[_Polygon] = []
@@ -117,6 +120,13 @@ class PolygonReader:
         except ValueError:
             what = f"{name}: `shape` is a list of `x,y`, got `{_shortened(text)}`"
             self._findings.add("shapes", where, what)
+            return
+        if is_geodetic and self._roads.complete and not self._roads.has_projection:
+            what = (
+                f"{name}: `geo` says degrees, which would be taken as metres: the net has no "
+                "projection; write metres, or make the net with one"
+            )
+            self._findings.add("shapes in degrees", where, what)
             return
         missing = _missing(corners, is_geodetic=is_geodetic)
         if missing is not None:
