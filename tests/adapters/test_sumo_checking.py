@@ -49,6 +49,34 @@ def test_a_net_far_from_the_origin_is_said(folder: Folder) -> None:
     assert remark.endswith("relative to the corner of the net, or to the parameter `origin`")
 
 
+def lift(net: Path, lanes: str) -> None:
+    """Put lanes 8.25 m above the ground; `lanes` is a pattern of their names."""
+
+    def lifted(lane: re.Match[str]) -> str:
+        return f'{lane[1]}shape="{" ".join(f"{point},8.25" for point in lane[2].split())}"'
+
+    net.write_text(re.sub(rf'(<lane id="{lanes}" .*)shape="([^"]*)"', lifted, net.read_text()))
+
+
+def test_heights_of_the_net_are_said_at_the_first_lane_that_has_one(folder: Folder) -> None:
+    """Who says none is at 0 m: netconvert leaves those out."""
+    net = folder.path / NET
+    lift(net, "south_in_[12]")
+    lines = net.read_text().splitlines()
+    line = next(k for k, each in enumerate(lines, 1) if '"south_in_1"' in each)
+    (remark,) = said(check_scene(folder.config(), thorough=False).remarks)
+    assert remark == (
+        f"{NET}:{line}:9: the net says heights from 0 m to 8.25 m: the ground is taken as flat, "
+        "so that roads above each other meet"
+    )
+
+
+def test_a_net_that_is_high_everywhere_is_as_one_that_is_nowhere(folder: Folder) -> None:
+    assert check_scene(folder.config(), thorough=False).remarks == ()
+    lift(folder.path / NET, '[^"]*')
+    assert check_scene(folder.config(), thorough=False).remarks == ()
+
+
 def test_sumo_refuses_a_lane_of_one_point(folder: Folder) -> None:
     """So a lane always has a direction."""
     net = folder.path / NET

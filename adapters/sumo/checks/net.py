@@ -1,6 +1,7 @@
 """A SUMO net: which edges and lanes it has, and whether it holds together."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -35,6 +36,33 @@ class Roads:
     complete: bool = False
 
 
+@dataclass(slots=True)
+class _Heights:
+    """The heights of a net's lanes.
+
+    Attributes:
+        low, high: the least and the greatest [m].
+        where: the first lane that says one.
+    """
+
+    low: float = math.inf
+    high: float = -math.inf
+    where: Location | None = None
+
+    def take(self, shape: str, here: Callable[[], Location]) -> None:
+        """Look at a lane; a point without a height is at 0 m, as netconvert writes it."""
+        if shape.count(",") <= shape.count(" ") + 1:  # no point says one: many large nets
+            self.low, self.high = min(self.low, 0.0), max(self.high, 0.0)
+            return
+        self.where = self.where or here()
+        for point in shape.split():
+            try:
+                height = float(point.split(",")[2]) if point.count(",") > 1 else 0.0
+            except ValueError:  # SUMO says what is wrong with it
+                continue
+            self.low, self.high = min(self.low, height), max(self.high, height)
+
+
 class NetElements(Elements):
     """Reads a net and finds what is wrong with it.
 
@@ -50,6 +78,7 @@ class NetElements(Elements):
         self._junctions: dict[str, int] = {}
         self._ends: list[tuple[str, str, str, Location]] = []
         self._top: Location | None = None
+        self._heights = _Heights()
         self._readers = {
             "edge": self._edge,
             "lane": self._lane,
@@ -87,6 +116,12 @@ class NetElements(Elements):
             if junction not in self._junctions:
                 what = f"edge `{edge}`: `{attribute}` is junction `{junction}`, which is not here"
                 self._findings.add("ends without a junction", where, what)
+        if self._heights.where is not None and self._heights.low < self._heights.high:
+            what = (
+                f"the net says heights from {self._heights.low:g} m to {self._heights.high:g} m: "
+                "the ground is taken as flat, so that roads above each other meet"
+            )
+            self._findings.remark(self._heights.where, what)
 
     def _edge(self, attributes: Attributes) -> None:
         name = attributes.get("id", "")
@@ -98,6 +133,7 @@ class NetElements(Elements):
 
     def _lane(self, attributes: Attributes) -> None:
         self._declare("lane", attributes.get("id", ""), self.roads.lanes)
+        self._heights.take(attributes.get("shape", ""), self._here)
 
     def _junction(self, attributes: Attributes) -> None:
         self._declare("junction", attributes.get("id", ""), self._junctions)
