@@ -78,7 +78,6 @@ class Stream:
         length: of the lane [m].
         speed_limit: [m/s].
         links: the ways on from here; none at the border of the net.
-        weights: probabilities of these.
         enters: whether vehicles enter here during the run.
     """
 
@@ -89,8 +88,22 @@ class Stream:
     length: float
     speed_limit: float
     links: tuple[Link, ...]
-    weights: tuple[float, ...]
     enters: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fork:
+    """Where vehicles of one class may go from a lane.
+
+    Attributes:
+        links: the ways on that are open to the class.
+        weights: probabilities of these.
+        length: of the lane [m].
+    """
+
+    links: tuple[Link, ...]
+    weights: tuple[float, ...]
+    length: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -139,9 +152,11 @@ class Background:
             )
         self._shares = _shares(self._types, demand.tall_share)
         self._rng = rng
-        self._streams = tuple(_streams(sumo, clear, demand.turning_share))
+        self._streams = tuple(_streams(sumo, clear))
         self._next_entry = {stream.lane: self._interval(stream) for stream in self._streams}
-        self._ways: dict[str, tuple[tuple[Link, ...], tuple[float, ...], float]] = {}
+        self._stood_in = np.zeros(len(self._types))
+        self._starts: dict[tuple[str, str], Fork] = {}
+        self._ways: dict[tuple[str, str], Fork] = {}
         self._routes: dict[tuple[str, ...], str] = {}
         self._paths: dict[tuple[str, str], Polyline] = {}
         self._count = 0
@@ -158,16 +173,17 @@ class Background:
                 continue
             self._next_entry[stream.lane] = elapsed + self._interval(stream)
             if self._sumo.occupancy(stream.lane) < stream.length / self._demand.spacing:
-                kind = self._draw_type()
-                entering.append(self._spawn(stream, kind, kind.length))
+                kind = self._draw_type(stream)
+                if kind is not None:
+                    entering.append(self._spawn(stream, kind, kind.length))
         return entering
 
     def _row(self, stream: Stream) -> list[Spawned]:
         row: list[Spawned] = []
         front = stream.free - self._rng.uniform(0.0, self._demand.spacing)
         while True:
-            kind = self._draw_type()
-            if front < kind.length:
+            kind = self._draw_type(stream)
+            if kind is None or front < kind.length:
                 return row
             row.append(self._spawn(stream, kind, front))
             front -= kind.length + _SMALLEST_GAP + self._rng.exponential(self._mean_extra_gap())
@@ -175,7 +191,7 @@ class Background:
     def _spawn(self, stream: Stream, kind: VehicleType, front: float) -> Spawned:
         name = f"background.{self._count}"
         self._count += 1
-        links = self._draw_way(stream)
+        links = self._draw_way(stream, kind)
         edges = (stream.edge, *(self._net.edge_of(link.to_lane) for link in links))
         return Spawned(
             name=name,
@@ -192,28 +208,46 @@ class Background:
             ),
         )
 
-    def _draw_way(self, stream: Stream) -> list[Link]:
-        """A way from lane to lane that ends at the border of the net, or after a long way."""
-        links, weights = stream.links, stream.weights
+    def _draw_way(self, stream: Stream, kind: VehicleType) -> list[Link]:
+        """A way from lane to lane that ends at the border of the net, or after a long way.
+
+        It ends before that where no way on is open to the class of `kind`.
+        """
+        fork = self._start(stream, kind)
         way: list[Link] = []
         length = 0.0
-        if not links:
-            self._rng.choice(1, p=weights)  # as many draws as on other lanes
-        while links and length < _LONGEST_ROUTE:
-            link = links[int(self._rng.choice(len(links), p=weights))]
+        if not fork.links:
+            self._rng.choice(1, p=fork.weights)  # as many draws as on other lanes
+        while fork.links and length < _LONGEST_ROUTE:
+            link = fork.links[int(self._rng.choice(len(fork.links), p=fork.weights))]
             way.append(link)
-            links, weights, on = self._onward(link.to_lane)
-            length += on
+            fork = self._onward(link.to_lane, kind)
+            length += fork.length
         return way
 
-    def _onward(self, lane: str) -> tuple[tuple[Link, ...], tuple[float, ...], float]:
-        """The ways on from `lane`, their probabilities, and its length [m]."""
-        found = self._ways.get(lane)
-        if found is None:
-            links = tuple(self._net.links(lane))
-            weights = _weights(links, self._demand.turning_share)
-            found = self._ways[lane] = (links, weights, self._net.lane_length(lane))
-        return found
+    def _start(self, stream: Stream, kind: VehicleType) -> Fork:
+        """The ways on from the lane that vehicles of `stream` start on."""
+        key = (stream.lane, kind.vehicle_class)
+        if key not in self._starts:
+            self._starts[key] = self._fork(stream.links, stream.length, kind)
+        return self._starts[key]
+
+    def _onward(self, lane: str, kind: VehicleType) -> Fork:
+        """The ways on from a `lane` beyond the first junction."""
+        key = (lane, kind.vehicle_class)
+        if key not in self._ways:
+            net = self._net
+            self._ways[key] = self._fork(net.links(lane), net.lane_length(lane), kind)
+        return self._ways[key]
+
+    def _fork(self, links: Sequence[Link], length: float, kind: VehicleType) -> Fork:
+        open_ = tuple(link for link in links if self._is_open(link, kind))
+        weights = _weights(open_, self._demand.turning_share)
+        return Fork(links=open_, weights=weights, length=length)
+
+    def _is_open(self, link: Link, kind: VehicleType) -> bool:
+        lanes = (link.via, link.to_lane) if link.via else (link.to_lane,)
+        return all(self._net.allows(lane, kind.vehicle_class) for lane in lanes)
 
     def _route(self, edges: tuple[str, ...]) -> str:
         """The name of a route, declared when it is first driven."""
@@ -231,8 +265,27 @@ class Background:
             found = self._paths[key] = path_over(self._net, stream.lane, links)
         return found
 
-    def _draw_type(self) -> VehicleType:
-        return self._types[int(self._rng.choice(len(self._types), p=self._shares))]
+    def _draw_type(self, stream: Stream) -> VehicleType | None:
+        """The type of the next vehicle of `stream`; `None` if no type may be there.
+
+        For one that may not be there stands in, of those that may, the one that has stood in least
+        often for its share; so the draws are the same whatever is closed.
+        """
+        drawn = int(self._rng.choice(len(self._types), p=self._shares))
+        if self._may_start(stream, self._types[drawn]):
+            return self._types[drawn]
+        open_ = [k for k, kind in enumerate(self._types) if self._may_start(stream, kind)]
+        open_ = [k for k in open_ if self._shares[k] > 0.0]
+        if not open_:
+            return None
+        chosen = min(open_, key=lambda k: (self._stood_in[k] + 1.0) / self._shares[k])
+        self._stood_in[chosen] += 1.0
+        return self._types[chosen]
+
+    def _may_start(self, stream: Stream, kind: VehicleType) -> bool:
+        """Whether the class of `kind` may use the lane, and a way on from it if there is any."""
+        is_open = self._net.allows(stream.lane, kind.vehicle_class)
+        return is_open and (not stream.links or bool(self._start(stream, kind).links))
 
     def _mean_extra_gap(self) -> float:
         length = float(self._shares @ [kind.length for kind in self._types])
@@ -258,7 +311,7 @@ def _shares(types: Sequence[VehicleType], tall: float | None) -> Array:
     return shares
 
 
-def _streams(sumo: Sumo, clear: KeptClear, turning_share: float) -> Iterator[Stream]:
+def _streams(sumo: Sumo, clear: KeptClear) -> Iterator[Stream]:
     """Where background vehicles start: on all lanes of passenger cars that are not kept clear."""
     lanes = [lane for lane in sumo.net.lanes() if sumo.net.allows(lane, "passenger")]
     exits = {lane: sumo.net.links(lane) for lane in lanes}
@@ -276,7 +329,6 @@ def _streams(sumo: Sumo, clear: KeptClear, turning_share: float) -> Iterator[Str
             length=length,
             speed_limit=sumo.net.speed_limit(lane),
             links=tuple(links),
-            weights=_weights(links, turning_share),
             enters=bool(exits[lane]) and lane not in entered,
         )
 

@@ -20,7 +20,7 @@ from adapters.sumo.placement import Placement
 from adapters.sumo.scene import VehicleType, VehicleTypes
 from adapters.sumo.simulation import Sumo
 from adapters.traffic.bodies import Body
-from tests.adapters.sumo_runs import Float, car, scene
+from tests.adapters.sumo_runs import Float, car, scene, simulate
 
 NOTHING = KeptClear(reserved=frozenset(), closed=frozenset(), limits={})
 BORDER = {"east_1", "west_1", "north_1"}
@@ -226,6 +226,85 @@ def test_types_are_drawn_by_their_shares(street: Sumo) -> None:
     # who does not fit at the start of a lane is drawn in vain, a van more often than a car
     share = found["van"] / found.total()
     assert share == pytest.approx(0.25, abs=4.0 * math.sqrt(0.1875 / found.total()) + 0.01)
+
+
+TRUCK = replace(kind("truck", 9.0, 1.0), vehicle_class="truck")
+BUS = replace(kind("bus", 9.0, 2.0), vehicle_class="bus")
+
+
+def close(lanes: Sequence[str], *classes: str) -> None:
+    """Forbid `lanes` to `classes`."""
+    import libsumo  # noqa: PLC0415  (nets do not change otherwise)
+
+    for lane in lanes:
+        libsumo.lane.setDisallowed(lane, classes)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_type_is_only_on_lanes_and_ways_that_its_class_may_use(street: Sumo, seed: int) -> None:
+    """Trucks are forbidden on one lane that they would start on, and on one that they turn into."""
+    close(["west_1_0", "east_2_0"], "truck")
+    rng = np.random.default_rng(seed)
+    drawn = Background(street, [CAR, TRUCK], Demand(spacing=15.0), NOTHING, rng)
+    spawned = drawn.place() + [each for k in range(100) for each in drawn.enter(float(k))]
+    assert {each.type.name for each in spawned} == {"car", "truck"}
+    for each in spawned:
+        for edge in edges_of(each):
+            assert street.net.allows(f"{edge}_0", each.type.vehicle_class)
+    rows = by_lane(spawned)
+    assert set(rows) == set(street.net.edges())
+    # from `east_1` straight on is closed, and the turn is not
+    assert {edges_of(each)[1] for each in rows["east_1"] if each.type is TRUCK} == {"north_2"}
+
+
+def test_others_stand_in_by_their_shares_for_a_type_that_may_not_be_there(street: Sumo) -> None:
+    """Cars and buses are 6 to 2, so of four that stand in for trucks three are cars."""
+    close([f"{edge}_0" for edge in street.net.edges()], "truck")
+    kinds = [replace(CAR, share=6.0), BUS, replace(TRUCK, share=1000.0)]
+    drawn = Background(street, kinds, Demand(spacing=15.0), NOTHING, np.random.default_rng(1))
+    found = Counter(each.type.name for _ in range(5) for each in drawn.place())
+    assert set(found) == {"car", "bus"}
+    assert found["bus"] / found.total() == pytest.approx(0.25, abs=0.02)
+
+
+def test_where_no_type_may_be_there_is_nobody(street: Sumo) -> None:
+    close(["west_1_0"], "truck")
+    drawn = Background(street, [TRUCK], Demand(spacing=15.0), NOTHING, np.random.default_rng(1))
+    assert set(by_lane(drawn.place())) == set(street.net.edges()) - {"west_1"}
+    assert set(by_lane(drawn.enter(100.0))) == BORDER - {"west_1"}
+
+
+def test_who_leads_only_to_what_is_closed_does_not_start(street: Sumo) -> None:
+    """Of `east_1` every way on is closed to trucks, so a truck could only vanish at its end."""
+    close(["east_2_0", "north_2_0"], "truck")
+    drawn = Background(street, [TRUCK], Demand(spacing=15.0), NOTHING, np.random.default_rng(1))
+    assert "east_1" not in by_lane(drawn.place())
+
+
+def test_closing_a_lane_to_a_class_that_is_not_in_the_mix_changes_nothing(
+    street: Sumo, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    routes: list[Sequence[str]] = []
+    monkeypatch.setattr(street, "add_route", lambda _, edges: routes.append(edges))
+
+    def all_of() -> list[object]:
+        routes.clear()
+        drawn = background(street, np.random.default_rng(1), spacing=15.0)
+        return [*((each.type, each.departure) for each in drawn.place()), *routes]
+
+    before = all_of()
+    close(["west_1_0", "east_2_0"], "truck", "bus")
+    assert all_of() == before
+
+
+def test_a_mix_with_bicycles_drives_in_a_net_with_bicycle_lanes(tmp_path: Path) -> None:
+    """Lanes of cars are closed to bicycles there; SUMO refuses nobody."""
+    share = '<param key="share" value="1"/>'
+    types = f"""<vType id="auto">{share}</vType>
+        <vType id="rad" vClass="bicycle">{share}</vType>
+        <vType id="tram" vClass="tram">{share}</vType>"""
+    run = simulate(scene(tmp_path, "town", extra=types), 5.0, background=Demand(spacing=20.0))
+    assert len(run.number) > 20
 
 
 def test_without_a_share_there_is_no_background(street: Sumo) -> None:
