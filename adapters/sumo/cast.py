@@ -1,6 +1,7 @@
 """The entities of a scenario: who they are, when they enter, and who moves them."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Final
 
 from adapters.sumo.driven import Ego, finish_line
 from adapters.sumo.errors import SumoError
@@ -12,6 +13,10 @@ from adapters.sumo.stage import Stage
 from adapters.sumo.synchronised import Synchronised
 from adapters.traffic.geometry import Float
 from adapters.traffic.polyline import Polyline
+
+_HELD_BACK: Final = (
+    "there was no room, or SUMO did not let it enter at its `speed` with what was ahead"
+)
 
 
 class Cast:
@@ -90,6 +95,8 @@ class Cast:
         here = [each for each in self._pending if each.vehicle.key in keys]
         self._pending = [each for each in self._pending if each.vehicle.key not in keys]
         for each in here:
+            if isinstance(each.place, OnRoad) and not each.place.departure.looks_ahead:
+                self._sumo.set_out(each.place.departure)
             if each.called in self.egos:
                 self.egos[each.called].enter(roster.number_of(each.vehicle.key))
             if each.vehicle.key in self._synchronised or each.entity.speed_profile:
@@ -98,10 +105,17 @@ class Cast:
     @property
     def missing(self) -> list[str]:
         """What to say of those who found no room yet, a sentence each."""
+        return [f"`entities.{each.called}`: {_refusal(each)}" for each in self._pending]
+
+    @property
+    def absent(self) -> list[str]:
+        """What to say at the end of those who have not entered, a sentence each."""
+        late = [(each, "that was later") for each in self._waiting]
+        held = [(each, _HELD_BACK) for each in self._pending]
         return [
-            f"`entities.{each.called}`: there is no room for `{each.vehicle.name}` at the start; "
-            "change its `position` or `count`, or what others keep clear"
-            for each in self._pending
+            f"`entities.{each.called}`: `{each.vehicle.name}` was to enter "
+            f"{each.entity.enters:g} s after the start and has not by the end: {why}"
+            for each, why in held + late
         ]
 
     def act(self, roster: Roster, poses: Poses, elapsed: float, h: float) -> None:
@@ -164,3 +178,24 @@ class Cast:
             self._sumo.move_person(vehicle.name, body.front, body.heading)
         else:
             self._sumo.move(vehicle.name, body.front, body.heading, exactly=True)
+
+
+def _refusal(placed: Placed) -> str:
+    """Why somebody may not have entered at the start, and what to change."""
+    name, speed = placed.vehicle.name, placed.speed
+    if speed == 0.0:
+        return (
+            f"there is no room for `{name}` at the start; change its `position` or `count`, or "
+            "what others keep clear"
+        )
+    if placed.entity.ignores_lights:
+        why = f"a vehicle is too close to it at its `speed`, {speed:g} m/s"
+    else:
+        why = (
+            f"SUMO lets nobody enter who could not stop for what is ahead (a light, a junction "
+            f"where it gives way, a vehicle), and its `speed` is {speed:g} m/s"
+        )
+    return (
+        f"there is no room for `{name}` at the start, or {why}; change its `position`, `speed` or "
+        "`count`, or what others keep clear"
+    )

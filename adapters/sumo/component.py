@@ -169,6 +169,8 @@ class SumoTraffic(FileReadingComponent, OncePerProcessComponent, ForeseenCompone
 
     @override
     def close(self) -> None:
+        for what in [] if self._traffic is None else self._traffic.absent:
+            logger.warning("%s", what)
         self._traffic = None
         try:
             if self._sumo is not None:

@@ -227,9 +227,13 @@ class Entity:
     @property
     def is_moved_here(self) -> bool:
         """Whether it is moved here, so that SUMO only shows it to other drivers."""
-        acts = self.synchronise is not None or bool(self.speed_profile or self.trajectory)
         beside = self.position.x is not None and not self.is_roadside_unit
-        return self.is_driven or acts or beside
+        return self.ignores_lights or bool(self.trajectory) or beside
+
+    @property
+    def ignores_lights(self) -> bool:
+        """Whether it drives on its way whatever lights and others say."""
+        return self.is_driven or self.synchronise is not None or bool(self.speed_profile)
 
     @property
     def is_roadside_unit(self) -> bool:

@@ -229,6 +229,7 @@ class Placement:
                 position=front,
                 speed=min(speed, self._net.speed_limit(lane)),  # SUMO refuses faster ones
                 changes_lanes=entity.changes_lanes,
+                looks_ahead=not entity.ignores_lights,
             ),
         )
 

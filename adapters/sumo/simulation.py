@@ -53,6 +53,8 @@ class Departure:
         position: of the front bumper, from the start of the lane [m].
         speed: [m/s]; `None` for the highest that is safe.
         changes_lanes: whether SUMO may let it change lanes.
+        looks_ahead: whether it enters only if it could stop for what is beyond its edge: a light,
+            a junction where it yields, another vehicle. If not, `set_out` it once it is there.
     """
 
     name: str
@@ -62,6 +64,7 @@ class Departure:
     position: float
     speed: float | None
     changes_lanes: bool = False
+    looks_ahead: bool = True
 
 
 class Sumo:
@@ -200,6 +203,12 @@ class Sumo:
             )
         if not departure.changes_lanes:
             self._vehicle.setLaneChangeMode(departure.name, _NO_LANE_CHANGES)
+        if not departure.looks_ahead:  # SUMO checks what is on the route, so that ends here
+            self._vehicle.setRoute(departure.name, self._route.getEdges(departure.route)[:1])
+
+    def set_out(self, departure: Departure) -> None:
+        """Give a vehicle that has entered without looking ahead its whole route."""
+        self._vehicle.setRouteID(departure.name, departure.route)
 
     def park(self, name: str, edge: str, lane: int, position: float) -> None:
         """Have a vehicle that was just added stand beside the road.

@@ -90,6 +90,11 @@ class Traffic:
         self.outputs = self._signals()
 
     @property
+    def absent(self) -> list[str]:
+        """What to say of entities that have not entered, a sentence each."""
+        return self._cast.absent
+
+    @property
     def _elapsed(self) -> float:
         """Time since the start, the nearest number to it [s]."""
         return self._steps * self._step_length / NANOSECONDS_PER_SECOND

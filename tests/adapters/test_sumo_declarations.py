@@ -346,6 +346,26 @@ NOT_OF_THE_SCENE: Mapping[str, tuple[Mapping[str, Entity], str]] = {
             "`count`, or what others keep clear"
         ),
     ),
+    "too fast for what is ahead": (
+        {"a": Entity(type="car", position=on("north_1_0", to_end=3.0), speed=TEN)},
+        (
+            "`entities.a`: there is no room for `a` at the start, or SUMO lets nobody enter who "
+            "could not stop for what is ahead (a light, a junction where it gives way, a vehicle), "
+            "and its `speed` is 10 m/s; change its `position`, `speed` or `count`, or what others "
+            "keep clear"
+        ),
+    ),
+    "no room for who ignores lights": (
+        {
+            "a": car("east_1_0", 50.0),
+            "b": car("east_1_0", 52.0, speed=TEN, controller="policy"),
+        },
+        (
+            "`entities.b`: there is no room for `b` at the start, or a vehicle is too close to it "
+            "at its `speed`, 10 m/s; change its `position`, `speed` or `count`, or what others "
+            "keep clear"
+        ),
+    ),
     "ways that do not cross": (
         {
             "a": car("east_1_0", 50.0, speed=TEN),

@@ -2,11 +2,12 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from adapters.sumo.entities import Entity, Position
+from adapters.sumo.entities import Entity, Position, SpeedPoint, Synchronise
 from adapters.sumo.parameters import Background
 from adapters.traffic.polyline import Polyline
 from orchestrator.distribution import Constant, Normal, Uniform
@@ -262,3 +263,69 @@ def test_what_an_entity_keeps_clear(kept: str, seed: int) -> None:
     assert (own[:, 0] < x[0] - 10.0).all()
     assert bool(len(own)) == (kept == "behind")
     assert bool(len(beside)) == (kept != "edge")
+
+
+def driven_by(mover: str, lane: str, to_end: float, **more: Any) -> dict[str, Entity]:
+    """`x`, close to the end of a lane and fast, and whom it may need."""
+    speed = 8.0
+    actions: dict[str, dict[str, Any]] = {
+        "policy": {"controller": "policy"},
+        "profile": {"speed_profile": (SpeedPoint(time=2.0, speed=speed),)},
+        "synchronise": {"synchronise": Synchronise(entity="other", x=0.0, y=0.0)},
+        "sumo": {},
+    }
+    x = Entity(
+        type="car",
+        position=on(lane, to_end=to_end),
+        speed=Constant(speed),
+        **actions[mover],
+        **more,
+    )
+    other = Entity(type="car", position=on("em_2", 20.0), speed=Constant(speed))
+    return {"other": other, "x": x} if mover == "synchronise" else {"x": x}
+
+
+@pytest.mark.parametrize("to_end", [5.0, 0.0])
+@pytest.mark.parametrize("enters", [0.0, 1.0])
+@pytest.mark.parametrize("lane", ["wm_2", "sm_1"])
+@pytest.mark.parametrize("mover", ["policy", "profile", "synchronise"])
+def test_no_light_ahead_holds_back_who_ignores_lights(
+    tmp_path: Path, mover: str, lane: str, enters: float, to_end: float
+) -> None:
+    """Of the two lanes one has red; it enters in time, at its speed, and drives across."""
+    entities = driven_by(mover, lane, to_end, enters=enters)
+    run = simulate(scene(tmp_path, "town"), 4.0, entities)
+    there = np.flatnonzero(~np.isnan(run.of("x", "heading")))
+    assert there[0] == round(10 * enters)
+    assert math.hypot(*run.of("x", "velocity")[there[0]]) == pytest.approx(8.0, abs=1e-6)
+    way = np.diff(run.of("x", "position")[there][:, :2], axis=0)
+    assert np.hypot(*way.T).sum() > 15.0
+
+
+@pytest.mark.parametrize("mover", ["policy", "profile"])
+def test_nobody_who_has_priority_holds_back_who_ignores_it(tmp_path: Path, mover: str) -> None:
+    run = simulate(scene(tmp_path), 2.0, driven_by(mover, "north_1_0", 3.0))
+    assert run.of("x", "position")[-1, 1] > run.of("x", "position")[0, 1] + 15.0
+
+
+def test_whom_sumo_holds_back_to_the_end_is_said(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It could not stop any more where it gives way; the time of another one does not come."""
+    entities = {
+        **driven_by("sumo", "north_1_0", 3.0, enters=1.0),
+        "late": car("east_1_0", 50.0, enters=9.0),
+    }
+    run = simulate(scene(tmp_path), 3.0, entities)
+    assert run.number == {}
+    warnings = [each.getMessage() for each in caplog.records if each.levelname == "WARNING"]
+    assert [text for text in warnings if "has not" in text] == [
+        (
+            "`entities.x`: `x` was to enter 1 s after the start and has not by the end: there was "
+            "no room, or SUMO did not let it enter at its `speed` with what was ahead"
+        ),
+        (
+            "`entities.late`: `late` was to enter 9 s after the start and has not by the end: that "
+            "was later"
+        ),
+    ]
