@@ -28,7 +28,8 @@ class PostEncroachment(Measure):
     nothing. Between communication points bodies keep their velocity, so that times are not rounded
     to steps. A grid misses the corner of the area that both cover: the time found is up to
     `spacing / speed` of each of the two too long. 0: both were there at once. Those more than 3 m
-    higher than the other, on a bridge, are left out.
+    higher than the other, on a bridge, are left out where traffic says heights; that of SUMO is on
+    flat ground.
     """
 
     by_default: ClassVar[bool] = True
