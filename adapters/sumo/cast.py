@@ -8,10 +8,10 @@ from adapters.sumo.errors import SumoError
 from adapters.sumo.placement import Anywhere, OnRoad, Placed
 from adapters.sumo.population import Kind, Poses, Roster, Vehicle
 from adapters.sumo.scripted import SpeedProfile, Trajectory
-from adapters.sumo.simulation import Sumo
+from adapters.sumo.simulation import Departure, Sumo
 from adapters.sumo.stage import Stage
 from adapters.sumo.synchronised import Synchronised
-from adapters.traffic.geometry import Float
+from adapters.traffic.geometry import Float, direction
 from adapters.traffic.polyline import Polyline
 
 _HELD_BACK: Final = (
@@ -89,14 +89,20 @@ class Cast:
                 raise SumoError(f"`entities.{each.called}`: {error}") from error
         return {each.vehicle.key: each.vehicle for each in self._pending}
 
-    def welcome(self, roster: Roster, entered: Sequence[Vehicle]) -> None:
-        """Note who of the entities `entered`; `roster` has their numbers."""
+    def welcome(self, roster: Roster, poses: Poses, entered: Sequence[Vehicle]) -> None:
+        """Note who of the entities `entered`, and let them go as they are declared.
+
+        Args:
+            roster: has their numbers.
+            poses: theirs; whoever starts faster than SUMO lets it enter gets its speed in them.
+            entered: whoever did.
+        """
         keys = {vehicle.key for vehicle in entered}
         here = [each for each in self._pending if each.vehicle.key in keys]
         self._pending = [each for each in self._pending if each.vehicle.key not in keys]
         for each in here:
-            if isinstance(each.place, OnRoad) and not each.place.departure.looks_ahead:
-                self._sumo.set_out(each.place.departure)
+            if isinstance(each.place, OnRoad):
+                self._let_go(each, each.place.departure, roster, poses)
             if each.called in self.egos:
                 self.egos[each.called].enter(roster.number_of(each.vehicle.key))
             if each.vehicle.key in self._synchronised or each.entity.speed_profile:
@@ -172,6 +178,16 @@ class Cast:
         else:
             self._sumo.add_near(vehicle.name, vehicle.type.name, body.front)
         self._show(vehicle, body)
+
+    def _let_go(self, placed: Placed, departure: Departure, roster: Roster, poses: Poses) -> None:
+        """Undo what SUMO wanted to let somebody enter: an end of its way, and a lower speed."""
+        if not departure.looks_ahead:
+            self._sumo.set_out(departure)
+        if departure.speed is not None and departure.speed < placed.speed:
+            self._sumo.set_present_speed(departure.name, placed.speed)
+            row = roster.row(placed.vehicle.key)
+            if row is not None:
+                poses.velocity[row] = placed.speed * direction(poses.heading[row])
 
     def _show(self, vehicle: Vehicle, body: Trajectory) -> None:
         if vehicle.kind is Kind.PERSON:

@@ -227,7 +227,7 @@ class Placement:
                 route=route,
                 lane=self._net.index_of(lane),
                 position=front,
-                speed=min(speed, self._net.speed_limit(lane)),  # SUMO refuses faster ones
+                speed=min(speed, self._net.speed_limit(lane)),  # `Cast.welcome` sets a faster one
                 changes_lanes=entity.changes_lanes,
                 looks_ahead=not entity.ignores_lights,
             ),

@@ -31,7 +31,7 @@ class SpeedProfile:
         points = placed.entity.speed_profile
         self._sumo = sumo
         self._name = placed.road.departure.name
-        self._initial = placed.road.departure.speed or 0.0
+        self._initial = placed.speed
         self._times = np.array([0.0, *(point.time for point in points)])
         self._speeds = np.array([self._initial, *(point.speed for point in points)])
         self._start = Start(placed.entity.trigger, self._name)

@@ -51,7 +51,7 @@ class Departure:
 
     Attributes:
         position: of the front bumper, from the start of the lane [m].
-        speed: [m/s]; `None` for the highest that is safe.
+        speed: with which SUMO inserts it [m/s]; `None` for the highest that is safe.
         changes_lanes: whether SUMO may let it change lanes.
         looks_ahead: whether it enters only if it could stop for what is beyond its edge: a light,
             a junction where it yields, another vehicle. If not, `set_out` it once it is there.
@@ -209,6 +209,10 @@ class Sumo:
     def set_out(self, departure: Departure) -> None:
         """Give a vehicle that has entered without looking ahead its whole route."""
         self._vehicle.setRouteID(departure.name, departure.route)
+
+    def set_present_speed(self, name: str, speed: float) -> None:
+        """Let `name` have had `speed` [m/s] in the last step, above the limit, too."""
+        self._vehicle.setPreviousSpeed(name, speed)
 
     def park(self, name: str, edge: str, lane: int, position: float) -> None:
         """Have a vehicle that was just added stand beside the road.

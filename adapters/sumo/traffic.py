@@ -145,7 +145,7 @@ class Traffic:
             expected[newcomer.name] = self._outfitter.equip(newcomer.name, newcomer.type)
         sumo.step()
         change = census.take(expected, leaving)
-        cast.welcome(census.roster, change.entered)
+        cast.welcome(census.roster, census.poses, change.entered)
         cast.correct(census.roster, census.poses)
         self._note(change.entered)
         for newcomer in spawned:

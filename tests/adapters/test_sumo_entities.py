@@ -265,9 +265,10 @@ def test_what_an_entity_keeps_clear(kept: str, seed: int) -> None:
     assert bool(len(beside)) == (kept != "edge")
 
 
-def driven_by(mover: str, lane: str, to_end: float, **more: Any) -> dict[str, Entity]:
+def driven_by(
+    mover: str, lane: str, to_end: float, speed: float = 8.0, **more: Any
+) -> dict[str, Entity]:
     """`x`, close to the end of a lane and fast, and whom it may need."""
-    speed = 8.0
     actions: dict[str, dict[str, Any]] = {
         "policy": {"controller": "policy"},
         "profile": {"speed_profile": (SpeedPoint(time=2.0, speed=speed),)},
@@ -329,3 +330,23 @@ def test_whom_sumo_holds_back_to_the_end_is_said(
             "was later"
         ),
     ]
+
+
+@pytest.mark.parametrize("mover", ["policy", "profile", "synchronise", "sumo"])
+@pytest.mark.parametrize("enters", [0.0, 1.0])
+def test_a_speed_above_the_limit_is_the_one_that_it_starts_with(
+    tmp_path: Path, mover: str, enters: float
+) -> None:
+    """The limit is 13.9 m/s. Who has no reason to brake keeps it, others brake as they can."""
+    entities = driven_by(mover, "wm_2", 120.0, speed=20.0, enters=enters)
+    run = simulate(scene(tmp_path, "town"), 2.0, entities)
+    first = int(np.flatnonzero(~np.isnan(run.of("x", "heading")))[0])
+    assert first == round(10 * enters)
+    velocity = run.of("x", "velocity")
+    np.testing.assert_allclose(velocity[first], (20.0, 0.0), atol=1e-6)
+    speed = velocity[first:, 0]
+    if mover in {"policy", "profile"}:
+        np.testing.assert_allclose(speed, 20.0, atol=1e-6)
+    else:
+        assert -5.0 < (speed[1] - speed[0]) / 0.1 < 0.0
+        assert speed[-1] < 18.0
