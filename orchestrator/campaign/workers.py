@@ -3,11 +3,12 @@
 import contextlib
 import importlib
 import logging
+import threading
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Protocol, TypeAlias
+from typing import Any, Final, Protocol, TypeAlias
 
 from typing_extensions import override
 
@@ -15,6 +16,12 @@ from orchestrator.campaign.deferral import deferred
 from orchestrator.campaign.work import Result, RunKey, Work, perform
 from orchestrator.errors import CosimError
 from orchestrator.scratch import scratch
+
+_PAUSE: Final = 1.0
+"""Between two looks at workers that may have been given up [s]."""
+
+_GONE: Final = frozenset({"closed", "failed"})
+"""What Dask calls the states of workers that it has given up."""
 
 
 class MissingExtraError(CosimError):
@@ -148,10 +155,38 @@ def local_workers(count: int | None, scratch: Path) -> Iterator[Workers]:
                 )
             )
             client = stack.enter_context(distributed.Client(cluster))
+            stack.enter_context(_replacing(cluster))
         yield DaskWorkers(client, scratch)
     finally:
         with deferred():
             stack.close()
+
+
+@contextlib.contextmanager
+def _replacing(cluster: Any) -> Iterator[None]:
+    """Replace workers that Dask gives up, as it does with those that die while they start.
+
+    A worker gets a run before Dask has noticed that it is there; a run that ends its process at
+    once ends it within this time. With all workers given up, nobody would do the rest.
+    """
+    count = len(cluster.workers)
+    is_over = threading.Event()
+
+    def look() -> None:
+        while not is_over.wait(_PAUSE):
+            given_up = [k for k, nanny in cluster.workers.items() if nanny.status.name in _GONE]
+            for name in given_up:
+                cluster.worker_spec.pop(name, None)
+            if given_up or len(cluster.workers) < count:
+                cluster.scale(count)  # makes those that it has not
+
+    watch = threading.Thread(target=look, name="workers given up", daemon=True)
+    watch.start()
+    try:
+        yield
+    finally:
+        is_over.set()
+        watch.join()
 
 
 @contextlib.contextmanager

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 import shlex
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import pytest
 pytest.importorskip("pyarrow.parquet", reason="needs the extra `experiment`")
 pytest.importorskip("distributed", reason="needs the extra `experiment`")
 
+from orchestrator.campaign.workers import DaskWorkers, local_workers
 from tests.orchestrator.laboratory import Here, Laboratory, Program
 
 
@@ -185,3 +187,14 @@ def test_workers_with_several_threads_are_refused(laboratory: Laboratory, progra
         error = laboratory.run("out", "--scheduler", address, code=2)["error"]["message"]
     assert "have 2 threads" in error
     assert "`dask worker --nthreads 1`" in error
+
+
+@pytest.mark.slow
+def test_a_worker_that_dask_gives_up_is_replaced(tmp_path: Path) -> None:
+    """As those are whose run ends their process before Dask has noticed that they are there."""
+    with local_workers(1, tmp_path) as workers:
+        assert isinstance(workers, DaskWorkers)
+        client = workers._client
+        (given_up,) = client.cluster.workers.values()
+        client.cluster.sync(given_up.close)
+        assert client.submit(os.getppid, pure=False).result(timeout=60) == os.getpid()
