@@ -89,6 +89,8 @@ class OutputCheck:
                 "; write `np.asarray(...)`" if isinstance(value, float | int | np.generic) else ""
             )
             return [f"output `{name}` is {kind}, declared {connector.kind()}{hint}"]
+        if isinstance(value, np.ma.MaskedArray):  # each reader would see something else in it
+            return [f"output `{name}` is a masked array; write `array.filled(...)`"]
         problems = [f"output `{name}` {text}" for text in connector.violations(value)]
         fixed = connector.variability is Variability.FIXED and name in before
         if not problems and fixed and not same(value, before[name]):

@@ -51,6 +51,14 @@ def test_a_value_is_accepted_if_and_only_if_it_violates_nothing(name: str, value
         assert len(found) == 1
 
 
+@pytest.mark.parametrize("name", ["three", "rows"])
+def test_a_masked_array_is_refused(name: str) -> None:
+    """Its mask does not travel: here and in another process readers would see other numbers."""
+    value = np.ma.masked_less(np.ones((3,) if name == "three" else (3, 2)), 2)
+    found = OutputCheck({name: CONNECTORS[name]}).problems({name: value}, {})
+    assert found == [f"output `{name}` is a masked array; write `array.filled(...)`"]
+
+
 @pytest.mark.parametrize(
     ("name", "shape", "said"),
     [

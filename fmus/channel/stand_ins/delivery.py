@@ -39,6 +39,7 @@ Codes: TypeAlias = npt.NDArray[np.uint8]
 RECEIVED: Final = OUTCOMES.index("R")
 NOISE_LOSS: Final = OUTCOMES.index("N")
 UNNOTICED: Final = OUTCOMES.index("U")
+_ALL: Final = len(OUTCOMES)
 
 _SENT: Final = FATES.index("sent")
 _GONE: Final = FATES.index("gone")
@@ -84,7 +85,14 @@ class Verdicts:
             received: whether each receiver gets the frame, shape (receiver,); others lose it to
                 noise.
             delay: from handing the frame to the radio to its reception [ns], shape (receiver,).
+
+        Raises:
+            TypeError: `received` has something else than truths.
         """
+        if np.asarray(received).dtype != np.bool_:
+            kind = np.asarray(received).dtype
+            what = f"`received` is {kind}, not bool; compare a probability with a draw: `draws < p`"
+            raise TypeError(what)
         unknown = np.full(len(received), np.nan)
         return cls(
             outcome=np.where(received, RECEIVED, NOISE_LOSS).astype(np.uint8),
@@ -249,6 +257,12 @@ def _refuse(verdicts: Verdicts, model: LinkModel, count: int) -> None:
     found = np.shape(verdicts.outcome)
     if found != (count,):
         raise ValueError(f"{name} judged {found} of {count} receivers: one verdict for each")
+    outcome, delay = np.asarray(verdicts.outcome), np.asarray(verdicts.delay)
+    if outcome.dtype.kind not in "iu" or (count and not 0 <= outcome.min() <= outcome.max() < _ALL):
+        raise ValueError(f"{name}: every `outcome` is an index into `OUTCOMES`, 0 .. {_ALL - 1}")
+    if delay.dtype.kind not in "iu" or (count and delay.min() < 0):
+        kind = "not negative" if delay.dtype.kind in "iu" else f"no {delay.dtype}"
+        raise ValueError(f"{name}: every `delay` is a whole number of nanoseconds, {kind}")
 
 
 def _receptions(frame: Frame, receivers: Receivers, verdicts: Verdicts) -> Array:

@@ -1,5 +1,6 @@
 """What link models share: when frames are sent, heard and passed on, whoever decides."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -298,6 +299,12 @@ class CarelessLinks(LinkModel):
         return self._verdicts  # type: ignore[no-any-return]
 
 
+def test_a_probability_is_no_verdict() -> None:
+    """All that are not 0 would be received."""
+    with pytest.raises(TypeError, match="`received` is float64, not bool; compare a probability"):
+        Verdicts.of(np.array([0.5]), np.array([0]))  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(
     ("verdicts", "error", "complaint"),
     [
@@ -306,6 +313,21 @@ class CarelessLinks(LinkModel):
             Verdicts.of(np.ones(3, bool), np.ones(3, np.int64)),
             ValueError,
             r"`CarelessLinks.judge` judged \(3,\) of 1 receivers: one verdict for each",
+        ),
+        (
+            Verdicts.of(np.ones(1, bool), np.array([-1])),
+            ValueError,
+            "every `delay` is a whole number of nanoseconds, not negative",
+        ),
+        (
+            Verdicts.of(np.ones(1, bool), np.array([np.nan])),  # type: ignore[arg-type]
+            ValueError,
+            "every `delay` is a whole number of nanoseconds, no float64",
+        ),
+        (
+            replace(Verdicts.of(np.ones(1, bool), np.array([0])), outcome=np.array([77], np.uint8)),
+            ValueError,
+            "every `outcome` is an index into `OUTCOMES`, 0 .. ",
         ),
     ],
 )
