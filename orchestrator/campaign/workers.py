@@ -18,7 +18,7 @@ from orchestrator.errors import CosimError
 from orchestrator.scratch import scratch
 
 _PAUSE: Final = 1.0
-"""Between two looks at workers that may have been given up [s]."""
+"""How long to wait between two looks at workers that may have been given up [s]."""
 
 _GONE: Final = frozenset({"closed", "failed"})
 """What Dask calls the states of workers that it has given up."""

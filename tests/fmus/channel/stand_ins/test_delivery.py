@@ -302,7 +302,7 @@ class CarelessLinks(LinkModel):
 def test_a_probability_is_no_verdict() -> None:
     """All that are not 0 would be received."""
     with pytest.raises(TypeError, match="`received` is float64, not bool; compare a probability"):
-        Verdicts.of(np.array([0.5]), np.array([0]))  # type: ignore[arg-type]
+        Verdicts.of(np.array([0.5]), np.array([0]))
 
 
 @pytest.mark.parametrize(
@@ -320,7 +320,7 @@ def test_a_probability_is_no_verdict() -> None:
             "every `delay` is a whole number of nanoseconds, not negative",
         ),
         (
-            Verdicts.of(np.ones(1, bool), np.array([np.nan])),  # type: ignore[arg-type]
+            Verdicts.of(np.ones(1, bool), np.array([np.nan])),
             ValueError,
             "every `delay` is a whole number of nanoseconds, no float64",
         ),
