@@ -13,6 +13,7 @@ from adapters.fmi.description import FmuDescription
 from adapters.fmi.variable import DTYPES, FmuVariable
 from orchestrator.parameters import DRAWN, REQUIRED, Parameter
 from orchestrator.signal import TEXT, Causality, Connector, Signal, Variability
+from orchestrator.units import Unit, UnitError, parse_unit
 
 SEED: Final = "seed"
 """An integer parameter of this name that the scenario does not set is drawn from the
@@ -177,7 +178,7 @@ def _parameter(variable: FmuVariable) -> Parameter:
     return Parameter(
         type=tuple[element, ...] if variable.axes else element,  # type: ignore[valid-type]
         unit=variable.unit if is_number else "1",
-        definition=variable.definition if is_number else None,
+        definition=own_definition(variable) if is_number else None,
         is_relative=variable.is_relative,
         default=default_of(variable),
         minimum=variable.minimum if is_number else None,
@@ -185,6 +186,15 @@ def _parameter(variable: FmuVariable) -> Parameter:
         doc=variable.description + size_note(variable),
         caution=variable.caution,
     )
+
+
+def own_definition(variable: FmuVariable) -> Unit | None:
+    """What the unit is by the FMU, unless the table of units says the same."""
+    try:
+        known = parse_unit(variable.unit)
+    except UnitError:
+        return variable.definition
+    return None if variable.definition == known else variable.definition
 
 
 def element_type(variable: FmuVariable) -> Any:

@@ -5,7 +5,13 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, Final
 
-from adapters.fmi.connectors import default_of, element_type, is_offered, size_note
+from adapters.fmi.connectors import (
+    default_of,
+    element_type,
+    is_offered,
+    own_definition,
+    size_note,
+)
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.variable import FmuVariable
 from orchestrator.parameters import REQUIRED, Parameter
@@ -53,7 +59,7 @@ def _parameter(variable: FmuVariable, *, is_state: bool) -> Parameter:
     return Parameter(
         type=type_ | None if default is REQUIRED else type_,
         unit=variable.unit if is_number else "1",
-        definition=variable.definition if is_number else None,
+        definition=own_definition(variable) if is_number else None,
         is_relative=variable.is_relative,
         default=None if default is REQUIRED else default,
         minimum=variable.minimum if is_number else None,
