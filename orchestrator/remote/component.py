@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 from typing_extensions import override
 
+from orchestrator.algorithm.outputs import same
 from orchestrator.capabilities import (
     CourseFollowing,
     EndRequest,
@@ -236,6 +237,7 @@ class RemoteComponent(
         if self._renew is None or (current is not None and current is journal.again):
             raise error
         journal.again = current
+        before = dict(self._values)
         _log.warning("%s; it is started again, to make %d steps anew", error, len(journal.steps))
         self._renew()
         self._set_up(journal.start, journal.document)
@@ -248,8 +250,21 @@ class RemoteComponent(
         for step in journal.steps:
             self._begin(step)
             self._accept(self._dialogue.answer())
+        self._compare(before)
         if current is not None:
             self._begin(current)
+
+    def _compare(self, before: Signals) -> None:
+        """Say so if another host has not come to these outputs."""
+        common = before.keys() & self._values.keys()
+        other = [f"`{name}`" for name in common if not same(before[name], self._values[name])]
+        if other:
+            what = (
+                "component `%s` was started again and came to another %s than before: its state is "
+                "more than it dumps, or it depends on more than its inputs; what follows is not "
+                "what it would have been"
+            )
+            _log.warning(what, self._dialogue.name, ", ".join(sorted(other)))
 
     @override
     def outputs(self) -> Signals:

@@ -130,6 +130,7 @@ class Keeper(Checkpoints):
         states, outputs, steps = {}, {}, {}
         for name in self._manners.restored:
             states[name] = self._dumped(standing, name, t)
+            outputs[name] = digest_of(standing.system.components[name].outputs())
         for name in self._manners.replayed:
             outputs[name] = digest_of(standing.system.components[name].outputs())
             journal = participants[name].journal
@@ -170,9 +171,13 @@ class Keeper(Checkpoints):
         participant = standing.exchange.participants[name]
         participant.notes.call(Call.STATE, t)
         try:
-            return _portable(standing.system.components[name]).dump()
+            state: object = _portable(standing.system.components[name]).dump()
         except Exception as error:
             raise participant.failure(t, error, "while saving its state: ") from error
+        if not isinstance(state, bytes):
+            what = f"while saving its state: `dump` gave `{type(state).__name__}`, not bytes"
+            raise ComponentError(name, t, what)
+        return state
 
     def _return(self, standing: Standing, found: Found) -> None:
         """Bring all that there is to where it was at a checkpoint."""
@@ -189,6 +194,12 @@ class Keeper(Checkpoints):
                     found.time, error, "while restoring its state: "
                 ) from error
             _log.info("restored `%s` from %d bytes", name, len(state))
+            if digest_of(standing.system.components[name].outputs()) != content["outputs"][name]:
+                what = (
+                    "component `%s` came to other outputs than before: `load` does not take up all "
+                    "of `dump`, or they depend on more; what follows is not what it would have been"
+                )
+                _log.warning(what, name)
         exchange.sources.recall(content["sources"])
         for name, memory in content["participants"].items():
             exchange.participants[name].recall(memory)

@@ -40,10 +40,11 @@ def trace(
     at: Sequence[int] = (),
     *,
     always: bool = False,
+    forgets: bool = False,
     limits: Limits = RESTART,
 ) -> Any:
     """The trace of two components that drive each other for 250 steps; `a` may die."""
-    values = {"marks": folder, "at": tuple(at), "always": always}
+    values = {"marks": folder, "at": tuple(at), "always": always, "forgets": forgets}
     specs = [
         ComponentSpec(name="a", type="remote_units:Lasting", values=values),
         ComponentSpec(name="b", type="remote_units:Lasting", values={}),
@@ -80,6 +81,17 @@ def test_a_restarted_component_gives_the_same_bits(
 def test_a_step_that_kills_again_ends_the_run(runs: ModuleType, tmp_path: Path) -> None:
     with pytest.raises(ComponentError, match=r"`a` at t = 0\.04 s: its process was killed by SIG"):
         trace(runs, LocalTransport(), tmp_path, at=(5,), always=True)
+
+
+@pytest.mark.parametrize("forgets", [False, True])
+def test_a_component_that_comes_back_as_another_is_named(
+    runs: ModuleType, tmp_path: Path, caplog: pytest.LogCaptureFixture, *, forgets: bool
+) -> None:
+    """Step 103 is lost, two behind the checkpoint; if it forgets, they begin at another sum."""
+    with caplog.at_level(logging.WARNING):
+        trace(runs, LocalTransport(), tmp_path, at=(103,), forgets=forgets)
+    what = "component `a` was started again and came to another `y` than before: its state is more"
+    assert any(r.getMessage().startswith(what) for r in caplog.records) is forgets
 
 
 def test_without_the_wish_it_ends_the_run(runs: ModuleType, tmp_path: Path) -> None:

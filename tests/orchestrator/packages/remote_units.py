@@ -432,6 +432,7 @@ class Lasting(Component, PortableState):
         marks: Path = parameter(Path(), doc="where it notes that it has killed itself")
         at: tuple[int, ...] = parameter((), doc="numbers of the steps")
         always: bool = parameter(False, doc="whether it does so again")
+        forgets: bool = parameter(False, doc="whether it does not take up its sum again")
 
     connectors: Mapping[str, Connector] = {
         "u": Connector(causality=INPUT),
@@ -466,7 +467,9 @@ class Lasting(Component, PortableState):
 
     @override
     def load(self, content: bytes) -> None:
-        self._rng.bit_generator.state, self._count, self._y = json.loads(content)
+        self._rng.bit_generator.state, self._count, total = json.loads(content)
+        if not self._p.forgets:
+            self._y = total
 
 
 class Slow(Component):
