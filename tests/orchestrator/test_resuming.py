@@ -1,5 +1,6 @@
 """A run that goes on from a checkpoint is the run that nobody cut off: bytes, results, counts."""
 
+import logging
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from pathlib import Path
@@ -171,6 +172,45 @@ def test_who_does_not_step_as_before_is_named(tmp_path: Path) -> None:
     what = "`a` at t = 0.5 s: stepped again to another state than before: it depends on more"
     with pytest.raises(ComponentError, match=what):
         cut_and_resumed(tmp_path, system, Jacobi(), S, every=100 * MS, cut=550 * MS)
+
+
+class Careless(Noise):
+    """Takes nothing up again."""
+
+    @override
+    def load(self, content: bytes) -> None:
+        pass
+
+
+class Wordy(Noise):
+    """Has a text for its state."""
+
+    @override
+    def dump(self) -> bytes:
+        return super().dump().decode()  # type: ignore[return-value]
+
+
+def test_who_does_not_come_back_as_before_is_named(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    def system() -> System:
+        components: dict[str, Component] = {
+            "a": Careless(is_portable=True),
+            "b": Noise(is_portable=True),
+        }
+        return System(components, dict.fromkeys(components, 10 * MS), [])
+
+    with caplog.at_level(logging.WARNING):
+        cut_and_resumed(tmp_path, system, Jacobi(), S, every=100 * MS, cut=550 * MS)
+    (told_,) = [r.getMessage() for r in caplog.records if "than before" in r.getMessage()]
+    assert told_.startswith("component `a` came to other outputs than before: `load` does not")
+
+
+def test_a_state_that_is_no_bytes_is_refused_when_it_is_saved(tmp_path: Path) -> None:
+    system = System({"a": Wordy(is_portable=True)}, {"a": 10 * MS}, [])
+    what = "`a` at t = 0.1 s: while saving its state: `dump` gave `str`, not bytes"
+    with pytest.raises(ComponentError, match=what):
+        run(tmp_path, system, Jacobi(), S, every=100 * MS)
 
 
 def test_wall_time_is_that_of_both_runs(tmp_path: Path) -> None:
