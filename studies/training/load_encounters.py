@@ -4,13 +4,13 @@ import contextlib
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
 from orchestrator.campaign import loading
 from orchestrator.campaign.loading import Factors, Settings
 from orchestrator.errors import ScenarioError
+from orchestrator.patterns import meant
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.document import Address
 from orchestrator.scenario.model import Scenario
@@ -217,5 +217,5 @@ def _users(scenario: Scenario) -> tuple[str, ...]:
 
 
 def _is_recorded(scenario: Scenario, name: str) -> bool:
-    is_included = any(fnmatchcase(name, pattern) for pattern in scenario.include)
-    return is_included and not any(fnmatchcase(name, pattern) for pattern in scenario.exclude)
+    is_included = any(meant(pattern, [name]) for pattern in scenario.include)
+    return is_included and not any(meant(pattern, [name]) for pattern in scenario.exclude)

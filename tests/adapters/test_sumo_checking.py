@@ -71,6 +71,15 @@ def test_heights_of_the_net_are_said_at_the_first_lane_that_has_one(folder: Fold
     )
 
 
+def test_one_high_point_of_a_lane_is_a_height(folder: Folder) -> None:
+    """netconvert writes none of points at 0 m."""
+    net = folder.path / NET
+    lane = re.compile(r'(<lane id="south_in_1" [^>]*shape="[^ "]*)')
+    net.write_text(lane.sub(r"\1,5.5", net.read_text(), count=1))
+    (remark,) = said(check_scene(folder.config(), thorough=False).remarks)
+    assert "the net says heights from 0 m to 5.5 m" in remark
+
+
 def test_a_net_that_is_high_everywhere_is_as_one_that_is_nowhere(folder: Folder) -> None:
     assert check_scene(folder.config(), thorough=False).remarks == ()
     lift(folder.path / NET, '[^"]*')

@@ -327,7 +327,7 @@ def test_a_probability_is_no_verdict() -> None:
         (
             replace(Verdicts.of(np.ones(1, bool), np.array([0])), outcome=np.array([77], np.uint8)),
             ValueError,
-            "every `outcome` is an index into `OUTCOMES`, 0 .. ",
+            f"every `outcome` is an index into `OUTCOMES`, 0 .. {len(OUTCOMES) - 1}$",
         ),
     ],
 )
