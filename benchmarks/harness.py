@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from tqdm import tqdm
 
 from benchmarks.benchmark import Benchmark, Case, Measurement, PeerFailedError, Row
-from orchestrator.errors import DEFECTS, CosimError
+from orchestrator.errors import CosimError, defects
 from orchestrator.raised_at import raised_at
 from orchestrator.suggestion import suggestion
 
@@ -101,7 +101,7 @@ def _defects(whose: str) -> Iterator[None]:
         yield
     except (CosimError, OSError, MemoryError):
         raise
-    except DEFECTS as error:
+    except defects() as error:
         trace = error.__traceback__
         while trace is not None and trace.tb_frame.f_code.co_filename == __file__:
             trace = trace.tb_next

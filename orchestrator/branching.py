@@ -29,7 +29,7 @@ from orchestrator.component import (
     WrappedComponent,
 )
 from orchestrator.contest import Standings, contest
-from orchestrator.errors import ComponentError, SystemStructureError
+from orchestrator.errors import ComponentError, SystemStructureError, in_words
 from orchestrator.fork import Fork
 from orchestrator.randomness import redrawn
 from orchestrator.signal import Signals
@@ -110,7 +110,7 @@ class _Branch:
         """Tell the trunk what went wrong."""
         if isinstance(error, ComponentError):
             self.end(component=error.component, time=error.time, error=error.message)
-        self.end(component=self.name, time=t, error=f"{type(error).__name__}: {error}")
+        self.end(component=self.name, time=t, error=in_words(error))
 
     def end(self, **outcome: Any) -> NoReturn:
         """Leave, without any of what Python does at the end of a process."""

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from orchestrator.component import Component
-from orchestrator.errors import DEFECTS, ComponentError, CosimError
+from orchestrator.errors import ComponentError, CosimError, defects, in_words
 from orchestrator.raised_at import raised_at
 from orchestrator.signal import Connector
 
@@ -30,8 +30,8 @@ def declared(name: str, component: Component) -> dict[str, Connector]:
         found: Any = component.connectors
     except CosimError:
         raise
-    except DEFECTS as error:
-        what = f"cannot say its connectors: {type(error).__name__}: {error}"
+    except defects() as error:
+        what = f"cannot say its connectors: {in_words(error)}"
         raise ComponentError(name, None, what, raised_at(error)) from error
     if not isinstance(found, Mapping):
         kind = type(found).__name__

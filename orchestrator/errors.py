@@ -1,13 +1,29 @@
 """Every exception raised on purpose, one family per person who can fix it."""
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 from typing_extensions import override
 
-DEFECTS: Final = (Exception, SystemExit)
-"""What code of a component may raise and is its own fault. `exit()` in it is no end of the run."""
+
+def defects() -> tuple[type[BaseException], ...]:
+    """What to catch where code of others is called, asked in `except` itself: all but Ctrl-C.
+
+    `exit()` in a component is no end of the run; what asyncio and libraries in Rust raise is no
+    `Exception`, and a fault of the component as well.
+    """
+    return () if isinstance(sys.exc_info()[1], KeyboardInterrupt) else (BaseException,)
+
+
+def in_words(error: BaseException) -> str:
+    """The type of `error` and what it says, whatever its `__str__` does: `TYPE: MESSAGE`."""
+    kind = type(error).__name__
+    try:
+        message = str(error)
+    except defects():
+        return f"{kind}, which cannot say what is wrong: its `__str__` fails"
+    return f"{kind}: {message}" if message else kind
 
 
 class CosimError(Exception):
@@ -118,4 +134,16 @@ class ComponentError(CosimError):
         self.component = component
         self.time = time
         self.message = message
+        self.where = where
+
+
+class PluginError(CosimError):
+    """A measure, a report or a command of an installed package failed. Exit code 3.
+
+    Attributes:
+        where: the line that raised, `FILE:LINE, in FUNCTION`; empty if it is not known.
+    """
+
+    def __init__(self, message: str, where: str = "") -> None:
+        super().__init__(message)
         self.where = where

@@ -10,8 +10,10 @@ from typing import Any, Final
 
 import numpy as np
 
+from orchestrator.errors import CosimError, PluginError, defects, in_words
 from orchestrator.measure import Answer, Measure, Panel
 from orchestrator.questions import Questions
+from orchestrator.raised_at import raised_at
 from orchestrator.recording.layout import RecordingError, write_json
 from orchestrator.recording.reader import Recording
 from orchestrator.table_files import Blocks, Table, chosen, write_tables
@@ -43,6 +45,23 @@ class Findings:
     files: tuple[Path, ...]
 
 
+class NotAnsweredError(PluginError):
+    """A report or measures failed; what the others found is written.
+
+    Attributes:
+        says_why: whether all of them say what is wrong, rather than fail by a mistake in them.
+    """
+
+    def __init__(self, failures: Mapping[str, BaseException]) -> None:
+        text = "; ".join(f"{what} failed: {in_words(error)}" for what, error in failures.items())
+        first = next(iter(failures.values()))
+        super().__init__(text, raised_at(first))
+        self.says_why = all(isinstance(error, _SAYING) for error in failures.values())
+
+
+_SAYING: Final = (CosimError, ValueError, OSError)
+
+
 def make_report(
     asked: Questions, directory: Path, *, figure: bool, damaged: bool = False
 ) -> Findings:
@@ -60,40 +79,40 @@ def make_report(
     Raises:
         RecordingError: there is no recording.
         MissingParquetError: Parquet was asked for, and pyarrow is not installed.
-        Exception: whatever the report or a measure raises, unless the recording is damaged; a note
-            on it names the measure.
+        NotAnsweredError: some of them failed, though the recording is not damaged.
     """
     formats = chosen(asked.tables)
     recording, report = Recording(directory), asked.report
+    asking = _Asking(damaged)
     found: dict[str, Any] = {}
-    left_out: dict[str, str] = {}
     if report is not None:
-        with _left_out("report", left_out, damaged=damaged):
-            found = dict(report.metrics(recording))
+        with asking.about("report", f"report `{asked.report_name}`"):
+            # through JSON and back, so that everybody sees what a reader of the file will see
+            found = _read_back(dict(report.metrics(recording)))
     answers = {}
     for label, each in asked.measures.items():
-        with _left_out(label, left_out, damaged=damaged):
-            answers[label] = _asked(label, each, recording)
-    more, reasons = _optional(asked.optional, recording, damaged=damaged)
-    answers |= more
-    left_out |= reasons
-    if answers:
-        found["measures"] = {label: answer.numbers for label, answer in answers.items()}
-    if left_out:
-        found[LEFT_OUT] = left_out
-    # through JSON and back, so that everybody sees what a reader of the file will see
-    metrics = json.loads(json.dumps(found, allow_nan=False, default=_plain))
-    write_json(directory / METRICS, metrics)
-    tables: dict[str, Table | Blocks] = {}
+        with asking.about(label):
+            answers[label] = _asked(each, recording)
+    answers |= _optional(asked.optional, recording, asking)
+    files: list[Path] = []
     for label, answer in answers.items():
+        tables: dict[str, Table | Blocks] = {}
         tables |= {f"{label}-{name}": table for name, table in answer.tables.items()}
         tables |= {f"{label}-{name}": table for name, table in answer.long_tables.items()}
-    files = [directory / METRICS, *write_tables(tables, directory / TABLES, formats)]
+        with asking.about(label):
+            files += write_tables(tables, directory / TABLES, formats)
+    if answers:
+        found["measures"] = {label: answer.numbers for label, answer in answers.items()}
+    if asking.left_out:
+        found[LEFT_OUT] = asking.left_out
+    metrics = _read_back(found)
+    write_json(directory / METRICS, metrics)
+    files.insert(0, directory / METRICS)
     panels = dict(_panels(answers))
-    if "report" in left_out:
+    if "report" in asking.left_out:
         report = None
     if figure and report is not None:
-        with _left_out("figure", left_out, damaged=damaged):
+        with asking.about("figure", f"the figure of report `{asked.report_name}`"):
             report.figure(recording, metrics, directory / FIGURE)
             files.append(directory / FIGURE)
     if figure and panels:
@@ -102,11 +121,18 @@ def make_report(
         files.append(draw_panels(panels, directory / PANELS))
     summary = ""
     if report is not None:
-        with _left_out("summary", left_out, damaged=damaged):
+        with asking.about("summary", f"the summary of report `{asked.report_name}`"):
             summary = report.summary(metrics, recording.manifest)
-    is_topic = any(asked.optional[label].signals() for label in more)
-    lines = "\n".join(filter(None, [summary, *_lines(metrics, more, is_topic=is_topic)]))
+    asking.check()
+    is_topic = any(asked.optional[label].signals() for label in answers if label in asked.optional)
+    brief = asked.optional.keys() & answers.keys()
+    lines = "\n".join(filter(None, [summary, *_lines(metrics, brief, is_topic=is_topic)]))
     return Findings(metrics, lines, tuple(files))
+
+
+def _read_back(found: dict[str, Any]) -> dict[str, Any]:
+    plain: dict[str, Any] = json.loads(json.dumps(found, allow_nan=False, default=_plain))
+    return plain
 
 
 def _panels(answers: Mapping[str, Answer]) -> Iterator[tuple[str, Panel]]:
@@ -117,45 +143,60 @@ def _panels(answers: Mapping[str, Answer]) -> Iterator[tuple[str, Panel]]:
             yield f"{label}: {name}", panel
 
 
-@contextmanager
-def _left_out(label: str, reasons: dict[str, str], *, damaged: bool) -> Iterator[None]:
-    """Note why there is no `label`, if that is because the recording is damaged."""
-    try:
-        yield
-    except Exception as error:  # whoever reads half a recording may stumble over anything
-        if not damaged:
-            raise
-        lost = isinstance(error, RecordingError)
-        reasons[label] = str(error) if lost else "not to be made of what is left"
+class _Asking:
+    """What comes of asking one after the other; who fails does not take the others along.
+
+    Args:
+        damaged: whether the recording is.
+    """
+
+    def __init__(self, damaged: bool) -> None:  # noqa: FBT001 - of one caller
+        self.left_out: dict[str, str] = {}
+        self._damaged = damaged
+        self._failures: dict[str, BaseException] = {}
+
+    @contextmanager
+    def about(self, label: str, what: str = "") -> Iterator[None]:
+        """Note why there is no `label`, which is a measure unless `what` says something else."""
+        try:
+            yield
+        except defects() as error:  # whoever reads half a recording may stumble over anything
+            if self._damaged:
+                lost = isinstance(error, RecordingError)
+                self.left_out[label] = str(error) if lost else "not to be made of what is left"
+                return
+            self.left_out[label] = f"failed: {in_words(error)}"
+            self._failures[what or f"measure `{label}`"] = error
+
+    def check(self) -> None:
+        """Raise what failed, now that all were asked."""
+        if self._failures:
+            first = next(iter(self._failures.values()))
+            raise NotAnsweredError(self._failures) from first
 
 
 def _optional(
-    measures: Mapping[str, Measure], recording: Recording, *, damaged: bool
-) -> tuple[dict[str, Answer], dict[str, str]]:
-    """The answers that there are, and why there are no others."""
+    measures: Mapping[str, Measure], recording: Recording, asking: _Asking
+) -> dict[str, Answer]:
+    """The answers that there are; why there are no others is noted."""
     answers: dict[str, Answer] = {}
-    left_out: dict[str, str] = {}
     for label, measure in measures.items():
-        missing = [f"`{name}`" for name in measure.signals() if name not in recording]
-        if missing:
-            left_out[label] = f"not recorded: {', '.join(missing)}"
-            continue
-        with _left_out(label, left_out, damaged=damaged):
+        with asking.about(label):
+            missing = [f"`{name}`" for name in measure.signals() if name not in recording]
+            if missing:
+                asking.left_out[label] = f"not recorded: {', '.join(missing)}"
+                continue
             try:
-                answers[label] = _asked(label, measure, recording)
+                answers[label] = _asked(measure, recording)
             except (RecordingError, ValueError) as error:
-                left_out[label] = str(error)
-    return answers, left_out
+                asking.left_out[label] = str(error)
+    return answers
 
 
-def _asked(label: str, measure: Measure, recording: Recording) -> Answer:
-    try:
-        found = measure.compute(recording)
-        answer = found if isinstance(found, Answer) else Answer(numbers=found)
-        return replace(answer, numbers=_finite(answer.numbers))
-    except Exception as error:
-        error.add_note(f"measure `{label}`")
-        raise
+def _asked(measure: Measure, recording: Recording) -> Answer:
+    found = measure.compute(recording)
+    answer = found if isinstance(found, Answer) else Answer(numbers=found)
+    return replace(answer, numbers=_finite(answer.numbers))
 
 
 def _plain(value: object) -> object:

@@ -13,7 +13,7 @@ from importlib.metadata import EntryPoint, EntryPoints
 from types import ModuleType
 from typing import Any, TypeVar
 
-from orchestrator.errors import DEFECTS, ComponentTypeError
+from orchestrator.errors import ComponentTypeError, defects, in_words
 from orchestrator.suggestion import suggestion
 
 _Base = TypeVar("_Base")
@@ -55,8 +55,8 @@ def loaded(entry: EntryPoint, what: str) -> Any:
     """
     try:
         return entry.load()
-    except DEFECTS as error:  # whatever a plug-in does when it is imported
-        raise ComponentTypeError(f"{what}: {type(error).__name__}: {error}") from error
+    except defects() as error:  # whatever a plug-in does when it is imported
+        raise ComponentTypeError(f"{what}: {in_words(error)}") from error
 
 
 def module_of_extra(module: str, what: str, *, extra: str, otherwise: str) -> ModuleType:

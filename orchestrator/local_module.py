@@ -16,7 +16,7 @@ from typing import Final
 from typing_extensions import override
 
 from orchestrator.component import Component
-from orchestrator.errors import ComponentTypeError
+from orchestrator.errors import ComponentTypeError, in_words
 from orchestrator.parameters import ComponentType, PythonComponentType
 from orchestrator.suggestion import suggestion
 
@@ -148,4 +148,4 @@ def _why(path: Path, reference: str, error: Exception) -> str:
         return f"cannot load `{reference}`: {where}: {what}"
     frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)]
     where = f"{path}:{frames[-1].lineno}" if frames else str(path)
-    return f"cannot load `{reference}`: {where}: {type(error).__name__}: {error}"
+    return f"cannot load `{reference}`: {where}: {in_words(error)}"

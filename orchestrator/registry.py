@@ -20,7 +20,7 @@ from types import MappingProxyType
 from typing import Any, Final, cast
 
 from orchestrator.component import Component
-from orchestrator.errors import DEFECTS, ComponentTypeError
+from orchestrator.errors import ComponentTypeError, defects, in_words
 from orchestrator.installed import entry_points, loaded
 from orchestrator.parameters import ComponentType, PythonComponentType
 from orchestrator.suggestion import suggestion
@@ -114,8 +114,8 @@ def fmu_type(path: Path) -> ComponentType:
         return open_fmu(path)
     except ComponentTypeError:
         raise
-    except DEFECTS as error:
-        raise ComponentTypeError(f"cannot open `{path}`: {_sentence(error)}") from error
+    except defects() as error:
+        raise ComponentTypeError(f"cannot open `{path}`: {in_words(error)}") from error
 
 
 def _python(entry: EntryPoint) -> ComponentType:
@@ -135,8 +135,8 @@ def _python(entry: EntryPoint) -> ComponentType:
 def _fmu(entry: EntryPoint) -> ComponentType:
     try:
         path = Path(str(importlib.resources.files(entry.value) / f"{entry.name}.fmu"))
-    except DEFECTS as error:
-        raise ComponentTypeError(f"{_cannot_load(entry)}: {_sentence(error)}") from error
+    except defects() as error:
+        raise ComponentTypeError(f"{_cannot_load(entry)}: {in_words(error)}") from error
     if not path.is_file():
         raise ComponentTypeError(
             f"component type `{entry.name}`: `{entry.value}` is installed without "
@@ -154,4 +154,4 @@ def _cannot_load(entry: EntryPoint) -> str:
 
 
 def _sentence(error: BaseException) -> str:
-    return f"{type(error).__name__}: {error}"
+    return in_words(error)

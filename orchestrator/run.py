@@ -22,7 +22,8 @@ from pathlib import Path
 from typing import Any
 
 from orchestrator.checkpoints import NO_CHECKPOINTS, Checkpoints
-from orchestrator.findings import make_report
+from orchestrator.errors import CosimError, defects, in_words
+from orchestrator.findings import NotAnsweredError, make_report
 from orchestrator.hosts_file import Hosts
 from orchestrator.known_numbers import checks
 from orchestrator.last_call import LastCall, noting
@@ -33,7 +34,6 @@ from orchestrator.output_files import FileWritingComponent
 from orchestrator.page.page import make_page
 from orchestrator.placement import on_hosts, placement, placing
 from orchestrator.questions import Questions
-from orchestrator.raised_at import raised_at
 from orchestrator.recording.reader import Recording
 from orchestrator.recording.recorder import Recorder
 from orchestrator.resuming.changes import check_hosts
@@ -241,7 +241,8 @@ def _run(
             _report_anyway(scenario.asked(every_run=False), directory)
             raise RunInterrupted(directory) from error
         _report_anyway(asked, directory)
-        raise RunFailedError(str(error), directory) from error
+        reason = str(error) if isinstance(error, CosimError) else in_words(error)
+        raise RunFailedError(reason, directory) from error
     last_call.nobody()
     if result.early_end is not None:
         logger.info("%s", result.early_end.text)
@@ -249,13 +250,15 @@ def _run(
     shutil.rmtree(directory / FOLDER, ignore_errors=True)
     try:
         findings = make_report(asked, directory, figure=asking.figure)
-    except Exception as error:  # a report is a plug-in and may raise anything
+    except NotAnsweredError as error:
         logger.info("the report failed: %r", error, exc_info=error)
-        reason = f"{type(error).__name__}: {error}"
-        what = (getattr(error, "__notes__", None) or [f"report `{_name(scenario)}`"])[0]
-        where = raised_at(error)
-        message = f"the run is complete; its {what} failed: {reason}"
-        raise ReportFailedError(message, directory, where) from error
+        if asking.page:
+            _page(directory)
+        message = f"the run is complete; its {error}"
+        raise ReportFailedError(message, directory) from error
+    except (CosimError, OSError) as error:
+        message = f"the run is complete; its report failed: {in_words(error)}"
+        raise ReportFailedError(message, directory) from error
     shown = _page(directory) if asking.page else None
     return RunOutcome(
         directory=directory,
@@ -290,14 +293,10 @@ def _page(directory: Path) -> Path:
     """Write the page; the run is complete without it."""
     try:
         return make_page(directory)
-    except Exception as error:  # what is recorded may be of plug-ins
+    except defects() as error:  # what is recorded may be of plug-ins
         logger.info("the page failed: %r", error, exc_info=error)
-        message = f"the run is complete; its page failed: {type(error).__name__}: {error}"
+        message = f"the run is complete; its page failed: {in_words(error)}"
         raise ReportFailedError(message, directory) from error
-
-
-def _name(scenario: Scenario) -> str | None:
-    return None if scenario.report is None else scenario.report.type_name
 
 
 def _report_anyway(asked: Questions, directory: Path) -> None:
@@ -308,5 +307,5 @@ def _report_anyway(asked: Questions, directory: Path) -> None:
     """
     try:
         make_report(asked, directory, figure=False)
-    except Exception as error:
+    except defects() as error:
         logger.info("no report of the truncated recording: %r", error)

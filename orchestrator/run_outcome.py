@@ -56,15 +56,7 @@ class RunFailedError(CosimError):
 
 
 class ReportFailedError(RunFailedError):
-    """The run is complete; its report, a measure or the page is at fault.
-
-    Attributes:
-        where: the line that raised, `FILE:LINE, in FUNCTION`; empty if it is not known.
-    """
-
-    def __init__(self, message: str, directory: Path, where: str = "") -> None:
-        super().__init__(message, directory)
-        self.where = where
+    """The run is complete; its report, a measure or the page is at fault. The cause is chained."""
 
 
 class RunInterrupted(KeyboardInterrupt):

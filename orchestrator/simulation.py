@@ -20,6 +20,7 @@ from orchestrator.branching import Branching
 from orchestrator.checkpoints import NO_CHECKPOINTS, Checkpoints, Spent, Standing
 from orchestrator.early_end import EarlyEnd
 from orchestrator.ending import Ending, ending
+from orchestrator.errors import in_words
 from orchestrator.last_call import NOWHERE, LastCall
 from orchestrator.observer import Observer, SimulationResult, WallTime
 from orchestrator.plan.plan import RunPlan, plan_of
@@ -221,8 +222,7 @@ class _Run:
             if self.error is None:
                 self.error = error
             else:
-                kind = type(error).__name__
-                self.error.add_note(f"then, while {doing}, {kind}: {error}")
+                self.error.add_note(f"then, while {doing}, {in_words(error)}")
 
     def spent(self, audience: _Audience) -> Spent:
         """The wall time until now."""

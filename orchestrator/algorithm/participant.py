@@ -17,7 +17,7 @@ from orchestrator.algorithm.requests import Asking
 from orchestrator.algorithm.slopes import KnownSlopes
 from orchestrator.capabilities import InitialEvaluation, PointEvaluation
 from orchestrator.component import Component, RestorableComponent
-from orchestrator.errors import DEFECTS, ComponentError, CosimError
+from orchestrator.errors import ComponentError, CosimError, defects, in_words
 from orchestrator.last_call import NOWHERE, Call
 from orchestrator.native import NativeUnit
 from orchestrator.raised_at import raised_at
@@ -107,7 +107,7 @@ class Participant(abc.ABC):
             self._component.expect(self._grid)
             self._component.setup(start, rng)
             self._reached = start
-        except DEFECTS as error:
+        except defects() as error:
             raise self.failure(start, error) from error
         self.wall_time_ns += perf_counter_ns() - before
 
@@ -121,7 +121,7 @@ class Participant(abc.ABC):
             self.wall_time_ns += perf_counter_ns() - before
             self.accept(outputs, start)
             self.asking.is_within(start)
-        except DEFECTS as error:
+        except defects() as error:
             raise self.failure(start, error) from error
         self._used, self._reached, self._followed = inputs, start, frozenset()
         self.publish()
@@ -155,7 +155,7 @@ class Participant(abc.ABC):
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
             self.accept(outputs, start)
-        except DEFECTS as error:
+        except defects() as error:
             raise self.failure(start, error) from error
         self.published.update(self._pending)
 
@@ -172,7 +172,7 @@ class Participant(abc.ABC):
         """
         try:
             inputs = self.inputs.now()
-        except DEFECTS as error:
+        except defects() as error:
             raise self.failure(t, error) from error
         if all(inputs[name] is self._used.get(name) for name in self.inputs.driven):
             return
@@ -182,7 +182,7 @@ class Participant(abc.ABC):
             outputs = self._pending if evaluation is None else evaluation.evaluate(inputs)
             self.wall_time_ns += perf_counter_ns() - before
             self.accept(outputs, t)
-        except DEFECTS as error:
+        except defects() as error:
             raise self.failure(t, error) from error
         self._used = inputs
         self.publish()
@@ -304,7 +304,7 @@ class Participant(abc.ABC):
         before = self.notes.call(Call.STEP, self._reached)
         try:
             found = self._sloped.now(self.inputs.driven - self._followed)
-        except DEFECTS as error:
+        except defects() as error:
             raise self.failure(self._reached, error) from error
         self.wall_time_ns += perf_counter_ns() - before
         return found
@@ -318,7 +318,7 @@ class Participant(abc.ABC):
         before = self.notes.call(Call.STATE, t)
         try:
             state = self._restorable().save()
-        except DEFECTS as error:
+        except defects() as error:
             raise self.failure(t, error, "while saving its state: ") from error
         self.wall_time_ns += perf_counter_ns() - before
         return state if self.journal is None else (state, self.journal.mark())
@@ -331,7 +331,7 @@ class Participant(abc.ABC):
                 state, mark = state
                 self.journal.return_to(mark)
             self._restorable().restore(state)
-        except DEFECTS as error:
+        except defects() as error:
             raise self.failure(t, error, "while restoring its state: ") from error
         self.wall_time_ns += perf_counter_ns() - before
 
@@ -356,7 +356,7 @@ class Participant(abc.ABC):
         self.notes.call(Call.CLOSE, self._reached)
         try:
             self._component.close()
-        except DEFECTS as error:
+        except defects() as error:
             raise self.failure(None, error, "while closing: ") from error
 
     def _read(
@@ -449,7 +449,7 @@ class Participant(abc.ABC):
             return ComponentError(name, when, doing + error.message, error.where)
         if isinstance(error, CosimError):
             return ComponentError(self.name, t, f"{doing}{error}")
-        what = f"{doing}{type(error).__name__}: {error}"
+        what = f"{doing}{in_words(error)}"
         return ComponentError(self.name, t, what, raised_at(error, type(self._component)))
 
 

@@ -8,7 +8,7 @@ from typing_extensions import override
 
 from orchestrator.algorithm.participant import Participant, Participants
 from orchestrator.component import Component, ConcurrentComponent
-from orchestrator.errors import DEFECTS, ComponentError
+from orchestrator.errors import ComponentError, defects
 from orchestrator.native import NativeUnit
 from orchestrator.signal import Connector, Signals
 from orchestrator.timebase import Duration, StepSize, Time
@@ -38,7 +38,7 @@ class LocalParticipant(Participant):
             outputs = self._outputs()
             self.wall_time_ns += perf_counter_ns() - before
             self.accept(outputs, t)
-        except DEFECTS as error:
+        except defects() as error:
             raise self.failure(t, error) from error
 
     @override
@@ -107,7 +107,7 @@ class ConcurrentParticipant(Participant):
                 self._is_stepping = True
             else:
                 self._is_stepping = self._begin_pieces(t, h, unpublished)
-        except DEFECTS as error:
+        except defects() as error:
             raise self.failure(t, error) from error
         self.is_begun, self._is_ahead = True, False
         self.wall_time_ns += perf_counter_ns() - before
@@ -151,7 +151,7 @@ class ConcurrentParticipant(Participant):
             outputs = self._outputs()
             self.wall_time_ns += perf_counter_ns() - before
             self.accept(outputs, self._begun_at)
-        except DEFECTS as error:
+        except defects() as error:
             raise self.failure(self._begun_at, error) from error
 
     @override

@@ -20,6 +20,7 @@ from typing import Any
 
 from typing_extensions import override
 
+from orchestrator.errors import CosimError, defects, in_words
 from orchestrator.hosts_file import read_hosts
 from orchestrator.observer import Observer, SimulationResult
 from orchestrator.remote.process import child_environment
@@ -106,7 +107,9 @@ def perform(work: Work) -> Result:
             result = _alone(work)
         else:
             result = _run(work, scenario)
-    except (Exception, RunInterrupted) as error:
+    except RunInterrupted as error:
+        result = _failed(_reason(work, error))
+    except defects() as error:
         result = _failed(_reason(work, error))
     return replace(result, wall=time.perf_counter() - begin, cpu=_processor_time() - spent)
 
@@ -120,7 +123,7 @@ def _processor_time() -> float:
 
 
 def _reason(work: Work, error: BaseException) -> str:
-    said = str(error) or type(error).__name__
+    said = str(error) if isinstance(error, CosimError | RunInterrupted) else in_words(error)
     near = [Path(each).parent for each in (work.scenario, work.keep) if each is not None]
     return Privately(*near).text(said) if work.private else said
 
@@ -221,7 +224,9 @@ def _main(answers: int) -> None:
     try:
         scenario = load_scenario(Path(work.scenario), work.overrides)
         result = _run(work, scenario, (observer,))
-    except (Exception, RunInterrupted) as error:
+    except RunInterrupted as error:
+        result = _failed(_reason(work, error))
+    except defects() as error:
         result = _failed(_reason(work, error))
     with os.fdopen(answers, "w") as file:
         json.dump(asdict(result), file)

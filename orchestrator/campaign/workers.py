@@ -14,7 +14,7 @@ from typing_extensions import override
 
 from orchestrator.campaign.deferral import deferred
 from orchestrator.campaign.work import Result, RunKey, Work, perform
-from orchestrator.errors import CosimError
+from orchestrator.errors import CosimError, in_words
 from orchestrator.scratch import scratch
 
 _PAUSE: Final = 1.0
@@ -110,7 +110,7 @@ def _result(future: Any) -> Result:
     reason = "the run was cancelled by the scheduler"
     if error is not None:
         is_dead = type(error).__name__ == "KilledWorker"
-        reason = "the worker process died" if is_dead else f"{type(error).__name__}: {error}"
+        reason = "the worker process died" if is_dead else in_words(error)
     return Result(wall=0.0, fingerprint=None, metrics={}, error=reason)
 
 

@@ -7,7 +7,7 @@ from importlib.metadata import EntryPoint
 from typing import Any
 
 from orchestrator.cli.outcome import Outcome
-from orchestrator.errors import DEFECTS
+from orchestrator.errors import defects, in_words
 
 logger = logging.getLogger(__name__)
 
@@ -63,15 +63,20 @@ def command(
 def add_installed(commands: Any, entries: Iterable[EntryPoint], called: str) -> None:
     """Add what installed packages offer; of a broken one nothing is left but a warning.
 
+    The parsed arguments of a command have the module that offers it as `origin`.
+
     Args:
         commands: subparsers that each is added to.
         entries: callables that add parsers to the subparsers.
         called: what the warning calls one, a format of its name.
     """
     for entry in sorted(entries, key=lambda entry: entry.name):
+        known = set(commands.choices)
         try:
             entry.load()(commands)
-        except DEFECTS as error:  # a broken plug-in must not take the other commands away
-            reason = f"{type(error).__name__}: {error}"
+        except defects() as error:  # a broken plug-in must not take the other commands away
+            reason = in_words(error)
             what = called.format(entry.name)
             logger.warning("%s (%s) cannot be loaded: %s", what, entry.value, reason)
+        for name in commands.choices.keys() - known:
+            commands.choices[name].set_defaults(origin=entry.value.partition(":")[0])

@@ -8,6 +8,7 @@ from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
+from orchestrator.blame import blamed
 from orchestrator.cli import failures, streams
 from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.cli.parser import UsageError, parser
@@ -89,7 +90,14 @@ def _execute(arguments: Namespace) -> Callable[[Namespace], Outcome]:
         execute = importlib.import_module(_MODULES[arguments.command]).execute
         return execute
     found: Callable[[Namespace], Outcome] = arguments.execute
-    return found
+    if arguments.origin.partition(".")[0] in failures.OURS:
+        return found
+
+    def named(arguments: Namespace) -> Outcome:
+        with blamed(f"the command `{arguments.command}` of `{arguments.origin}`"):
+            return found(arguments)
+
+    return named
 
 
 @contextlib.contextmanager

@@ -12,12 +12,12 @@ from typing import Any
 from orchestrator import tables
 from orchestrator.campaign.conduct import Interrupted, Options
 from orchestrator.campaign.workers import local_pool, scheduled_workers
-from orchestrator.cli.failures import bug, said
+from orchestrator.cli.failures import bug, plugin_failed, said
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.cli.run import to_nobody
 from orchestrator.cli.streams import tell_line
-from orchestrator.errors import CosimError
+from orchestrator.errors import CosimError, PluginError, in_words
 from orchestrator.experiment.conduct import ExperimentOutcome, conduct_experiment
 from orchestrator.experiment.load import load_experiment
 from orchestrator.experiment.plan import Experiment
@@ -113,14 +113,20 @@ def _data(experiment: Experiment, outcome: ExperimentOutcome) -> dict[str, Any]:
     }
 
 
-def _why_no_report(error: Exception) -> str:
-    reason = said(error) if isinstance(error, CosimError | ValueError | OSError) else repr(error)
-    return f"the report cannot be made: {reason}"
+def _why_no_report(error: BaseException) -> str:
+    known = isinstance(error, CosimError | ValueError | OSError)
+    return f"the report cannot be made: {said(error) if known else in_words(error)}"
 
 
-def _report_failed(experiment: Experiment, outcome: ExperimentOutcome, error: Exception) -> Outcome:
+def _report_failed(
+    experiment: Experiment, outcome: ExperimentOutcome, error: BaseException
+) -> Outcome:
     """A report that says why it cannot be made is in its right, and a disk may be full."""
     message = f"{_why_no_report(error)}; the results are in {outcome.directory}"
+    if isinstance(error, PluginError):
+        failed = plugin_failed(error, None, message)
+        details = {**_data(experiment, outcome), **failed.data["error"]}
+        return replace(failed, data={"error": details})
     if isinstance(error, CosimError | ValueError | OSError):
         data = _data(experiment, outcome)
         return failure("report", Exit.WRONG_INPUT, message, **data)

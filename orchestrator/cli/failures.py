@@ -3,6 +3,7 @@
 import os
 import tempfile
 import traceback
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,12 +13,14 @@ from orchestrator.cli.shortage import is_shortage
 from orchestrator.errors import (
     ComponentError,
     CosimError,
+    PluginError,
     Problem,
     ScenarioError,
+    in_words,
 )
 from orchestrator.log import LOG
 
-_OURS: Final = frozenset(
+OURS: Final = frozenset(
     {"", "adapters", "benchmarks", "fmus", "orchestrator", "scenarios", "studies"}
 )
 """Top of the names of our own modules: if one of them is missing, that is a bug."""
@@ -40,6 +43,8 @@ def outcome_of(error: BaseException, directory: Path | None = None) -> Outcome:
     match error:
         case ScenarioError():
             return _problems(error)
+        case PluginError() if not is_shortage(error):
+            return plugin_failed(error, directory)
         case ComponentError():
             return failure(
                 "component",
@@ -54,23 +59,54 @@ def outcome_of(error: BaseException, directory: Path | None = None) -> Outcome:
         case KeyboardInterrupt():
             text = f"interrupted{recorded}"
             return failure("interrupted", Exit.INTERRUPTED, "interrupted", text=text, **where)
-        case Exception() if is_shortage(error):
-            why = f": {said(error)}" if str(error) else ""
-            text = f"there is not enough memory for this{why}{recorded}"
-            return failure("memory", Exit.WRONG_INPUT, text, **where)
-        case CosimError() | OSError():  # a full disk or a wrong path is no bug of ours
-            text = f"error: {said(error)}{recorded}"
-            return failure("input", Exit.WRONG_INPUT, said(error), text=text, **where)
+        case Exception() if is_shortage(error) or isinstance(error, CosimError | OSError):
+            return _wrong_input(error, recorded, where)
         case _:
-            kind = type(error).__name__
             lacking = _lacking(error, recorded)
-            return lacking or bug(f"internal error: {kind}: {error}", error, directory)
+            return lacking or bug(f"internal error: {in_words(error)}", error, directory)
+
+
+def _wrong_input(error: Exception, recorded: str, where: Mapping[str, str]) -> Outcome:
+    """Something is wrong out there: a full disk or a wrong path is no bug of ours."""
+    if is_shortage(error):
+        why = f": {said(error)}" if str(error) else ""
+        text = f"there is not enough memory for this{why}{recorded}"
+        return failure("memory", Exit.WRONG_INPUT, text, **where)
+    text = f"error: {said(error)}{recorded}"
+    return failure("input", Exit.WRONG_INPUT, said(error), text=text, **where)
+
+
+def plugin_failed(error: PluginError, directory: Path | None, text: str = "") -> Outcome:
+    """A measure, a report or a command of an installed package failed; its traceback is kept.
+
+    Args:
+        error: that names it.
+        directory: of the run, if there is one.
+        text: what is said of it; what the error says, unless there is more.
+    """
+    log = _traceback_file(error, directory)
+    raised = f"\nraised at {error.where}" if error.where else ""
+    recorded = "" if directory is None else f"\nrecorded in: {directory}"
+    return failure(
+        "plugin",
+        Exit.COMPONENT_FAILED,
+        text or str(error),
+        text=f"error: {text or error}{raised}\ntraceback: {log}{recorded}",
+        log=str(log),
+        **({"raised_at": error.where} if error.where else {}),
+        **({} if directory is None else {"out": str(directory)}),
+    )
+
+
+def _traceback_file(error: BaseException, directory: Path | None) -> Path:
+    """Where the traceback of `error` is, which the log of a run has."""
+    return _write_traceback(error) if directory is None else directory / LOG
 
 
 def _lacking(error: BaseException, recorded: str) -> Outcome | None:
     """What to do if a module of others is missing; `None` if it is nothing of that kind."""
     module = (error.name or "") if isinstance(error, ModuleNotFoundError) else ""
-    if module.partition(".")[0] in _OURS:
+    if module.partition(".")[0] in OURS:
         return None
     what = f"the module `{module}` is missing, which this version needs; install it again"
     text = f"error: {what}: `pip install --upgrade nlosim`, in a checkout `pip install .`"
@@ -85,7 +121,7 @@ def _raised(error: ComponentError, directory: Path | None) -> str:
     return f"\nraised at {error.where}{log}"
 
 
-def said(error: Exception) -> str:
+def said(error: BaseException) -> str:
     """What it says; of a file, its path and what is wrong with it."""
     if isinstance(error, OSError) and error.filename is not None and error.strerror is not None:
         return f"`{error.filename}`: {error.strerror}"
@@ -130,7 +166,7 @@ def bug(message: str, error: BaseException, directory: Path | None) -> Outcome:
         return failure(
             "memory", Exit.WRONG_INPUT, f"{message}: there is not enough memory", **where
         )
-    log = _write_traceback(error) if directory is None else directory / LOG
+    log = _traceback_file(error, directory)
     return failure(
         "internal",
         Exit.INTERNAL_ERROR,

@@ -94,7 +94,8 @@ exit codes:
   0  done
   1  what was checked does not pass (`nlosim verify`, `nlosim rerun`)
   2  the input is wrong: the scenario, the command line
-  3  a component failed; what was recorded until then can be read
+  3  a component failed; what was recorded until then can be read. Or a measure, a report or a
+     command of a package failed; what the others found is there
   4  interrupted; likewise
   5  internal error, a bug; the message says how to report it
 

@@ -5,13 +5,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+from orchestrator.cli.failures import plugin_failed
 from orchestrator.cli.fitting import fitted
 from orchestrator.cli.outcome import Exit, Outcome, failure
-from orchestrator.errors import CosimError
+from orchestrator.errors import CosimError, PluginError
 from orchestrator.experiment import findings as experiment_findings
 from orchestrator.experiment.page.page import make_joint_page, make_page as make_experiment_page
 from orchestrator.experiment.stored import is_experiment
-from orchestrator.findings import make_report
+from orchestrator.findings import METRICS, NotAnsweredError, make_report
 from orchestrator.page.page import make_page
 from orchestrator.recording.crash import is_crash
 from orchestrator.recording.reader import Recording
@@ -51,7 +52,14 @@ def _of_run(directory: Path, more: Sequence[str], tables: Sequence[Format] | Non
     manifest, faults = recording.manifest, recording.faults()
     scenario = manifest.get("scenario", {})
     asked = questions_of(scenario, more=more, tables=tables)
-    findings = make_report(asked, directory, figure=True, damaged=bool(faults))
+    try:
+        findings = make_report(asked, directory, figure=True, damaged=bool(faults))
+    except NotAnsweredError as error:
+        page, out = make_page(directory), str(directory)
+        rest = f"what the others found is in {directory / METRICS} and {page}"
+        if error.says_why:
+            return failure("report", Exit.WRONG_INPUT, f"{error}; {rest}", out=out)
+        return plugin_failed(error, None, f"{error}; {rest}")
     files = [*findings.files, make_page(directory)]
     crash = [f"the run ended early: {manifest['error']}", ""] if is_crash(manifest) else []
     nothing = asked.report is None and not asked.measures and not asked.optional
@@ -87,8 +95,10 @@ def _of_experiment(directory: Path) -> Outcome:
     summary = experiment_findings.write_tables(directory)
     try:
         findings = experiment_findings.make_report(directory)
-    except ValueError as error:
+    except (ValueError, PluginError) as error:
         make_experiment_page(directory)  # whatever becomes of the report
+        if isinstance(error, PluginError):
+            raise
         return failure("report", Exit.WRONG_INPUT, f"the report cannot be made: {error}")
     page = make_experiment_page(directory)
     written = sorted(str(path) for path in (directory / experiment_findings.REPORT).glob("*"))

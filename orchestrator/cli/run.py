@@ -4,13 +4,14 @@ from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
 
-from orchestrator.cli.failures import bug, outcome_of
+from orchestrator.cli.failures import bug, outcome_of, plugin_failed
 from orchestrator.cli.fitting import fitted
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.cli.streams import tell_line
 from orchestrator.cli.watch import WATCH
 from orchestrator.errors import CosimError
+from orchestrator.findings import NotAnsweredError
 from orchestrator.hosts_file import read_hosts
 from orchestrator.observer import NoProgress, WallTime, progress_meter
 from orchestrator.run import run_scenario
@@ -77,12 +78,14 @@ def to_nobody(line: str) -> None:
 
 def _report_failed(error: ReportFailedError) -> Outcome:
     """A report that says why it cannot be made is in its right, and a disk may be full."""
-    if isinstance(error.__cause__, CosimError | ValueError | OSError):
+    cause = error.__cause__
+    if isinstance(cause, NotAnsweredError) and not cause.says_why:
+        return plugin_failed(cause, error.directory, str(error))
+    if isinstance(cause, CosimError | OSError):
         out = str(error.directory)
         text = f"error: {error}\nrecorded in: {out}"
         return failure("report", Exit.WRONG_INPUT, str(error), text=text, out=out)
-    raised = f"\nraised at {error.where}" if error.where else ""
-    return bug(f"{error}{raised}", error, error.directory)
+    return bug(str(error), error, error.directory)
 
 
 def success(outcome: RunOutcome) -> Outcome:

@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import Final
 
 from orchestrator.cli.outcome import Exit, Outcome, failure
+from orchestrator.errors import in_words
 
 if sys.platform != "win32":
     import resource
@@ -42,7 +43,7 @@ def is_shortage(error: BaseException) -> bool:
     return any(
         isinstance(each, MemoryError)
         or (isinstance(each, OSError) and each.errno == errno.ENOMEM)
-        or any(words in str(each).lower() for words in _WORDS)
+        or any(words in in_words(each).lower() for words in _WORDS)
         for each in _chain(error)
     )
 

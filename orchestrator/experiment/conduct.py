@@ -11,6 +11,7 @@ from orchestrator.campaign.conduct import Campaign, Options, conduct, perform_al
 from orchestrator.campaign.journal import ResumeError
 from orchestrator.campaign.work import Result, RunKey, Work
 from orchestrator.campaign.workers import require
+from orchestrator.errors import defects
 from orchestrator.experiment import findings, tables
 from orchestrator.experiment.journal import Journal
 from orchestrator.experiment.page.kept import KEPT, name
@@ -40,7 +41,7 @@ class ExperimentOutcome:
     units: Mapping[str, str]
     failed: dict[RunKey, str]
     report: ExperimentFindings
-    report_error: Exception | None
+    report_error: BaseException | None
     page: Path | None
 
 
@@ -117,12 +118,12 @@ class _Runs(Campaign[Journal, ExperimentOutcome]):
         report, report_error = ExperimentFindings(tables={}, text=""), None
         try:
             report = findings.make_report(directory)
-        except Exception as error:  # the results are there, whatever a report does
+        except defects() as error:  # the results are there, whatever a report does
             report_error = error
         page: Path | None = None
         try:
             page = make_page(directory) if self.page else None
-        except Exception as error:  # likewise
+        except defects() as error:  # likewise
             report_error = report_error or error
         return ExperimentOutcome(
             directory=directory,

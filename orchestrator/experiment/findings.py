@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from orchestrator.blame import blamed
 from orchestrator.experiment import stored, tables
 from orchestrator.experiment.report import ExperimentFindings, experiment_report_type
 
@@ -53,7 +54,8 @@ def make_report(directory: Path) -> ExperimentFindings:
     Raises:
         ComponentTypeError: the report cannot be loaded.
         StoredError: there is no experiment in `directory`.
-        Exception: whatever the report raises.
+        ValueError: the report says why it cannot be made.
+        PluginError: the report failed.
     """
     results = stored.read(directory)
     wanted = results.experiment.report
@@ -63,8 +65,10 @@ def make_report(directory: Path) -> ExperimentFindings:
     with tempfile.TemporaryDirectory(dir=directory, prefix=f"{REPORT}.draft-") as scratch:
         draft = Path(scratch) / REPORT
         draft.mkdir()
-        findings = report.write(results, draft)
-        json.dumps(findings.tables, allow_nan=False)  # what programs could not read is an error
+        with blamed(f"the report `{wanted.name}`", says=(ValueError,)):
+            findings = report.write(results, draft)
+        with blamed(f"the tables of the report `{wanted.name}`"):  # programs could not read them
+            json.dumps(findings.tables, allow_nan=False)
         shutil.rmtree(directory / REPORT, ignore_errors=True)
         draft.replace(directory / REPORT)
     return findings

@@ -7,6 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
+from orchestrator.blame import blamed
 from orchestrator.campaign import loading
 from orchestrator.errors import ComponentTypeError, ScenarioError
 from orchestrator.experiment import skip
@@ -79,9 +80,10 @@ class _Load(loading.Load[ExperimentFile]):
             remarks=tuple(remarks),
         )
         if report is not None:
-            for problem in report().check(experiment):
-                address = ("report", "parameters", *problem.address)
-                self.source.add(address, problem.what, at_key=problem.at_key)
+            with blamed(f"the report `{report.__name__}`, asked what is wrong,"):
+                for problem in report().check(experiment):
+                    address = ("report", "parameters", *problem.address)
+                    self.source.add(address, problem.what, at_key=problem.at_key)
         self.source.stop_at_problems()
         return experiment
 

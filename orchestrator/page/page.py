@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from orchestrator.errors import CosimError
+from orchestrator.errors import CosimError, defects, in_words
 from orchestrator.findings import METRICS
 from orchestrator.page.about import about, title, wiring
 from orchestrator.page.curves import curves_of
@@ -67,10 +67,10 @@ def page_of(directory: Path) -> tuple[Document, Time]:
         layer = kind()
         try:
             content = layer.content(run)
-        except Exception as error:  # a layer is a plug-in and may raise anything
+        except defects() as error:  # a layer is a plug-in and may raise anything
             logger.info("the page is without %s: %r", name, error, exc_info=error)
             said = isinstance(error, CosimError | ValueError)
-            left_out[name] = str(error) if said else f"{type(error).__name__}: {error}"
+            left_out[name] = str(error) if said else in_words(error)
             continue
         if content is not None:
             layers[name] = content

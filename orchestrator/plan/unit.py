@@ -10,7 +10,7 @@ from typing_extensions import override
 
 from orchestrator.algorithm.mixing import PastValues, not_finite
 from orchestrator.algorithm.participant import Participant
-from orchestrator.errors import ComponentError
+from orchestrator.errors import ComponentError, defects
 from orchestrator.native import NativeKind, NativeUnit, NativeVariable
 from orchestrator.plan import layouts
 from orchestrator.plan.attendance import Attendance
@@ -385,7 +385,7 @@ class UnitPlan(Readable):
                 owner.getting_failed(list(self._groups)[call], status)
             elif outcome == layouts.NOT_FINITE:
                 self.participant.accept(self._pending.values(), t)
-        except Exception as error:
+        except defects() as error:
             return self.participant.failure(t, error)
         return ComponentError(self.participant.name, t, "there is no room for its outputs")
 

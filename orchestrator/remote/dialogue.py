@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple, NoReturn
 
 from typing_extensions import Buffer
 
-from orchestrator.errors import ComponentError, ComponentTypeError
+from orchestrator.errors import ComponentError, ComponentTypeError, in_words
 from orchestrator.remote.block import WireError
 from orchestrator.remote.patience import LONGEST_SLICE, SLICE
 from orchestrator.remote.protocol import Kind, Message
@@ -271,7 +271,7 @@ class Dialogue:
         try:
             yield
         except (WireError, *_MALFORMED) as error:
-            what = f"{type(error).__name__}: {error}" if isinstance(error, _MALFORMED) else error
+            what = in_words(error) if isinstance(error, _MALFORMED) else error
             self._fail(command, f"its process sent something unreadable: {what}")
 
     def _expire(self, command: Message) -> NoReturn:

@@ -26,7 +26,7 @@ from orchestrator.capabilities import (
 )
 from orchestrator.component import Component, RestorableComponent
 from orchestrator.declared import declared, not_a_mapping
-from orchestrator.errors import DEFECTS, ComponentError, ComponentTypeError, CosimError
+from orchestrator.errors import ComponentError, ComponentTypeError, CosimError, defects, in_words
 from orchestrator.local_module import local_type
 from orchestrator.parameters import ComponentType, PythonComponentType
 from orchestrator.raised_at import raised_at
@@ -147,7 +147,7 @@ class ComponentHost:
         command, offset = Message.decode(message)
         try:
             return self._actions[command.kind](command, message, offset)
-        except DEFECTS as error:
+        except defects() as error:
             document = {
                 "failure": describe_failure(error, type(self._component)),
                 **self._log_document(),
@@ -160,7 +160,7 @@ class ComponentHost:
             self._needs_close = False
             try:
                 self._component.close()
-            except Exception:
+            except defects():
                 _log.warning("an error while closing a component", exc_info=True)
 
     def _create(self, command: Message, message: bytes, offset: int) -> bytes:
@@ -327,12 +327,14 @@ def describe_failure(error: BaseException, owner: type | None = None) -> dict[st
         error: that was raised.
         owner: the class of the component.
     """
-    component, time, text, where = "", None, str(error), ""
+    component, time, where = "", None, ""
     if isinstance(error, ComponentError):
         component, time, text = error.component, error.time, error.message
         where = error.where
-    elif not isinstance(error, CosimError):
-        text, where = f"{type(error).__name__}: {error}", raised_at(error, owner)
+    elif isinstance(error, CosimError):
+        text = str(error)
+    else:
+        text, where = in_words(error), raised_at(error, owner)
     return {
         "component": component,
         "time": time,

@@ -9,6 +9,8 @@ from orchestrator.errors import (
     CosimError,
     Problem,
     ScenarioError,
+    defects,
+    in_words,
 )
 from orchestrator.input_files import FileCheck, digest, named_files
 from orchestrator.scenario.document import Document
@@ -84,8 +86,8 @@ def _check(document: Document, use: ComponentUse, *, thorough: bool) -> FileChec
         return FileCheck(problems=tuple(refusals(document, use, error)))
     except CosimError:
         raise
-    except Exception as error:  # anything else is a defect of the component
-        reason = f"cannot check its files: {type(error).__name__}: {error}"
+    except defects() as error:  # anything else is a defect of the component
+        reason = f"cannot check its files: {in_words(error)}"
         raise ComponentError(use.name, None, reason) from error
 
 
@@ -94,8 +96,8 @@ def _files(use: ComponentUse) -> Iterable[Path]:
         return use.type.input_files(use.all_values())
     except CosimError:
         raise
-    except Exception as error:  # a defect of the component
-        reason = f"cannot name its files: {type(error).__name__}: {error}"
+    except defects() as error:  # a defect of the component
+        reason = f"cannot name its files: {in_words(error)}"
         raise ComponentError(use.name, None, reason) from error
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from orchestrator.errors import CosimError
+from orchestrator.errors import CosimError, defects, in_words
 from orchestrator.installed import entry_points
 from orchestrator.regular_files import why_no_file
 from orchestrator.suggestion import suggestion
@@ -123,8 +123,8 @@ def _scenarios(package: str) -> Iterator[InstalledScenario]:
     """Those in `package`; none, and a warning, if it cannot be imported."""
     try:
         folder = Path(str(importlib.resources.files(package)))
-    except Exception as error:  # a broken package must not take the others' scenarios away
-        why = f"{type(error).__name__}: {error}"
+    except defects() as error:  # a broken package must not take the others' scenarios away
+        why = in_words(error)
         logger.warning("the scenarios of `%s` cannot be listed: %s", package, why)
         return
     for path in sorted(folder.glob("*")):

@@ -43,8 +43,10 @@ def questions_of(
             raise CosimError(f"no measure `{name}` can be asked; {suggestion(name, (ALL, *known))}")
     usual = known if ALL in more else defaults(has_report=resolved.get("report") is not None)
     optional = usual if said is None or ALL in more else {}
+    name, report = _report(resolved.get("report"))
     asked = Questions(
-        report=_report(resolved.get("report")),
+        report=report,
+        report_name=name,
         measures={**{name: known[name] for name in more if name != ALL}, **measures},
         tables=resolved.get("tables") if tables is None else tables,
     )
@@ -58,12 +60,13 @@ def _measure(entry: Mapping[str, Any]) -> Measure:
     return kind(**_converted(declared(kind), said))
 
 
-def _report(said: str | Mapping[str, Any] | None) -> Report | None:
+def _report(said: str | Mapping[str, Any] | None) -> tuple[str, Report | None]:
+    """Its name, and it, made."""
     if said is None:
-        return None
+        return "", None
     entry: Mapping[str, Any] = {"type": said} if isinstance(said, str) else said
     kind = report_type(entry["type"])
-    return kind(**_converted(declared(kind), entry.get("parameters", {})))
+    return entry["type"], kind(**_converted(declared(kind), entry.get("parameters", {})))
 
 
 def _converted(parameters: Mapping[str, Parameter], said: Mapping[str, Any]) -> dict[str, Any]:

@@ -190,6 +190,7 @@ class Scenario:
         has_report = self.report is not None
         return Questions(
             report=None if self.report is None else self.report.made,
+            report_name="" if self.report is None else self.report.type_name,
             measures={name: use.made for name, use in said.items()},
             optional=defaults(has_report=has_report) if every_run and self.measures is None else {},
             tables=self.tables,

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from orchestrator.algorithm.base import CosimulationAlgorithm, turns_of
+from orchestrator.blame import blamed
 from orchestrator.branching import branching_problems
 from orchestrator.capabilities import PortableState
 from orchestrator.component import Component
 from orchestrator.declared import declared
 from orchestrator.ending import ending_problem
 from orchestrator.errors import (
-    DEFECTS,
     ComponentError,
     ComponentTypeError,
     CosimError,
@@ -21,6 +21,8 @@ from orchestrator.errors import (
     Problem,
     ScenarioError,
     SystemStructureError,
+    defects,
+    in_words,
 )
 from orchestrator.feedthrough import describe_outcome, is_within, loops
 from orchestrator.gaps import Gap, gaps
@@ -166,7 +168,8 @@ def _unanswered(
     signals = {str(end): system.connectors[end.component][end.connector] for end in recorded}
     planned = Planned(signals=signals, start=scenario.start, stop=scenario.stop)
     for name, use in (scenario.measures or {}).items():
-        yield from located(scenario.document, ("measures", name), use.made.check(planned))
+        with blamed(f"the measure `{name}`, asked what it needs,"):
+            yield from located(scenario.document, ("measures", name), use.made.check(planned))
 
 
 def _undriven(document: Document, found: Iterable[Gap], *, needed: bool) -> Iterator[Problem]:
@@ -242,8 +245,8 @@ def _create(
             problems += refusals(document, use, error)
         except CosimError:
             raise
-        except DEFECTS as error:  # anything else is a defect of the component
-            reason = f"cannot be created: {type(error).__name__}: {error}"
+        except defects() as error:  # anything else is a defect of the component
+            reason = f"cannot be created: {in_words(error)}"
             raise ComponentError(name, None, reason, raised_at(error)) from error
     return problems
 

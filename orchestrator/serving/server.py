@@ -15,7 +15,7 @@ from typing import Any, Final, Self
 
 from typing_extensions import override
 
-from orchestrator.errors import CosimError
+from orchestrator.errors import CosimError, in_words
 from orchestrator.network import Reception, Visit
 from orchestrator.remote.output import PRINTS
 from orchestrator.remote.patience import LONGEST_SLICE, SLICE
@@ -208,9 +208,7 @@ class Server(Reception):
         except _GoneError as error:
             problem = f"`{component}`: the run `{use.run}` is gone{use.when}: {error}"
         except Exception as error:  # lost; also by a defect: the run is not left waiting
-            how = (
-                str(error) if isinstance(error, CosimError) else f"{type(error).__name__}: {error}"
-            )
+            how = str(error) if isinstance(error, CosimError) else in_words(error)
             problem = f"`{component}` was lost{use.when}: {how}"
             self._lose(use, how)
         if problem:

@@ -4,7 +4,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from orchestrator.errors import ComponentError, CosimError, ScenarioError
+from orchestrator.errors import ComponentError, CosimError, ScenarioError, in_words
 from orchestrator.placement import spec_of
 from orchestrator.remote.admission import digest_of
 from orchestrator.remote.declarations import connectors_from_message
@@ -116,7 +116,7 @@ class Stand:
             except CosimError as error:
                 self._problem = str(error)
             except Exception as error:  # a defect of the component, or of this program
-                self._problem = f"{type(error).__name__}: {error}"
+                self._problem = in_words(error)
 
         self._problem = ""
         with self._lock:

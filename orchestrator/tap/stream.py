@@ -21,6 +21,7 @@ from typing import IO, Any, Final
 
 import numpy as np
 
+from orchestrator.errors import in_words
 from orchestrator.remote.block import WireError, element_type, padding
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder
 from orchestrator.signal import Causality, Connector, Signals
@@ -132,7 +133,7 @@ class Schema:
                 largest=None if document["largest"] is None else int(document["largest"]),
             )
         except (LookupError, TypeError, ValueError) as error:
-            what = f"{type(error).__name__}: {error}"
+            what = in_words(error)
             raise WireError(f"what a tap shows cannot be read: {what}") from None
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from orchestrator.errors import in_words
 from orchestrator.recording.layout import RecordingError
 from orchestrator.recording.reader import Recording
 from studies.training import files
@@ -46,7 +47,7 @@ def read_samples(path: Path) -> tuple[bytes, ...]:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
             joined, ends = arrays["bytes"].tobytes(), arrays["ends"].tolist()
     except Exception as error:  # zipfile and zlib raise a dozen kinds, depending on the byte
-        raise RecordingError(f"`{path}` cannot be read: {type(error).__name__}: {error}") from error
+        raise RecordingError(f"`{path}` cannot be read: {in_words(error)}") from error
     borders = [0, *ends]
     if borders != sorted(borders) or borders[-1] != len(joined):
         raise RecordingError(f"`{path}` cannot be read: its samples do not end where it says")

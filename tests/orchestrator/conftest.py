@@ -23,6 +23,7 @@ SAMPLE_UNITS = {
     measure.GROUP: {
         "span": "sample_units:Span",
         "clumsy": "sample_units:Clumsy",
+        "leaving": "sample_units:Leaving",
         "course": "sample_units:Course",
         "no-measure": "sample_units:Trace",
     },
@@ -30,6 +31,7 @@ SAMPLE_UNITS = {
     experiment_report.GROUP: {
         "tally": "experiment_reports:Tally",
         "refusing": "experiment_reports:Refusing",
+        "careless": "experiment_reports:Careless",
         "faulty": "experiment_reports:Faulty",
         "misnamed": "sample_units:Trace",
     },

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -14,6 +15,7 @@ import pytest
 
 from orchestrator.cli import main, parser as parser_module
 from orchestrator.cli.failures import outcome_of
+from orchestrator.cli.outcome import Outcome
 
 
 def test_check_says_ok(scenario_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -286,6 +288,29 @@ def test_commands_of_packages_are_loaded_where_they_may_be_meant(
     assert loaded == expected
     for name in expected:
         assert top.parse_args([name]).command == name
+
+
+def _add_stranger(commands: Any) -> None:
+    def execute(arguments: object) -> Outcome:
+        raise IndexError(f"{type(arguments).__name__} is empty")
+
+    commands.add_parser("stranger").set_defaults(execute=execute)
+
+
+def test_a_command_of_a_package_that_fails_is_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its mistake is no bug of ours, whatever module its function is of."""
+    offer = EntryPoint("stranger", f"{__name__}:_add_stranger", parser_module.COMMANDS)
+    monkeypatch.setattr(EntryPoint, "load", lambda entry: _add_stranger)
+    monkeypatch.setattr(parser_module, "entry_points", lambda group: [offer])
+    assert main(["stranger"]) == 3
+    error = capsys.readouterr().err
+    said = f"error: the command `stranger` of `{__name__}` failed: IndexError: Namespace is empty"
+    assert error.startswith(f"{said}\nraised at {__file__}:")
+    log = Path(error.rpartition("traceback: ")[2].strip())
+    assert "IndexError: Namespace is empty" in log.read_text()
+    log.unlink()
 
 
 @pytest.mark.parametrize(

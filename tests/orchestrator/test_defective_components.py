@@ -12,8 +12,10 @@ import pytest
 from orchestrator.cli import main
 
 PARTS = """\
+import asyncio
 import sys
 
+import numpy as np
 from orchestrator import Causality, Component, Connector
 
 Y = Connector(causality=Causality.OUTPUT)
@@ -29,12 +31,12 @@ class Sound(Component):
         pass
 
     def outputs(self):
-        return {"y": 0}
+        return {"y": np.asarray(0.0)}
 
 
 class Leaves(Sound):
     def setup(self, start, rng):
-        sys.exit("no licence")  # line 23
+        sys.exit("no licence")  # line 25
 
 
 class Mute(Sound):
@@ -53,12 +55,30 @@ class Names(Sound):
 class Clumsy(Sound):
     @property
     def connectors(self):
-        return {"y": self._y}  # line 42
+        return {"y": self._y}  # line 44
 
 
 class Refuses(Sound):
     def __init__(self):
-        sys.exit("no licence")  # line 47
+        sys.exit("no licence")  # line 49
+
+
+class Fault(Exception):
+    def __str__(self):
+        return self.text
+
+
+class Wordless(Sound):
+    def step(self, inputs, t, h):
+        raise Fault  # line 59
+
+
+class Late(Sound):
+    def step(self, inputs, t, h):
+        asyncio.run(self.work())  # line 64
+
+    async def work(self):
+        raise asyncio.CancelledError("too late")  # line 67
 """
 SCENARIO = """\
 schema: 1
@@ -70,15 +90,20 @@ connections: []
 """
 NO_CONNECTOR = "a value of type `int`: there belongs a `Connector`"
 CASES = {
-    "Leaves": ("at t = 0 s: SystemExit: no licence", "23, in setup"),
+    "Leaves": ("at t = 0 s: SystemExit: no licence", "25, in setup"),
     "Mute": ("`outputs` returned `NoneType`, not a mapping from names to values", None),
     "Number": (f"`connectors` has under 'y' {NO_CONNECTOR}", None),
     "Names": ("`connectors` is of type `list`, not a mapping from names to connectors", None),
     "Clumsy": (
         "cannot say its connectors: AttributeError: 'Clumsy' object has no attribute '_y'",
-        "42, in connectors",
+        "44, in connectors",
     ),
-    "Refuses": ("SystemExit: no licence", "47, in __init__"),
+    "Wordless": (
+        "at t = 0 s: Fault, which cannot say what is wrong: its `__str__` fails",
+        "59, in step",
+    ),
+    "Late": ("at t = 0 s: CancelledError: too late", "67, in work"),
+    "Refuses": ("SystemExit: no licence", "49, in __init__"),
 }
 
 

@@ -198,7 +198,7 @@ def test_a_report_is_made_at_the_end_and_again(laboratory: Laboratory) -> None:
     ("name", "code", "message"),
     [
         ("refusing", 2, "the report cannot be made: too few runs; the results are in"),
-        ("faulty", 5, "the report cannot be made: LookupError('no such thing')"),
+        ("faulty", 3, "the report cannot be made: the report `faulty` failed: LookupError"),
     ],
 )
 def test_a_failing_report_keeps_the_results(
@@ -214,6 +214,16 @@ def test_a_failing_report_keeps_the_results(
     assert [path.name for path in report.iterdir()] == ["tally.txt"]  # the former one
     assert laboratory.report("out", code=code)["error"]["exit_code"] == code
     assert not list((laboratory.folder / "out").glob("*draft*"))
+
+
+def test_a_report_that_cannot_check_its_parameters_is_named(laboratory: Laboratory) -> None:
+    laboratory.change("metrics:", "report: careless\nmetrics:")
+    error = laboratory.run("out", code=3)["error"]
+    assert error["kind"] == "plugin"
+    said = "the report `Careless`, asked what is wrong, failed: LookupError: no such column"
+    assert error["message"] == said
+    assert error["raised_at"].endswith(", in check")
+    assert not (laboratory.folder / "out").exists()
 
 
 def test_failed_runs_are_reported_even_if_the_report_fails(laboratory: Laboratory) -> None:

@@ -93,15 +93,63 @@ def test_what_is_wrong_with_a_measure_is_located(
         load_scenario(scenario_file)
 
 
-def test_a_measure_that_fails_is_named_and_the_recording_stays(
+SEVERAL = (
+    "measures={clumsy: {}, leaves: {type: leaving}, span: {signal: car.vehicle.x}, "
+    "way: {type: course, signal: car.vehicle.x}}"
+)
+
+
+def test_measures_that_fail_are_named_and_take_nothing_of_the_others_along(
     scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """Two of four fail, one by ending the process; `run` and `report` say the same of them."""
     out = tmp_path / "out"
-    code = main(["run", str(scenario_file), "--set", "measures={clumsy: }", "--out", str(out)])
-    assert code == 5
-    message = "its measure `clumsy` failed: LookupError: no such number"
-    assert message in " ".join(capsys.readouterr().err.split())
+    failed = (
+        "measure `clumsy` failed: LookupError: no such number; "
+        "measure `leaves` failed: SystemExit: 0"
+    )
+    assert main(["run", str(scenario_file), "--set", SEVERAL, "--out", str(out)]) == 3
+    error = capsys.readouterr().err
+    assert f"error: the run is complete; its {failed}\nraised at " in error
+    assert "sample_units.py:" in error
+    assert f"traceback: {out / 'log.txt'}\nrecorded in: {out}" in error
+    assert "LookupError: no such number" in (out / "log.txt").read_text()
     assert json.loads((out / "manifest.json").read_text())["status"] == "done"
+    for _ in range(2):
+        metrics = json.loads((out / "metrics.json").read_text())
+        assert set(metrics["measures"]) == {"span", "way"}
+        assert metrics["measures"]["span"]["span"] > 0
+        assert metrics["measures_left_out"] == {
+            "clumsy": "failed: LookupError: no such number",
+            "leaves": "failed: SystemExit: 0",
+        }
+        assert (out / "measures" / "way-values.csv").is_file()
+        assert (out / "measures.svg").is_file()
+        (out / "measures.svg").unlink()
+        (out / "metrics.json").unlink()
+        (out / "measures" / "way-values.csv").unlink()
+        assert main(["report", str(out), "--json"]) == 3
+        found = json.loads(capsys.readouterr().out)["error"]
+        assert (found["kind"], found["message"].partition("; what the others")[0]) == (
+            "plugin",
+            failed,
+        )
+        assert "LookupError: no such number" in Path(found["log"]).read_text()
+        Path(found["log"]).unlink()
+
+
+def test_a_measure_that_says_why_it_has_no_answer_is_no_defect(
+    scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`span` of a signal that is not there: a recording says so, exit code 2."""
+    out = tmp_path / "out"
+    lacking = "measures={span: {signal: car.nothing}}"
+    assert main(["run", str(scenario_file), "--set", lacking, "--out", str(out)]) == 2
+    assert "its measure `span` failed: " in capsys.readouterr().err
+    assert main(["report", str(out)]) == 2
+    error = " ".join(capsys.readouterr().err.split())
+    assert "measure `span` failed: " in error
+    assert f"what the others found is in {out / 'metrics.json'}" in error
 
 
 def test_measures_are_listed_and_described(
@@ -124,7 +172,7 @@ def test_a_measure_that_finds_no_number_is_named(
 ) -> None:
     kind = measure_type("span")
     monkeypatch.setattr(kind, "compute", lambda self, recording: {"span": float("nan")})
-    assert main(["run", str(scenario_file), "--set", SPAN, "--out", str(tmp_path / "out")]) == 5
+    assert main(["run", str(scenario_file), "--set", SPAN, "--out", str(tmp_path / "out")]) == 3
     error = " ".join(capsys.readouterr().err.split())
     assert "its measure `span` failed: ArithmeticError: `span` is nan; `None` is for" in error
 

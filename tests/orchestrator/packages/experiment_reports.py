@@ -51,6 +51,15 @@ class Refusing(Tally):
         raise ValueError("too few runs")
 
 
+class Careless(Tally):
+    """Raises an error before the first run."""
+
+    @override
+    def check(self, experiment: Experiment) -> Iterator[ParameterProblem]:
+        yield from ()
+        raise LookupError("no such column")
+
+
 class Faulty(Tally):
     """Raises an error."""
 

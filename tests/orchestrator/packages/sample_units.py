@@ -1,5 +1,6 @@
 """Small components that tests of scenarios and of the command line wire together."""
 
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -229,6 +230,15 @@ class Clumsy(Measure):
     @override
     def compute(self, recording: Recording) -> Mapping[str, float | int | bool | str | None]:
         raise LookupError("no such number")
+
+
+@dataclass(frozen=True, slots=True)
+class Leaving(Measure):
+    """Ends the process."""
+
+    @override
+    def compute(self, recording: Recording) -> Mapping[str, float | int | bool | str | None]:
+        sys.exit(0)
 
 
 @dataclass(frozen=True, slots=True)
