@@ -3,10 +3,13 @@
 import contextlib
 import importlib
 import logging
+import signal
+import sys
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any, Final, Protocol, TypeAlias
 
@@ -139,7 +142,7 @@ def local_workers(count: int | None, scratch: Path) -> Iterator[Workers]:
     }
     stack = contextlib.ExitStack()
     try:
-        with deferred(), _starting():
+        with deferred(), _deaf_to_interrupts(), _starting():
             stack.enter_context(dask.config.set(settings))
             cluster = stack.enter_context(
                 distributed.LocalCluster(
@@ -160,6 +163,24 @@ def local_workers(count: int | None, scratch: Path) -> Iterator[Workers]:
     finally:
         with deferred():
             stack.close()
+
+
+@contextlib.contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Start threads, and the processes that these start, that Ctrl-C does not reach.
+
+    A terminal sends it to every process; the one that conducts acts on it. A worker that heard it
+    before it can ignore it would say so with a traceback. On Windows processes have no such mask.
+    """
+    if sys.platform == "win32":
+        yield
+        return
+    resource_tracker.ensure_running()  # it ends the mask of the thread that starts it
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)  # one that came meanwhile is heard now
 
 
 @contextlib.contextmanager

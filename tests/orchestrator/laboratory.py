@@ -8,6 +8,7 @@ import sys
 import tempfile
 import time
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -111,8 +112,13 @@ class Program(Executing):
         )
         return Done(code=done.returncode, output=done.stdout, errors=done.stderr)
 
-    def interrupted(self, arguments: list[str], journal: Path, after: int) -> Done:
-        """Send what Ctrl-C in a terminal sends, to all processes, after so many results."""
+    def interrupted(self, arguments: list[str], is_time: Callable[[int], bool]) -> Done:
+        """Send what Ctrl-C in a terminal sends, to all processes, as soon as it is time.
+
+        Args:
+            arguments: of the program.
+            is_time: from its process id.
+        """
         process = subprocess.Popen(
             [sys.executable, "-m", "orchestrator", *arguments],
             env=self.environment,
@@ -121,7 +127,7 @@ class Program(Executing):
             text=True,
             start_new_session=True,
         )
-        while not (journal.exists() and journal.read_text().count("\n") >= after):
+        while not is_time(process.pid):
             assert process.poll() is None
             time.sleep(0.02)
         os.killpg(process.pid, signal.SIGINT)

@@ -6,6 +6,7 @@ import os
 import shlex
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,6 +17,8 @@ pytest.importorskip("distributed", reason="needs the extra `experiment`")
 
 from orchestrator.campaign.workers import DaskWorkers, local_workers
 from tests.orchestrator.laboratory import Here, Laboratory, Program
+
+psutil = pytest.importorskip("psutil", reason="comes with it")
 
 
 @pytest.fixture
@@ -72,7 +75,9 @@ def test_an_interrupted_experiment_has_a_report_and_goes_on_without_loss(
     laboratory.change("set: {", "set: {time.stop: 20 s, ")
     journal = laboratory.journal("out")
     command = laboratory.arguments("out", "--workers", "2")
-    interrupted = program.interrupted(command, journal, after=8)
+    interrupted = program.interrupted(
+        command, lambda _: journal.exists() and journal.read_text().count("\n") >= 8
+    )
     found = laboratory.read(interrupted, code=4)
     assert "Traceback" not in interrupted.errors
     assert f"--out {laboratory.folder / 'out'} --resume" in interrupted.errors
@@ -98,6 +103,27 @@ def test_an_interrupted_experiment_has_a_report_and_goes_on_without_loss(
     laboratory.run("whole")
     assert laboratory.rows("out") == laboratory.rows("whole")
     assert laboratory.summary("out") == laboratory.summary("whole")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("age", [0.3, 1.0])
+def test_ctrl_c_while_workers_start_is_heard_by_the_conductor_alone(
+    age: float, laboratory: Laboratory, program: Program
+) -> None:
+    """A worker process is so old [s] when it comes; neither age is enough to ignore it."""
+
+    def has_begun(process: int) -> bool:
+        workers = [
+            each
+            for each in psutil.Process(process).children(recursive=True)
+            if "spawn_main" in " ".join(each.cmdline())
+        ]
+        return any(time.time() - each.create_time() > age for each in workers)
+
+    interrupted = program.interrupted(laboratory.arguments("out", "--workers", "2"), has_begun)
+    found = laboratory.read(interrupted, code=4)
+    assert found["error"]["kind"] == "interrupted"
+    assert "Traceback" not in interrupted.errors
 
 
 @pytest.mark.slow
