@@ -3,7 +3,7 @@
 import shutil
 import sys
 from argparse import Namespace
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from time import monotonic
@@ -12,6 +12,7 @@ from typing import IO, Final
 from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.errors import CosimError
 from orchestrator.remote.block import WireError
+from orchestrator.suggestion import suggestion
 from orchestrator.tap.client import TapClient
 from orchestrator.tap.place import FILE, NoTapError, Place
 from orchestrator.tap.stream import Reader, append, messages
@@ -30,7 +31,7 @@ class BadStreamError(CosimError):
 
 def execute(arguments: Namespace) -> Outcome:
     """Show a table, on a terminal again and again, elsewhere at the end."""
-    table, reader = Table(), Reader()
+    table, reader = Table(arguments.keys), Reader()
     screen = _Screen(sys.stdout) if sys.stdout.isatty() and not arguments.json else None
     where = _found(arguments.run)
     count = 0
@@ -42,6 +43,7 @@ def execute(arguments: Namespace) -> Outcome:
         try:
             for raw in stack.enter_context(_stream(where, arguments)):
                 table.take(reader.decode(raw), reader.schema)
+                _check(table, arguments.keys)
                 count += 1
                 if record is not None:
                     append(record, raw)
@@ -60,6 +62,16 @@ def execute(arguments: Namespace) -> Outcome:
     if arguments.record is not None:
         lines.append(f"{count} messages in {arguments.record}")
     return Outcome(text="\n".join(lines), data=data, exit_code=Exit.DONE)
+
+
+def _check(table: Table, keys: Sequence[str]) -> None:
+    """Refuse to look at nothing."""
+    if keys and table.schema is not None and set(table.unknown) == set(keys):
+        asked = ", ".join(f"`{key}`" for key in keys)
+        said = keys[0].partition(".")[0]
+        hint = suggestion(said, table.schema.components)
+        what = f"no signal of `{table.schema.run}` is called {asked}, or matches"
+        raise CosimError(f"{what}; of its components, {hint}")
 
 
 @contextmanager

@@ -20,7 +20,7 @@ examples:
   nlosim tap
   nlosim tap runs/red_light-1 'relay.*' policy.brake
   nlosim tap runs/red_light-1 --seconds 10 --record ten-seconds.tap
-  nlosim tap ten-seconds.tap"""
+  nlosim tap ten-seconds.tap 'relay.*'"""
 
 
 def add_tap(commands: Any) -> None:

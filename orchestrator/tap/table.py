@@ -2,13 +2,14 @@
 
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
 
 from orchestrator.byte_size import format_size
+from orchestrator.patterns import meant
 from orchestrator.remote.block import WireError
 from orchestrator.signal import Connector, Signal
 from orchestrator.tap.stream import PUBLICATIONS, PUBLISHED, Kind, Message, Schema
@@ -49,7 +50,11 @@ class Row:
 class Table:
     """The state of a run, as far as the messages of a tap tell it.
 
+    Args:
+        asked: names and patterns of the signals to show; all, if there are none.
+
     Attributes:
+        unknown: of `asked`, what means no signal of the run.
         schema: what is shown.
         time: the last communication point [ns].
         points: how many there were.
@@ -60,7 +65,9 @@ class Table:
         rows: by signal.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, asked: Sequence[str] = ()) -> None:
+        self._asked = tuple(asked)
+        self.unknown: tuple[str, ...] = ()
         self.schema: Schema | None = None
         self.time: Time = 0
         self.points = 0
@@ -89,15 +96,20 @@ class Table:
             self.schema = schema
             self.time = schema.start
             own = (PUBLISHED, PUBLICATIONS)
-            self.rows = {n: Row(c) for n, c in schema.connectors.items() if n not in own}
+            offered = [name for name in schema.connectors if name not in own]
+            found = {each: meant(each, offered) for each in self._asked}
+            self.unknown = tuple(each for each, names in found.items() if not names)
+            shown = {name for names in found.values() for name in names} or set(offered)
+            names = [name for name in offered if name in shown]
+            self.rows = {name: Row(schema.connectors[name]) for name in names}
         elif message.kind is Kind.VALUES and message.values is not None and schema is not None:
             self.wall = message.wall / 1e9
             values = dict(message.values)
             self._published = _by_component(schema, values.pop(PUBLISHED, None))
             counts = _by_component(schema, values.pop(PUBLICATIONS, None))
             self._counts.append((message.t, self.wall, counts))
-            for name, value in values.items():
-                self.rows[name].note(value)
+            for name in values.keys() & self.rows.keys():
+                self.rows[name].note(values[name])
         elif message.kind is Kind.END and message.document is not None:
             self.status = str(message.document.get("status"))
             said = message.document.get("error") or message.document.get("ended_early")
@@ -135,7 +147,7 @@ class Table:
         """
         lines = [self._head()]
         names = list(self.rows)
-        room = max(1, height - 2)
+        room = max(1, height - 2 - len(self.unknown))
         shown = names if len(names) <= room else names[: room - 1]
         longest = max(map(len, shown), default=0)
         for name in shown:
@@ -145,6 +157,7 @@ class Table:
             lines.append(f"{head}  {sparkline(row.course):{_COURSE}}  {text}")
         if len(shown) < len(names):
             lines.append(f"and {len(names) - len(shown)} more; name some, or patterns of them")
+        lines += [f"no signal is called `{each}`, or matches it" for each in self.unknown]
         if self.ending:
             lines.append(self.ending)
         return [line[:width].rstrip() for line in lines]
@@ -157,6 +170,7 @@ class Table:
             "time_s": seconds(self.time),
             "points": self.points,
             "left_out": self.left_out,
+            "unknown": list(self.unknown),
             "signals": {
                 name: {
                     "rate_hz": _finite(self.rate(name)),

@@ -6,6 +6,7 @@ import math
 import threading
 import time
 from collections import deque
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -69,8 +70,8 @@ def stream(
     return file.getvalue()
 
 
-def table_of(content: bytes) -> Table:
-    table, reader = Table(), Reader()
+def table_of(content: bytes, asked: Sequence[str] = ()) -> Table:
+    table, reader = Table(asked), Reader()
     for raw in messages(io.BytesIO(content)):
         table.take(reader.decode(raw), reader.schema)
     return table
@@ -174,6 +175,33 @@ def test_a_recorded_stream_is_shown(file: Path, capsys: pytest.CaptureFixture[st
     assert data["signals"]["slow.late"]["value"] is None
 
 
+def test_only_what_was_asked_for_is_shown(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of what means nothing it is said so, as long as something else is to be seen."""
+    assert main(["tap", str(file), "slow.f*", "fats.x", "fast.x"]) == 0
+    head, *rows = capsys.readouterr().out.splitlines()
+    assert head.startswith("t = 4.000")
+    assert [row.split()[0] for row in rows[:2]] == ["fast.x", "slow.flag"]
+    assert rows[2:] == [
+        "no signal is called `fats.x`, or matches it",
+        "failed: component `fast`: no",
+    ]
+    assert main(["tap", str(file), "fast.x", "fats.x", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert (list(data["signals"]), data["unknown"]) == (["fast.x"], ["fats.x"])
+    assert data["signals"]["fast.x"]["value"] == 16 / 3
+
+
+def test_what_means_nothing_has_its_lines_within_the_height() -> None:
+    table = table_of(stream(), ["fast.*", "a", "b", "slow.*"])
+    lines = table.lines(60, 7)
+    assert len(lines) == 6
+    assert lines[3:] == [
+        "and 5 more; name some, or patterns of them",
+        "no signal is called `a`, or matches it",
+        "no signal is called `b`, or matches it",
+    ]
+
+
 def test_on_a_terminal_the_table_is_drawn_in_place(
     file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -192,6 +220,10 @@ def test_on_a_terminal_the_table_is_drawn_in_place(
         (["nowhere"], "there is no `nowhere`, neither a run directory nor a file"),
         (["."], "`.` has no tap; a run has one that goes on, with `nlosim run --tap`"),
         ([], "no run in `runs` has a tap; start one with `nlosim run --tap`"),
+        (
+            ["example.tap", "fats.*", "y"],
+            "is called `fats.*`, `y`, or matches; of its components, did you mean `fast`?",
+        ),
         (["text"], "`text`: a message of "),
         (["other"], "`other`: a message of a tap starts with b'NTAP'"),
         (["example.tap", "--rate", "51"], "expected a number above 0 and at most 50, got `51`"),
