@@ -1,32 +1,32 @@
 """The component: traffic from a file."""
 
 import json
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Iterable, Mapping
+from pathlib import Path
 from typing import Final, TypeAlias
 
 import numpy as np
 from typing_extensions import override
 
-from adapters.replay.buildings import read_buildings
 from adapters.replay.findings import Findings, TrafficFileError
 from adapters.replay.kinds import Kind, Kinds, read_kinds
 from adapters.replay.motion import between
-from adapters.replay.net import read_road
 from adapters.replay.parameters import ReplayParameters
 from adapters.replay.source import MOST_SAMPLES, Frame, Source
+from adapters.replay.surroundings import Surroundings, read_surroundings
 from adapters.replay.tracks import Roster, Tracks, Window
 from adapters.traffic.connectors import SURROUNDINGS, VEHICLES
 from adapters.traffic.geometry import direction
 from adapters.traffic.surroundings import Buildings, RoadSurface
-from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
+from orchestrator.input_files import FileCheck, FileReadingComponent, named_files
 from orchestrator.signal import Array, Connector, Signals
 from orchestrator.timebase import Duration, Time, nanoseconds, seconds
 
 _CONNECTORS: Final[Mapping[str, Connector]] = {**VEHICLES, **SURROUNDINGS}
 
 
-class FcdReplay(Component):
+class FcdReplay(FileReadingComponent):
     """Traffic replayed from a file: SUMO's floating car data, CSV or Parquet.
 
     It reads the file as the run goes on, `maximum_gap` ahead, so that the file may be larger than
@@ -45,8 +45,9 @@ class FcdReplay(Component):
         self._offset = _whole(parameters.offset, "offset", problems)
         self._gap = _whole(parameters.maximum_gap, "maximum_gap", problems)
         kinds = Kinds(_declared(parameters, problems), parameters.antenna_above_roof)
-        self._buildings = _buildings(parameters, problems)
-        self._road = _road(parameters, problems)
+        found = _surroundings(parameters)
+        self._buildings, self._road = found.buildings, found.road
+        problems += found.problems
         if problems:
             raise ComponentTypeError("\n".join(problems))
         self._source = Source(parameters.file, kinds, parameters.convention)
@@ -54,6 +55,18 @@ class FcdReplay(Component):
         self._frames: Generator[Frame, None, None] | None = None
         self._window: Window | None = None
         self._outputs: Signals = {}
+
+    @classmethod
+    @override
+    def input_files(cls, parameters: ReplayParameters) -> Iterable[Path]:
+        return named_files(parameters)
+
+    @classmethod
+    @override
+    def check_files(cls, parameters: ReplayParameters, *, thorough: bool) -> FileCheck:
+        """What may not be meant; what is wrong is said when the component is made."""
+        del thorough
+        return FileCheck(remarks=_surroundings(parameters).remarks)
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -151,22 +164,8 @@ def _declared(parameters: ReplayParameters, problems: list[str]) -> Mapping[str,
     return kinds
 
 
-def _buildings(parameters: ReplayParameters, problems: list[str]) -> Buildings:
-    if parameters.buildings is None:
-        return Buildings.of([], [])
-    findings = Findings(parameters.buildings)
-    buildings = read_buildings(parameters.buildings, parameters.building_height, findings)
-    problems += findings.lines(str)
-    return buildings
-
-
-def _road(parameters: ReplayParameters, problems: list[str]) -> RoadSurface:
-    if parameters.net is None:
-        return RoadSurface.of([])
-    findings = Findings(parameters.net)
-    road = read_road(parameters.net, findings)
-    problems += findings.lines(str)
-    return road
+def _surroundings(parameters: ReplayParameters) -> Surroundings:
+    return read_surroundings(parameters.buildings, parameters.net, parameters.building_height)
 
 
 def _signals(state: Tracks, before: Array, buildings: Buildings, road: RoadSurface) -> Signals:

@@ -21,9 +21,13 @@ class Findings:
 
     Args:
         file: its path.
+
+    Attributes:
+        remarks: what is not wrong, but may not be meant.
     """
 
     def __init__(self, file: Path) -> None:
+        self.remarks: list[Problem] = []
         self._file = file
         self._problems: list[Problem] = []
         self._count = 0
@@ -37,6 +41,10 @@ class Findings:
         self._count += 1
         if len(self._problems) < _MOST_SHOWN:
             self._problems.append(Problem(Location(str(self._file), *place), what))
+
+    def remark(self, place: Place, what: str) -> None:
+        """Note something that is not wrong, but may not be meant."""
+        self.remarks.append(Problem(Location(str(self._file), *place), what))
 
     def note_type(self, kind: str, name: str, place: Place) -> None:
         """Note that the road user `name` is of a type that is not known."""

@@ -8,10 +8,11 @@ from typing import Final
 
 import numpy as np
 
-from adapters.replay.findings import Findings
+from adapters.replay.findings import Findings, Place
 from adapters.replay.shapes import read_shape
 from adapters.replay.xml_stream import Element, read_xml
 from adapters.traffic.geometry import Float
+from adapters.traffic.remarks import flat
 from adapters.traffic.surroundings import RoadSurface, area, open_ring, strip
 
 ROOT: Final = "net"
@@ -34,6 +35,7 @@ def read_road(path: Path, findings: Findings) -> RoadSurface:
     reader = _Reader(findings)
     for _ in read_xml(path, findings, reader.start):
         pass
+    reader.finish()
     return RoadSurface.of([] if findings else reader.rings())
 
 
@@ -45,6 +47,8 @@ class _Reader:
         self._is_inside = False
         self._lanes: dict[str, tuple[Float, float]] = {}
         self._junctions: dict[str, Float] = {}
+        self._low, self._high = np.inf, -np.inf
+        self._first_high: Place | None = None
 
     def start(self, element: Element) -> None:
         """Take the start of an element."""
@@ -62,6 +66,11 @@ class _Reader:
             shape = self._shape(element) if attributes.get("shape") else np.zeros((0, 2))
             self._junctions[attributes.get("id", "")] = open_ring(shape)
 
+    def finish(self) -> None:
+        """The net has been read: whether it goes up and down."""
+        if self._first_high is not None and self._low < self._high:
+            self._findings.remark(self._first_high, flat(self._low, self._high))
+
     def rings(self) -> list[Float]:
         """The outlines of lanes and junctions, shape (vertex, 2) each."""
         lanes = [strip(*self._lanes[name]) for name in sorted(self._lanes)]
@@ -70,6 +79,7 @@ class _Reader:
 
     def _take_lane(self, lane: Element) -> None:
         shape = self._shape(lane)
+        self._look_at_heights(lane)
         if not np.any(np.diff(shape, axis=0)):
             self._findings.note(lane.place, "`shape` of this lane has fewer than two points")
         try:
@@ -81,6 +91,17 @@ class _Reader:
             self._findings.note(lane.place, what)
         self._lanes[lane.attributes.get("id", "")] = (shape, width)
         self._ends |= self._edge_ends
+
+    def _look_at_heights(self, lane: Element) -> None:
+        """Note the heights of a lane's points, which are at 0 m if they say none."""
+        points = [point.split(",") for point in lane.attributes.get("shape", "").split()]
+        try:
+            heights = [float(point[2]) if len(point) > 2 else 0.0 for point in points]
+        except ValueError:  # SUMO itself cannot read it
+            return
+        if any(len(point) > 2 for point in points) and self._first_high is None:
+            self._first_high = lane.place
+        self._low, self._high = min([self._low, *heights]), max([self._high, *heights])
 
     def _shape(self, element: Element) -> Float:
         shape = read_shape(element.attributes.get("shape", ""))

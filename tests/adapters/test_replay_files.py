@@ -222,6 +222,68 @@ def test_buildings_are_open_rings_with_heights(tmp_path: Path) -> None:
     assert np.size(found["road.vertex"]) == 0
 
 
+def test_what_may_not_be_meant_is_remarked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of buildings and the net, by `check` and `run`, and anew when a file has changed."""
+    scenario, drawn, net = (tmp_path / name for name in ("replay.yaml", "b.xml", "n.xml"))
+    file = write_csv(tmp_path / "a.csv", [Sample(id="a", time=0.1 * j) for j in range(21)])
+    net.write_text(
+        '<net><edge id="e"><lane id="e_0" shape="0,0 9,0"/>\n'
+        '<lane id="e_1" shape="0,3,-0.5 9,3,6.25"/><lane id="e_2" shape="0,3 9,3"/>\n'
+        "</edge></net>"
+    )
+    text = SCENARIO.replace("FILE", f"{file.name}, buildings: {drawn.name}, net: {net.name}")
+    scenario.write_text(text.replace("reference: front, ", ""))
+    trees = '<poly type="tree" shape="0,0 1,1 2,0"/>\n<poly type="tree" shape="0,0 1,1 2,0"/>\n'
+    house = '<poly id="a" type="building" shape="0,0 9,0 9,5">'
+    height = '<param key="height" value="3"/>'
+    heights = "n.xml:2:1: the net says heights from -0.5 m to 6.25 m: the ground is taken as flat"
+    for polygons, expected in (
+        (
+            f"{trees}{house}</poly>\n{house}{height}</poly>\n{house}</poly>",
+            [
+                "b.xml:1:13: 2 polygons of type `tree` are no buildings",
+                "b.xml:3:1: 2 of 3 buildings say no height and are taken as 10 m high",
+            ],
+        ),
+        (
+            f'<poly shape="0,0"/>\n{house}</poly>',
+            [
+                "b.xml:1:13: 1 polygon without a type is no building",
+                "b.xml:2:1: 1 of 1 buildings says no height and is taken as 10 m high",
+            ],
+        ),
+        (f"{house}{height}</poly>", []),
+    ):
+        drawn.write_text(f"<additional>{polygons}</additional>")
+        assert main(["check", str(scenario)]) == 0
+        checked = capsys.readouterr().out
+        out = tmp_path / f"out-{len(polygons)}"
+        assert main(["run", str(scenario), "--out", str(out), "--no-figure"]) == 0
+        logged = (out / "log.txt").read_text()
+        for what in (*expected, heights):
+            assert what in checked
+            assert what in logged
+        assert checked.count("b.xml:") == len(expected)
+
+
+def test_buildings_in_degrees_are_refused(tmp_path: Path) -> None:
+    """They would stand some metres from the origin."""
+    file = write_csv(tmp_path / "a.csv", [Sample(id="a", time=0.0)])
+    drawn = tmp_path / "b.xml"
+    for geo, is_refused in (("true", True), ("1", True), ("false", False), ("0", False)):
+        drawn.write_text(
+            '<additional>\n<poly id="a" type="building" shape="11.5,48 11.6,48 11.6,48.1" '
+            f'geo="{geo}"/></additional>'
+        )
+        if is_refused:
+            said = refused({"file": file, "buildings": drawn})
+            assert "b.xml:2:1: building `a` is in degrees (`geo`); metres of the net" in said
+        else:
+            replay(file, buildings=drawn)
+
+
 def refused(parameters: dict[str, Any]) -> str:
     with pytest.raises(ComponentTypeError) as caught:
         replay(**parameters)

@@ -10,6 +10,7 @@ from typing_extensions import override
 from adapters.sumo.checks.findings import Findings
 from adapters.sumo.checks.reading import Attributes, Elements
 from adapters.sumo.checks.roots import root_problem
+from adapters.traffic.remarks import flat
 from orchestrator.errors import Location
 
 FAR: Final = 1e5
@@ -117,10 +118,7 @@ class NetElements(Elements):
                 what = f"edge `{edge}`: `{attribute}` is junction `{junction}`, which is not here"
                 self._findings.add("ends without a junction", where, what)
         if self._heights.where is not None and self._heights.low < self._heights.high:
-            what = (
-                f"the net says heights from {self._heights.low:g} m to {self._heights.high:g} m: "
-                "the ground is taken as flat, so that roads above each other meet"
-            )
+            what = flat(self._heights.low, self._heights.high)
             self._findings.remark(self._heights.where, what)
 
     def _edge(self, attributes: Attributes) -> None:

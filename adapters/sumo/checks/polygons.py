@@ -8,6 +8,7 @@ from typing import Final
 from adapters.sumo.checks.findings import Findings
 from adapters.sumo.checks.net import Roads
 from adapters.sumo.checks.reading import Attributes
+from adapters.traffic.remarks import no_buildings, no_heights
 from adapters.traffic.surroundings import SAME_POINT, THIN
 from orchestrator.errors import Location
 
@@ -80,17 +81,12 @@ class PolygonReader:
     def finish(self) -> None:
         """All files have been read: how many polygons are no buildings, or say no height."""
         for kind, (count, where) in self._others.items():
-            noun = "polygon" if count == 1 else "polygons"
-            verb = "is no building" if count == 1 else "are no buildings"
-            named = f"of type `{kind}`" if kind else "without a type"
-            self._findings.remark(where, f"{count:,} {noun} {named} {verb}")
+            self._findings.remark(where, no_buildings(count, kind))
         if self._silent:
             self._findings.remark(self._silent[0].where, self._silence())
 
     def _silence(self) -> str:
         """What is said of buildings without a height."""
-        count = len(self._silent)
-        say, are = ("says", "is") if count == 1 else ("say", "are")
         near = next((each for each in self._silent if each.near_miss), None)
         hint = (
             ""
@@ -98,10 +94,7 @@ class PolygonReader:
             else f"; building `{near.name}` has {near.near_miss}, which counts for nothing: write "
             f'`<param key="{_HEIGHT}" value="..."/>` into its element'
         )
-        return (
-            f"{count:,} of {self._count:,} buildings {say} no height and {are} taken as "
-            f"{self._default_height:g} m high{hint}"
-        )
+        return no_heights(len(self._silent), self._count, self._default_height) + hint
 
     def _begin(self, attributes: Attributes, where: Location) -> None:
         kind = attributes.get("type", "")
