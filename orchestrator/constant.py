@@ -9,7 +9,12 @@ from typing_extensions import override
 from orchestrator.connection import Endpoint
 from orchestrator.elements import WHOLE, Elements
 from orchestrator.signal import Array, Causality, Connector, text_problems
+from orchestrator.suggestion import suggestion
 from orchestrator.units import NoUnitError, UnitError, number_in
+
+
+class ItemError(ValueError):
+    """A text is no item of an Enumeration."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +61,8 @@ def with_constant(input_: Connector, constant: Constant) -> Connector:
     value = _array(input_, constant.value)
     if value.shape not in {(), shape}:
         raise ValueError(f"it has the shape {shape}, the value {value.shape}")
+    if input_.meaning is not None and (wrong := input_.meaning.violations(value)):
+        raise ValueError(f"the value {'; it '.join(wrong)}")
     start = np.array(input_.start_value())
     start[constant.placed.index()] = value
     return replace(input_, start=start)
@@ -76,7 +83,7 @@ def _array(input_: Connector, value: Any) -> Array:
     try:
         found = np.array(_numbers(input_, value))
     except ValueError as error:
-        if isinstance(error, UnitError):
+        if isinstance(error, UnitError | ItemError):
             raise
         raise ValueError("the lists in it differ in length") from None
     kinds = {"b": "b", "i": "iu", "u": "iu", "f": "iuf"}
@@ -96,6 +103,11 @@ def _numbers(input_: Connector, value: Any) -> Any:
         return [_numbers(input_, each) for each in value]
     if not isinstance(value, str):
         return value
+    items = {} if input_.meaning is None else dict(input_.meaning.items)
+    if items:
+        if value not in items:
+            raise ItemError(f"there is no item `{value}`; {suggestion(value, items)}")
+        return items[value]
     unit, definition = input_.unit, input_.definition
     try:
         return float(number_in(value, unit, definition, is_difference=input_.is_relative))

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from adapters.fmi.block import shape_of, size_text
 from adapters.fmi.description import FmuDescription
 from adapters.fmi.variable import DTYPES, FmuVariable
+from orchestrator.meaning import Meaning
 from orchestrator.parameters import DRAWN, REQUIRED, Parameter
 from orchestrator.signal import TEXT, Causality, Connector, Signal, Variability
 from orchestrator.units import Unit, UnitError, parse_unit
@@ -118,7 +119,18 @@ def _connector(
         feedthrough=frozenset() if is_input else feedthrough,
         description=variable.description + _legend(variable),
         undriven=variable.undriven,
+        meaning=_range(variable) if is_input else None,
     )
+
+
+def _range(variable: FmuVariable) -> Meaning | None:
+    """What a constant of an input may be, as the FMU says; what drives it is not asked."""
+    if variable.items:  # those within the bounds
+        return Meaning(items=tuple(variable.items.items()))
+    low, high = variable.minimum, variable.maximum
+    if variable.is_bytes or variable.clock is not None or (low is None and high is None):
+        return None
+    return Meaning(minimum=low, maximum=high)
 
 
 def _legend(variable: FmuVariable) -> str:

@@ -81,8 +81,14 @@ def _connector(document: Mapping[str, Any], start: Any = None) -> Connector:
         description=document["description"],
         undriven=None if (s := document["undriven"]) is None else _undriven(s),
         parameter=tuple(document["parameter"]),
-        meaning=None if (said := document.get("meaning")) is None else Meaning(**said),
+        meaning=None if (said := document.get("meaning")) is None else _meaning(said),
     )
+
+
+def _meaning(said: Mapping[str, Any]) -> Meaning:
+    document = {**said}
+    items = tuple((str(name), int(number)) for name, number in document.pop("items", ()))
+    return Meaning(**document, items=items)
 
 
 def _undriven(said: Sequence[Any]) -> Undriven:

@@ -39,6 +39,15 @@ PRESENT = [[0, 1], [0, 1, 5], [1, 5], [1], [1]]
         (Meaning(maximum=1), [[0, 1], [1, 2]], ["is 2 at index [1, 1], above the declared 1"]),
         (Meaning(maximum=1), 1.5, ["is 1.5, above the declared 1"]),
         (Meaning(is_ascending=True), [1, 2, 9], []),
+        (Meaning(items=(("off", 0), ("on", 4))), [4, 0, 0], []),
+        (
+            Meaning(items=(("off", 0), ("on", 4)), maximum=3),
+            [[0, 4], [2, 9]],
+            [
+                "is 4 at index [0, 1], above the declared 3",
+                "is 2 at index [1, 0], none of 0 off, 4 on",
+            ],
+        ),
         (Meaning(is_ascending=True), [], []),
         (Meaning(is_ascending=True), [1, 3, 3], ["does not ascend: 3 is followed by 3"]),
         (Meaning(is_ascending=True), [1, 4, 2, 3], ["does not ascend: 4 is followed by 2"]),

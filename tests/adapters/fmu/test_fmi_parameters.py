@@ -1,5 +1,6 @@
 """Parameters that are names or arrays, as a component type offers and takes them."""
 
+import re
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -10,9 +11,12 @@ import pytest
 
 from adapters.fmi import FmuComponentType
 from orchestrator.component import Component
+from orchestrator.connection import Endpoint
+from orchestrator.constant import Constant, with_constant
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import REQUIRED
 from orchestrator.randomness import stream
+from orchestrator.remote.declarations import _connector, _describe
 from orchestrator.signal import Signal
 from orchestrator.testing import check_component
 
@@ -61,6 +65,45 @@ def test_an_enumeration_that_is_a_signal_is_its_number(fmu: Fmu) -> None:
     connector = echo.connectors["enumeration.in"]
     assert connector.kind() == "int64[element]"
     assert connector.description == "Enumeration values (1 red, 2 green, 3 blue)"
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("enumeration.in", ["red", 3, "blue"], [1, 3, 3]),
+        ("enumeration.in", "green", [2, 2, 2]),
+        ("enumeration.in", 9, "the value is 9, none of 1 red, 2 green, 3 blue"),
+        ("enumeration.in", [1, 0, 9], "the value is 0 at index [1], none of 1 red, 2 green, 3 b"),
+        ("enumeration.in", "pink", "there is no item `pink`; there are: blue, green, red"),
+        ("float32.in", 2.5, 2.5),
+        ("float32.in", -1.5, "the value is -1.5, below the declared -1"),
+        ("float32.in", 3, "the value is 3.0, above the declared 2.5"),
+    ],
+)
+def test_constants_keep_to_the_items_and_bounds_of_an_input(
+    name: str, value: Any, expected: Any, fmu: Fmu, tmp_path: Path
+) -> None:
+    bounded = ('name="float32.in"', 'min="-1" max="2.5" name="float32.in"')
+    path = described(fmu("mirror"), tmp_path / "mirror.fmu", bounded)
+    connector = FmuComponentType(path).create("mirror", {}).connectors[name]
+    constant = Constant(Endpoint("mirror", name), value)
+    if isinstance(expected, str):
+        with pytest.raises(ValueError, match=re.escape(expected)):
+            with_constant(connector, constant)
+        return
+    start = with_constant(connector, constant).start_value()
+    assert isinstance(start, np.ndarray)
+    assert start.dtype == connector.dtype
+    np.testing.assert_array_equal(start, expected)
+
+
+def test_what_drives_an_input_is_not_held_to_its_bounds(fmu: Fmu) -> None:
+    """FMI 3.0.2, 2.4.7.2: they say for what an FMU is made; it answers for what comes of others."""
+    mirror = FmuComponentType(fmu("mirror")).create("mirror", {})
+    assert mirror.connectors["enumeration.out"].meaning is None
+    given = mirror.connectors["enumeration.in"]
+    assert given.meaning is not None
+    assert _connector(_describe(given)).meaning == given.meaning
 
 
 def test_arrays_take_the_size_that_is_chosen(fmu: Fmu) -> None:
