@@ -14,6 +14,7 @@ from typing_extensions import override
 from zenoh.handlers import Callback
 
 from adapters.zenoh.credentials import session_settings
+from adapters.zenoh.refusal import refusal
 from adapters.zenoh.served_link import ServedLink
 from adapters.zenoh.session import (
     LEASE,
@@ -168,7 +169,8 @@ class ZenohHosts(HostsTransport):
         session = self._session(host)
         nobody = f"nobody answers at host `{host}` ({endpoint})"
         if session is None:
-            return nobody
+            refused = refusal(self._hosts, host)
+            return f"host `{host}` ({endpoint}): {refused}" if refused else nobody
         run = self._runs.setdefault(name, secrets.token_hex(8))  # also if it has to ask again
         request = {
             "run": run,

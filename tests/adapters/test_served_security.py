@@ -5,8 +5,8 @@ import json
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
-from datetime import UTC, datetime
+from contextlib import contextmanager, nullcontext
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -152,3 +152,42 @@ def test_who_has_the_certificate_of_runs_is_answered(hosts: Hosts, folder: Path)
             assert "install the same release at both ends" in json.loads(answer)["refused"][0]
             (other,) = ask(run, session.meeting_key("other"), request)
             assert json.loads(other) == {"serves": ["far"]}
+
+
+def remade(hosts: Hosts, folder: Path, since: datetime, *files: str) -> None:
+    """Put other credentials for the same hosts, of an authority of their own, in place of some."""
+    text = hosts.path.read_text().replace("credentials: keys", "credentials: others")
+    (folder / "others.yaml").write_text(text)
+    make_credentials(read_hosts(folder / "others.yaml"), since, 2)
+    for name in files:
+        (folder / "keys" / name).write_bytes((folder / "others" / name).read_bytes())
+
+
+@pytest.mark.parametrize(
+    ("days", "files", "said"),
+    [
+        (0, "", "nobody answers at host `gpu` (tls/127.0.0.1:"),
+        (0, "authority.pem", "): its certificate is not accepted here: unable to get "),
+        (0, "run.pem run-key.pem", "/keys/run.pem`: decrypt error; both sides need credentials"),
+        (30, "run.pem run-key.pem", "/keys/run.pem`: certificate expired; both sides need "),
+    ],
+    ids=["nobody", "another authority", "another run", "expired"],
+)
+def test_who_is_refused_for_a_certificate_hears_so(  # noqa: PLR0917 - fixtures
+    days: int,
+    files: str,
+    said: str,
+    hosts: Hosts,
+    folder: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Of either side; who finds nobody hears that."""
+    text = (folder / "two.yaml").read_text()
+    patient = text.replace("host: gpu", "host: gpu, deadline: {create: 1 s}")
+    with serving(folder) if files else nullcontext():
+        remade(hosts, folder, datetime.now(UTC) - timedelta(days=days), *files.split())
+        (folder / "two.yaml").write_text(patient)
+        assert main(["run", "two.yaml", "--hosts", "hosts.yaml", "--out", "out"]) == 3
+    error = capsys.readouterr().err
+    assert said in error
+    assert ("nobody answers" in error) is (files == "")
