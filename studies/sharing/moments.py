@@ -27,6 +27,7 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from tqdm import tqdm
 
 from fmus.messages.records import NO_VEHICLE
 from orchestrator import machine
@@ -226,21 +227,25 @@ def _score(scene: str, share: float, parameters: str, group: Sequence[Choice]) -
     )
 
 
-def _origin(seeds: Sequence[int], planned: int) -> Origin:
-    """Where the numbers come from."""
+def _session(planned: int) -> Session:
+    """What runs here, asked before anything is written into the checkout."""
     host = Machine(
         cpu=machine.cpu(),
         cpus=os.cpu_count(),
         memory_gib=machine.memory_gib(),
         platform=platform.platform(),
     )
-    session = Session(
+    return Session(
         command=f"python -m studies.sharing.moments docs/results --seeds {planned}",
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         commit=machine.commit(),
         versions={name: version(name) for name in ("nlosim", "numpy", "libsumo", "shapely")},
         machine=host,
     )
+
+
+def _origin(seeds: Sequence[int], planned: int, session: Session) -> Origin:
+    """Where the numbers come from."""
     kinds = len(LOOKS) * len(SHARES)
     return Origin(
         experiment="studies/sharing/moments.py",
@@ -272,12 +277,13 @@ def main() -> None:
     given = parser.parse_args()
     given.directory.mkdir(parents=True, exist_ok=True)
     units = UnitsUnderTest(component_type("lidar"), component_type("perception"))
+    session = _session(given.seeds)
     found: list[Choice] = []
-    for seed in range(1, given.seeds + 1):
+    for seed in tqdm(range(1, given.seeds + 1), unit="seed", disable=None):
         for scene in LOOKS:
             for share in SHARES:
                 found += choices(scene, share, seed, units)
-        write(given.directory, found, _origin(range(1, seed + 1), given.seeds))
+        write(given.directory, found, _origin(range(1, seed + 1), given.seeds, session))
 
 
 if __name__ == "__main__":
