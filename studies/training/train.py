@@ -2,6 +2,7 @@
 
 import shlex
 import sys
+import tempfile
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -35,6 +36,7 @@ def execute(arguments: Namespace) -> Outcome:
     """Load, check, train, tell."""
     _check_options(arguments)
     training = _changed(load_training(arguments.training), arguments)
+    _check_place(training.checkpoint)
     require("distributed")
     collection = None if arguments.cache is None else Collection(Path(arguments.cache).absolute())
     seeds = _seeds(arguments)
@@ -104,6 +106,16 @@ def _changed(training: Training, arguments: Namespace) -> Training:
             )
         training = replace(training, checkpoint=checkpoint)
     return training
+
+
+def _check_place(checkpoint: Path) -> None:
+    """Whether the network can be written, before it is learned for hours."""
+    try:
+        with tempfile.TemporaryFile(dir=checkpoint.parent):
+            pass
+    except OSError as error:
+        what = f"the network cannot be written to `{checkpoint}`: {error.strerror}"
+        raise CosimError(f"{what}; choose another place with --checkpoint FILE") from None
 
 
 def _command(arguments: Namespace, out: str | None) -> str:

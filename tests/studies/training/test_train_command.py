@@ -173,6 +173,19 @@ def test_options_that_make_no_sense(
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="there is no folder that takes no file")
+def test_a_place_that_takes_no_network_is_refused_before_anything_is_driven(
+    laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whoever is root may write everywhere but there."""
+    monkeypatch.chdir(laboratory.folder)
+    command = ["train", "training.yaml", "--out", "o"]
+    assert main([*command, "--checkpoint", "/proc/x.safetensors"]) == 2
+    message = "error: the network cannot be written to `/proc/x.safetensors`: No such file or "
+    assert message in capsys.readouterr().err
+    assert not (laboratory.folder / "o").exists()
+
+
 def test_several_seeds_share_the_runs_of_the_expert(
     laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
