@@ -1,6 +1,7 @@
 """The page of the study, from the files that were written and an analysis by hand."""
 
 import csv
+import statistics
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,6 +66,12 @@ Drives of the network at the end of its [training](training.md), in scenes that 
 from. Variants that are held out were never in it, not even with other seeds.
 """
 
+_SPREAD: Final = """\
+Trainings alike but for their seeds (which runs are driven between corrections, what is drawn in
+them, and the weights at the beginning; the expert's runs are the same): runs with a collision, and
+mean and standard deviation over trainings.
+"""
+
 CAMPAIGN_RUNS: Final = f"{CAMPAIGN}{SUFFIX}"
 """The file of the runs of the collision campaign."""
 
@@ -103,6 +110,9 @@ def page(folder: Path, link: str, analysis: Path | None) -> str:
     for path in sorted((folder / "training").glob("*-evaluation.csv")):
         name = path.name.removesuffix("-evaluation.csv").replace("_", "-")
         parts += [f"## The training `{name}`", _TRAINED, _training(path)]
+        seeds = path.with_name(path.name.replace("-evaluation.csv", "-seeds.csv"))
+        if seeds.is_file():
+            parts += [_SPREAD, _by_seed(seeds)]
     parts += ["## How it was made", *_made(folder, link)]
     return "\n".join(part if part.endswith("\n") else f"{part}\n" for part in parts)
 
@@ -208,6 +218,35 @@ def _training(path: Path) -> str:
         for row in rows
     ]
     return markdown(("encounter", "held out", "runs", "success [%]", "collisions [%]"), body)
+
+
+def _by_seed(path: Path) -> str:
+    """The same evaluation of trainings that differ in their seeds, collisions side by side."""
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    seeds = list(dict.fromkeys(row["seed"] for row in rows))
+    places = list(dict.fromkeys((row["encounter"], row["held_out"]) for row in rows))
+    found = {(row["encounter"], row["seed"]): row for row in rows}
+    body = []
+    for encounter, held_out in places:
+        each = [found[encounter, seed] for seed in seeds]
+        share = [100 * float(row["collision"]) for row in each]
+        body += [
+            [
+                encounter,
+                "yes" if held_out == "True" else "no",
+                *(_counted(row) for row in each),
+                f"{statistics.fmean(share):.1f} ± {statistics.stdev(share):.1f}",
+            ]
+        ]
+    heads = [f"seed {seed}" for seed in seeds]
+    return markdown(("encounter", "held out", *heads, "collisions [%]"), body)
+
+
+def _counted(row: Mapping[str, str]) -> str:
+    """How many runs ended in a collision, of how many."""
+    runs = int(row["runs"]) - int(row["failed"])
+    return f"{round(float(row['collision']) * runs)} of {runs}"
 
 
 def _estimate(row: dict[str, str], name: str) -> Estimate | None:
