@@ -221,7 +221,7 @@ def _training(path: Path) -> str:
 
 
 def _by_seed(path: Path) -> str:
-    """The same evaluation of trainings that differ in their seeds, collisions side by side."""
+    """Collisions in the evaluation, side by side for trainings that differ in their seeds."""
     with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     seeds = list(dict.fromkeys(row["seed"] for row in rows))
