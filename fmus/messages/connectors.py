@@ -101,6 +101,15 @@ SIGNALS: Final[Mapping[str, Connector]] = MappingProxyType(
         "points": _records(
             POINTS_MIME, "One scan of every sensor, taken at the communication point"
         ),
+        "pose_error.vehicle": _numbers(
+            "Vehicles that may be wrong about their poses, ascending", "located", dtype=np.int64
+        ),
+        "pose_error.position": _numbers(
+            "Where each believes to be less where it is", "located", 2, unit="m"
+        ),
+        "pose_error.heading": _numbers(
+            "The heading it believes less its own", "located", unit="rad"
+        ),
         "apms": _records(APMS_MIME, "Abstract perception matrices of the last scans"),
         "objects": _records(OBJECTS_MIME, "Objects tracked in the last scans"),
         "features": _records(

@@ -108,34 +108,6 @@ OBJECTS: Final = (
     parameter("track_timeout", 1.0, 0.0, 1e4, "age at which a lost track is forgotten", unit="s"),
 )
 
-POSE_ERROR: Final = (
-    parameter(
-        "position_error",
-        0.0,
-        0.0,
-        1e4,
-        "standard deviation of each coordinate of the position a vehicle believes to have",
-        unit="m",
-    ),
-    parameter(
-        "heading_error",
-        0.0,
-        0.0,
-        3.2,
-        "standard deviation of the heading a vehicle believes to have",
-        unit="rad",
-    ),
-    parameter(
-        "pose_error_time",
-        0.0,
-        0.0,
-        1e6,
-        "correlation time of these errors; 0: independent in every scan",
-        unit="s",
-    ),
-    whole("seed", 0, None, None, "selects the random numbers of these errors", kind="Int64"),
-)
-
 BLIND_ZONES: Final = (
     whole("window_smallest", 1, 1, 1024, "side of the smallest filter window in cells"),
     whole("window_largest", 4, 1, 1024, "bound on the side of windows: smallest, twice it, ..."),
@@ -302,7 +274,6 @@ INTERFACE: Final = Interface(
         *MATRIX,
         *PATTERN,
         *OBJECTS,
-        *POSE_ERROR,
         *BLIND_ZONES,
         *MATCHING,
         *INPUTS,
@@ -333,7 +304,6 @@ INTERFACE: Final = Interface(
         "demand.c",
         "overlap.c",
         "match.c",
-        "pose_error.c",
         "state.c",
     ),
     headers=(
@@ -362,6 +332,5 @@ INTERFACE: Final = Interface(
         "demand.h",
         "overlap.h",
         "match.h",
-        "pose_error.h",
     ),
 )

@@ -114,13 +114,10 @@ static int perceive_all(Perception *state, Step *step, Problem *problem) {
         if (sensor.time > newest) newest = sensor.time;
         if (step->settings.is_ego_alone && sensor.vehicle != step->ego) continue;
         step->scans++;
-        if (pose_believe(&state->pose_errors, &step->settings.pose_error, &sensor, problem)
-            || perceive(state, step, &sensor, problem))
-            return 1;
+        if (perceive(state, step, &sensor, problem)) return 1;
     }
     if (newest < 0) return 0; /* no scan */
     tracks_forget(&state->tracks, &step->settings.object.track, newest);
-    pose_forget(&state->pose_errors, &step->settings.pose_error, newest);
     return 0;
 }
 
@@ -241,7 +238,6 @@ static void destroy(Instance *instance, void *pointer) {
     if (!state) return;
     tracks_free(&state->tracks);
     map_free(&state->map);
-    free(state->pose_errors.vehicles);
     match_free(&state->match);
     scan_free(&state->scan);
     seen_free(&state->seen);

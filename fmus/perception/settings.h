@@ -3,14 +3,12 @@
 #define SETTINGS_H
 #include "fmi3_model.h"
 #include "match.h"
-#include "pose_error.h"
 #include "seen.h"
 
 typedef struct {
     ScanSettings matrix;
     PatternSettings pattern;
     ObjectSettings object;
-    PoseErrorSettings pose_error;
     RegionSettings region;
     ZoneSettings zone;
     MatchSettings match;

@@ -8,7 +8,7 @@ typedef struct {
     char magic[4];
     uint32_t version;
     int64_t next_track;
-    uint64_t tracks, pose_errors, chosen, received;
+    uint64_t tracks, chosen, received;
 } StateHeader;
 
 /* ---- writing -------------------------------------------------------------------------------- */
@@ -23,12 +23,10 @@ size_t state_save(const Perception *state, uint8_t *bytes) {
     const Tracks *tracks = &state->tracks;
     const Match *match = &state->match;
     Bytes out = {.data = bytes};
-    const PoseErrors *errors = &state->pose_errors;
-    StateHeader header = {{'P', 'R', 'C', 'P'}, 3, tracks->next, tracks->count, errors->count,
+    StateHeader header = {{'P', 'R', 'C', 'P'}, 4, tracks->next, tracks->count,
                           match->chosen_count, match->received_count};
     put(&out, &header, sizeof header);
     put(&out, tracks->tracks, tracks->count * sizeof(Track));
-    put(&out, errors->vehicles, errors->count * sizeof(PoseError));
     put(&out, match->chosen, match->chosen_count * sizeof(Sharer));
     for (size_t i = 0; i < match->received_count; i++) {
         uint64_t size = match->received[i].message.size;
@@ -85,29 +83,6 @@ static int read_tracks(Tracks *tracks, Reader *reader, uint64_t count, Problem *
     return 0;
 }
 
-static int is_sound_error(const PoseError *error, const PoseError *before) {
-    int is_sound = error->time >= 0 && error->time <= TIME_LIMIT
-                   && (!before || before->vehicle < error->vehicle);
-    for (int i = 0; i < POSE_ERRORS; i++)
-        is_sound = is_sound && fabs(error->error[i]) < 1e6; /* standard deviations */
-    return is_sound;
-}
-
-static int read_pose_errors(PoseErrors *errors, Reader *reader, uint64_t count,
-                            Problem *problem) {
-    const uint8_t *bytes = take(reader, count, sizeof(PoseError));
-    if (!bytes) return fail(problem, "the saved state is cut short in its pose errors");
-    if (count == 0) return 0;
-    if (reserve(&errors->vehicles, &errors->capacity, (size_t)count, sizeof(PoseError), problem))
-        return 1;
-    memcpy(errors->vehicles, bytes, (size_t)count * sizeof(PoseError));
-    errors->count = (size_t)count;
-    for (size_t i = 0; i < count; i++)
-        if (!is_sound_error(&errors->vehicles[i], i ? &errors->vehicles[i - 1] : NULL))
-            return fail(problem, "pose error %zu of the saved state makes no sense", i);
-    return 0;
-}
-
 static int is_sound_sharer(const Sharer *sharer) {
     return isfinite(sharer->benefit) && sharer->passed >= 0 && sharer->passed <= TIME_LIMIT;
 }
@@ -147,11 +122,10 @@ static int read_state(Perception *state, Reader *reader, Problem *problem) {
     StateHeader header;
     const uint8_t *bytes = take(reader, 1, sizeof header);
     if (bytes) memcpy(&header, bytes, sizeof header);
-    if (!bytes || memcmp(header.magic, "PRCP", 4) != 0 || header.version != 3)
+    if (!bytes || memcmp(header.magic, "PRCP", 4) != 0 || header.version != 4)
         return fail(problem, "these bytes are no saved state of the perception unit");
     state->tracks.next = header.next_track;
     if (read_tracks(&state->tracks, reader, header.tracks, problem)
-        || read_pose_errors(&state->pose_errors, reader, header.pose_errors, problem)
         || read_chosen(&state->match, reader, header.chosen, problem)
         || read_received(&state->match, reader, header.received, problem))
         return 1;
@@ -164,13 +138,10 @@ static int read_state(Perception *state, Reader *reader, Problem *problem) {
 static void exchange(Perception *a, Perception *b) {
     Tracks tracks = a->tracks;
     Match match = a->match;
-    PoseErrors pose_errors = a->pose_errors;
     a->tracks = b->tracks;
     a->match = b->match;
-    a->pose_errors = b->pose_errors;
     b->tracks = tracks;
     b->match = match;
-    b->pose_errors = pose_errors;
 }
 
 int state_load(Perception *state, const uint8_t *bytes, size_t size, Problem *problem) {
@@ -180,7 +151,6 @@ int state_load(Perception *state, const uint8_t *bytes, size_t size, Problem *pr
     int failed = read_state(loaded, &reader, problem);
     if (!failed) exchange(state, loaded);
     tracks_free(&loaded->tracks);
-    free(loaded->pose_errors.vehicles);
     match_free(&loaded->match);
     free(loaded);
     return failed;

@@ -3,13 +3,11 @@
 #define STATE_H
 #include "match.h"
 #include "seen.h"
-#include "pose_error.h"
 
 typedef struct {
     /* what survives from step to step */
     Tracks tracks;
     Match match;
-    PoseErrors pose_errors;
     /* what is made anew in every step; kept for its memory */
     Map map;
     Scan scan;

@@ -65,8 +65,8 @@ PLAIN: Final = PAPER.but("apmm-paper", horizon=HORIZON, benefit_threshold=100.0)
 
 
 def _with_errors(position: float, heading: float) -> ParameterSet:
-    values = {"position_error": position, "heading_error": math.radians(heading)}
-    return APMM.but(f"apmm, pose {position:g} m, {heading:g} deg", **values)
+    name = f"apmm, pose {position:g} m, {heading:g} deg"
+    return APMM.mislocated(name, position=position, heading=math.radians(heading))
 
 
 ERRORS: Final = tuple(_with_errors(*each) for each in ((0.5, 0.5), (1.0, 1.0), (1.5, 2.0)))
@@ -184,9 +184,9 @@ class _Stage:
         nearest = nearest_of(self.recording, self.source, time, everybody)
         scans = units.scan(scene, number)
         for one in sets:
-            drawn = one.but(one.name, seed=number)
-            messages, _ = units.apms(scene, scans, dict(drawn.matrix))
-            match = units.match(scene, scans, messages, drawn, self.road)
+            believed = scans.believed(one.accuracy, number)
+            messages, _ = units.apms(scene, believed, one.matrix)
+            match = units.match(scene, believed, messages, one, self.road)
             chosen = match.sharers[0] if match.trigger else NO_VEHICLE
             yield one.name, compare(time, truth, chosen=chosen, heard=everybody, nearest=nearest)
 

@@ -66,9 +66,10 @@ one that was heard, which is what the radio costs.
 """
 
 _ERRORS: Final = """\
-With lidars on a fifth of the traffic, seen area. Pose errors are standard deviations of each
-coordinate and of the heading, with a correlation time of 30 s, of all vehicles, the ego vehicle
-too; clock errors are [constant per vehicle](physics-sharing.md#clocks-that-are-off).
+With lidars on a fifth of the traffic, seen area. [Pose errors](physics-localisation.md) are
+standard deviations of each coordinate and of the heading, with a correlation time of 30 s, of all
+vehicles, the ego vehicle too; clock errors are
+[constant per vehicle](physics-sharing.md#clocks-that-are-off).
 """
 
 _EGOS: Final = """\

@@ -62,6 +62,7 @@ def test_the_whole_lacks_nothing_and_says_what_is_not_connected(whole: Assembly)
         "channel.probe.size",
         "policy.points",
         "policy.received.features",
+        "policy.pose_error.*",
     ]
     assert not any(gap.is_needed for gap in found.values())
     assert found["policy.points"].meaning == "no matter: this policy does not read it"
@@ -143,7 +144,7 @@ def test_graph_lists_what_nothing_drives(capsys: pytest.CaptureFixture[str]) -> 
         "meant": False,
         "fits": [],
     }
-    assert len(listed) == 6
+    assert len(listed) == 7
     assert main(["graph", str(_PATH)]) == 0
     lines = capsys.readouterr().out.splitlines()
     at = lines.index("inputs that nothing drives, and what it means:")

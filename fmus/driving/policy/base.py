@@ -8,7 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from fmus.driving.policy.command import Command
-from fmus.driving.policy.connectors import connectors
+from fmus.driving.policy.connectors import POSE_ERROR, SENSED, connectors
 from fmus.driving.policy.inputs import Inputs
 from fmus.driving.policy.own_body import OwnBody
 from orchestrator.component import Component
@@ -30,6 +30,9 @@ class DrivingPolicy(Component):
       depend on them. `Inputs` has everything else as if nothing were connected.
     * **Nobody brakes for himself.** What others saw of the ego vehicle is left out of the received
       objects (`OwnBody`). It takes the signals in `EGO`, by which the ego is known.
+    * **Nobody is wrong about himself.** If vehicles are wrong about their poses, then all of
+      `Inputs`, the ego and its route included, is where the ego believes it to be. So its own error
+      cancels, but for what others tell it; what `drive` returns holds for the vehicle itself.
     * **When.** `drive` is called at every step; what it returns acts in the step that follows.
     * **Parameters.** None by default. A policy with parameters nests a frozen dataclass
       `Parameters`, of which its constructor takes an instance (`orchestrator.parameters`).
@@ -67,7 +70,7 @@ class DrivingPolicy(Component):
     @property
     @override
     def connectors(self) -> Mapping[str, Connector]:
-        return connectors(self.reads)
+        return connectors(_with_belief(self.reads))
 
     @override
     def setup(self, start: Time, rng: np.random.Generator) -> None:
@@ -77,7 +80,7 @@ class DrivingPolicy(Component):
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
-        now, known = t + h, Inputs.read(inputs, self.reads)
+        now, known = t + h, Inputs.read(inputs, _with_belief(self.reads))
         self._own_body.update(known.ego, now)
         is_ego = self._own_body.is_in(known.received)
         if is_ego.any():
@@ -91,3 +94,8 @@ class DrivingPolicy(Component):
     @override
     def outputs(self) -> Signals:
         return self._outputs
+
+
+def _with_belief(reads: frozenset[str]) -> frozenset[str]:
+    """What a policy says to read, and where the ego believes to be if that matters for it."""
+    return reads | POSE_ERROR if reads & SENSED else reads

@@ -23,9 +23,9 @@ _VEHICLES: Final = (
     "vehicle.velocity",
     "vehicle.size",
 )
-INPUTS: Final[Mapping[str, Connector]] = inputs(
-    *_EGO, "points", "objects", "received.objects", "received.features", *_VEHICLES
-)
+_POSE_ERROR: Final = ("pose_error.vehicle", "pose_error.position", "pose_error.heading")
+_SENSED: Final = ("points", "objects", "received.objects", "received.features")
+INPUTS: Final[Mapping[str, Connector]] = inputs(*_EGO, *_SENSED, *_VEHICLES, *_POSE_ERROR)
 """The inputs of every policy; `vehicle.*`, the truth, are there for those that declare it."""
 
 EGO: Final = frozenset(_EGO)
@@ -33,6 +33,13 @@ EGO: Final = frozenset(_EGO)
 
 VEHICLES: Final = frozenset(_VEHICLES)
 """The inputs with the truth about all vehicles."""
+
+POSE_ERROR: Final = frozenset(_POSE_ERROR)
+"""The inputs that say by how much each vehicle is wrong about its pose."""
+
+SENSED: Final = frozenset(_SENSED)
+"""The inputs that are where vehicles believe them to be; who reads one has to know where the ego
+believes to be."""
 
 
 _UNREAD: Final = Undriven("no matter: this policy does not read it", Need.NEVER)
@@ -55,6 +62,7 @@ _MEANINGS: Final = {
         frozenset({"points"}),
     ),
     "vehicle": Undriven("the policy knows of no other vehicle"),
+    "pose_error": Undriven("the ego knows exactly where it is", Need.IF_OFFERED),
 }
 
 

@@ -6,6 +6,7 @@ from typing import Final, Self
 
 import numpy as np
 
+from fmus.driving.policy.belief import Belief
 from fmus.driving.policy.connectors import INPUTS
 from fmus.driving.policy.ego import Ego
 from fmus.driving.policy.occupancy import Vehicles
@@ -23,6 +24,10 @@ class Inputs:
     A policy declares the signals that it reads; fields of other signals hold start values, zero or
     empty, whatever is connected. So the truth about other vehicles is known to those alone that
     declare it.
+
+    All places are where the ego vehicle believes them to be: if it is wrong about its pose, then
+    the ego, its route and the truth about others are moved as one body to where it believes to be.
+    What sensors see is there already.
 
     Attributes:
         ego: the ego vehicle.
@@ -65,17 +70,20 @@ class Inputs:
             route=np.asarray(given["ego.route"], np.float64),
         )
         objects = unframe("OBJS", bytes(given["objects"]), OBJECT)
+        vehicles = Vehicles(
+            number=np.asarray(given["vehicle.id"], np.int64),
+            center=np.asarray(given["vehicle.position"], np.float64)[:, :2],
+            heading=np.asarray(given["vehicle.heading"], np.float64),
+            size=np.asarray(given["vehicle.size"], np.float64)[:, :2],
+            velocity=np.asarray(given["vehicle.velocity"], np.float64),
+        )
+        if belief := Belief.of(ego, given):
+            ego, vehicles = belief.ego(ego), belief.vehicles(vehicles)
         return cls(
             ego=ego,
             points=bytes(given["points"]),
             seen=objects.compress(objects["sensor"] == ego.vehicle),
             received=unframe("OBJS", bytes(given["received.objects"]), OBJECT),
             features=bytes(given["received.features"]),
-            vehicles=Vehicles(
-                number=np.asarray(given["vehicle.id"], np.int64),
-                center=np.asarray(given["vehicle.position"], np.float64)[:, :2],
-                heading=np.asarray(given["vehicle.heading"], np.float64),
-                size=np.asarray(given["vehicle.size"], np.float64)[:, :2],
-                velocity=np.asarray(given["vehicle.velocity"], np.float64),
-            ),
+            vehicles=vehicles,
         )

@@ -1,44 +1,68 @@
 """Sets of parameters of the perception unit that are compared."""
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
+
+from fmus.localisation import Accuracy
 
 MATRIX: Final = frozenset(
     {"rows", "columns", "cell", "offset", "floor", "ceiling", "layer", "message",
-     "index", "index_levels", "position_error", "heading_error", "pose_error_time", "seed"}
+     "index", "index_levels"}
 )  # fmt: skip
 """The parameters that change the messages, not only what is made of them."""
-DEFAULTS: Final = {"corridor": 25.0, "position_error": 0.0, "heading_error": 0.0}
+DEFAULTS: Final = {"corridor": 25.0}
 """Defaults of parameters that vary, but that no set of `LADDER` has. A curve shows the recommended
 set there."""
+PERFECT: Final = Accuracy(position=0.0, heading=0.0, correlation=0)
+"""Vehicles know exactly where they are."""
 _SIDE: Final = 100.0
 """Side of the matrix [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParameterSet:
-    """Parameters of the perception unit.
+    """Parameters of the perception unit, and how well vehicles know where they are.
 
     Attributes:
         name: in tables.
         values: those that differ from the defaults, by name.
         uses_road: whether the ego vehicle knows the drivable surface.
+        accuracy: of the localisation of all vehicles.
     """
 
     name: str
     values: Mapping[str, Any] = field(default_factory=dict)
     uses_road: bool = True
+    accuracy: Accuracy = PERFECT
 
     @property
-    def matrix(self) -> tuple[tuple[str, Any], ...]:
-        """The values that change the messages; equal ones can share them."""
-        return tuple(sorted((key, self.values[key]) for key in self.values.keys() & MATRIX))
+    def matrix(self) -> Mapping[str, Any]:
+        """The values that change the messages."""
+        return {key: self.values[key] for key in sorted(self.values.keys() & MATRIX)}
+
+    @property
+    def messages(self) -> Hashable:
+        """What the messages depend on: sets for which it is equal can share them."""
+        return tuple(self.matrix.items()), self.accuracy
 
     def but(self, name: str, **values: Any) -> "ParameterSet":
         """A copy of this set under another name, with other values of some parameters."""
-        return ParameterSet(name=name, values={**self.values, **values}, uses_road=self.uses_road)
+        return replace(self, name=name, values={**self.values, **values})
+
+    def mislocated(
+        self, name: str, *, position: float = 0.0, heading: float = 0.0
+    ) -> "ParameterSet":
+        """A copy under another name, of vehicles that are wrong about their poses.
+
+        Args:
+            name: in tables.
+            position: standard deviation of each coordinate [m].
+            heading: standard deviation [rad].
+        """
+        accuracy = Accuracy(position=position, heading=heading, correlation=0)
+        return replace(self, name=name, accuracy=accuracy)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,10 +167,24 @@ def _cell_curve() -> Curve:
     return Curve(label="", panel="side of the cells [m]", parameter="cell", sets=sets)
 
 
-def _heading_curve(degrees: Sequence[float]) -> Curve:
-    """A curve over degrees; the parameter is in radians."""
+def _position_curve(metres: Sequence[float]) -> Curve:
     sets = {
-        value: _varied(f"heading_error = {value:g} deg", {"heading_error": math.radians(value)})
+        value: RECOMMENDED.mislocated(f"recommended, position_error = {value:g}", position=value)
+        if value
+        else RECOMMENDED
+        for value in metres
+    }
+    panel = "error of the position [m]"
+    return Curve(label="", panel=panel, parameter="position_error", sets=sets)
+
+
+def _heading_curve(degrees: Sequence[float]) -> Curve:
+    sets = {
+        value: RECOMMENDED.mislocated(
+            f"recommended, heading_error = {value:g} deg", heading=math.radians(value)
+        )
+        if value
+        else RECOMMENDED
         for value in degrees
     }
     return Curve(label="", panel="error of the heading [deg]", parameter="heading_error", sets=sets)
@@ -165,7 +203,7 @@ SHARER_CURVES: Final = (
     _sharer_curve("T1, a seen share", "seen_threshold", (0.2, 0.35, 0.5)),
     _sharer_curve("benefit threshold [m$^2$]", "seen_benefit_threshold", (5.0, 10.0, 20.0)),
     _sharer_curve("corridor [m]", "corridor", (15.0, 20.0, 25.0, 30.0)),
-    _sharer_curve("error of the position [m]", "position_error", (0.0, 0.5, 1.0, 2.0)),
+    _position_curve((0.0, 0.5, 1.0, 2.0)),
     _heading_curve((0.0, 0.5, 1.0, 2.0)),
 )
 """One parameter of the recommended set varies."""

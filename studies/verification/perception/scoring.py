@@ -184,11 +184,11 @@ def play(
     messages, matrices = {}, {}
     matches, choices = {}, {}
     for one in sets:
-        key = one.matrix
+        key, believed = one.messages, scans.believed(one.accuracy, number)
         if key not in messages:
-            messages[key] = units.apms(scene, scans, dict(key))
+            messages[key] = units.apms(scene, believed, one.matrix)
             matrices[key] = Matrices(messages[key][0])
-        match = units.match(scene, scans, messages[key][0], one)
+        match = units.match(scene, believed, messages[key][0], one)
         matches[one.name] = match
         choices[one.name] = _choice(scene, truth, scans, matrices[key], match)
     _, objects = next(iter(messages.values()))

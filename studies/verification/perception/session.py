@@ -1,11 +1,12 @@
 """The FMUs that are installed, as the orchestrator drives them: components with connectors."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
 
+from fmus.localisation import Accuracy, PoseErrors, stamped
 from fmus.messages.apm import join, split
 from fmus.messages.records import OBJECT, POINT, SENSOR, frame, unframe
 from orchestrator.errors import ComponentError
@@ -63,6 +64,15 @@ class Scans:
         turned += sensor["position"][:2]
         return turned
 
+    def believed(self, accuracy: Accuracy, seed: int) -> "Scans":
+        """Scans with the poses that their vehicles believe to have; points stay as they are."""
+        if accuracy.is_perfect:
+            return self
+        vehicles = np.array(sorted(self.counts), np.int64)
+        offsets = PoseErrors(accuracy, seed).at(vehicles, 0)
+        points, alone = (stamped(one, offsets) for one in (self.points, self.ego_points))
+        return replace(self, points=points, ego_points=alone)
+
 
 class UnitsUnderTest:
     """The lidar and the perception unit. Every call is a new instance at time 0.
@@ -77,11 +87,6 @@ class UnitsUnderTest:
     def __init__(self, lidar: ComponentType, perception: ComponentType) -> None:
         self._lidar = lidar
         self._perception = perception
-
-    @property
-    def perception_parameters(self) -> frozenset[str]:
-        """The names of the parameters of the perception unit."""
-        return frozenset(self._perception.parameters)
 
     def scan(self, scene: Scene, seed: int) -> Scans:
         """Scan once from every equipped vehicle, with the lidar's default parameters and noise."""

@@ -14,7 +14,6 @@ VEHICLES = (1, 2, 3)
 ROUTE = np.array([[9.0, 2.0], [60.0, 2.0]])
 COUNTED = {"benefit_threshold": 1.0}
 SEEN = {"index": 2, "seen_benefit_threshold": 1.0}
-BELIEVED = {"position_error": 0.7, "heading_error": 0.02, "pose_error_time": 1.0, "seed": 5}
 
 
 def scans(k: int, vehicles: tuple[int, ...] = VEHICLES) -> bytes:
@@ -38,7 +37,7 @@ def demand(outputs: Outputs) -> tuple[bytes, ...]:
     return (*(array.tobytes() for array in found), bytes([outputs.trigger]))
 
 
-@pytest.mark.parametrize("settings", [COUNTED, {**COUNTED, **BELIEVED}, SEEN, {**SEEN, **BELIEVED}])
+@pytest.mark.parametrize("settings", [COUNTED, SEEN])
 def test_zones_and_matches_are_the_same_bytes(library: Library, settings: dict[str, float]) -> None:
     """For each of three egos, over scans in which it, and then others, are missing."""
     triggers = set()

@@ -65,6 +65,9 @@ def inputs(k: int, *messages: FeaturesMessage, **others: Signal) -> dict[str, Si
         "vehicle.heading": np.zeros(0),
         "vehicle.velocity": np.zeros((0, 2)),
         "vehicle.size": np.zeros((0, 3)),
+        "pose_error.vehicle": np.zeros(0, np.int64),
+        "pose_error.position": np.zeros((0, 2)),
+        "pose_error.heading": np.zeros(0),
     }
     return given | {name.replace("_", ".", 1): value for name, value in others.items()}
 

@@ -78,8 +78,6 @@ static void begin(fmi3Instance c, uint64_t corners) {
     const int64_t first = 0;
     const int32_t one = 1;
     note(fmi3SetInt32(c, &fewest, 1, &one, 1)); /* many objects */
-    set_float(c, VR_position_error, 0.5);
-    set_float(c, VR_pose_error_time, 2.0);
     set_float(c, VR_benefit_threshold, 0.0);
     set_float(c, VR_seen_benefit_threshold, 0.0);
     note(fmi3SetInt64(c, &kind, 1, &kind_of_index, 1));

@@ -53,7 +53,7 @@ class Setting:
 def setting(units: UnitsUnderTest, request: pytest.FixtureRequest) -> Setting:
     scene = draw_scene(SEED, request.param)
     scans = units.scan(scene, request.param)
-    messages, _ = units.apms(scene, scans, dict(RECOMMENDED.matrix))
+    messages, _ = units.apms(scene, scans, RECOMMENDED.matrix)
     match = units.match(scene, scans, messages, RECOMMENDED)
     assert match.trigger
     return Setting(
