@@ -1,7 +1,7 @@
 """Errors of the poses that vehicles believe to have."""
 
 from dataclasses import dataclass
-from typing import Final, Self
+from typing import Final
 
 import numpy as np
 
@@ -50,11 +50,6 @@ class Offsets:
     vehicle: Array
     position: Array
     heading: Array
-
-    @classmethod
-    def none(cls) -> Self:
-        """Those of no vehicle."""
-        return cls(vehicle=np.empty(0, np.int64), position=np.empty((0, 2)), heading=np.empty(0))
 
     def rows(self, vehicles: Array) -> Array:
         """The rows of these vehicles; all are among them.

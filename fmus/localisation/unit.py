@@ -87,7 +87,7 @@ class Localisation(Component):
         self._start = start
         self._given = b""
         self._stamped = b""
-        self._offsets = Offsets.none()
+        self._offsets = self._errors.at(np.empty(0, np.int64), start)
 
     @override
     def initialise(self, inputs: Signals) -> None:

@@ -120,3 +120,20 @@ def test_after_twenty_correlation_times_a_vehicle_is_a_stranger(
     alone = PoseErrors(Accuracy(position=1.0, heading=1.0, correlation=tau), 0)
     again, new = process.at(np.arange(1), (gap + 1) * tau), alone.at(np.arange(1), (gap + 1) * tau)
     np.testing.assert_allclose(flat(again), flat(new), rtol=0, atol=1e-15)
+
+
+def test_the_errors_of_a_seed_are_these() -> None:
+    """Studies are of them: other numbers would be other results."""
+    process = PoseErrors(accuracy(seconds=30.0), 7)
+    first = flat(process.at(np.array([3, 11]), 0))
+    second = flat(process.at(np.array([3, 11]), INTERVAL))
+    expected = [
+        [-0.007805361329944407, 2.463261464044426, -1.8343721857614268],
+        [-2.6897136028751376, -0.6448573553770385, -0.3217621510513989],
+    ]
+    np.testing.assert_array_equal(first, expected)
+    expected = [
+        [-0.017637761366884972, 2.4634517598108894, -1.821983675316922],
+        [-2.6873815706409574, -0.6463636822019565, -0.3127549280522285],
+    ]
+    np.testing.assert_array_equal(second, expected)
