@@ -7,6 +7,7 @@ from typing import Final
 
 from orchestrator.algorithm.exchange import Exchange
 from orchestrator.branching import Branching
+from orchestrator.cli import check_experiment
 from orchestrator.cli.failures import problem_data
 from orchestrator.cli.outcome import Exit, Outcome
 from orchestrator.cli.streams import tell_line as tell
@@ -30,8 +31,11 @@ from orchestrator.scenario.wiring import Assembly, Place, assemble, problems_of_
 
 def execute(arguments: Namespace) -> Outcome:
     """Find every problem that can be found without running."""
+    path = scenario_path(arguments.scenario)
+    if check_experiment.is_one(path):
+        return check_experiment.execute(arguments, path)
     try:
-        scenario = load_scenario(scenario_path(arguments.scenario), arguments.overrides)
+        scenario = load_scenario(path, arguments.overrides)
         hosts = None if arguments.hosts is None else read_hosts(Path(arguments.hosts))
         placed = only_hosts(scenario, hosts)
         missing = _not_here(scenario, placed)

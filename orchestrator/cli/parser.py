@@ -82,7 +82,8 @@ examples:
 
 _CHECK: Final = """\
 Prints FILE:LINE:COLUMN: PROBLEM for each, and exits with code 2 if there are any.
-The components are created, to see whether their connections fit, but nothing runs.
+The components are created, to see whether their connections fit, but nothing runs. Of an
+experiment that is done with every combination of its levels.
 Remarks say what may not be meant, such as an algebraic loop that the algorithm leaves unsolved."""
 
 _GRAPH: Final = """\
@@ -312,7 +313,7 @@ def _add_serve(commands: _Commands) -> None:
 
 
 def _add_check(commands: _Commands) -> None:
-    check = command(commands, "check", "print every problem of a scenario", _CHECK)
+    check = command(commands, "check", "print every problem of a scenario or an experiment", _CHECK)
     _add_scenario(check)
     check.add_argument(
         "--checkpoint",

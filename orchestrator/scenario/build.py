@@ -27,6 +27,7 @@ from orchestrator.scenario.model import (
     PlugInUse,
     Scenario,
 )
+from orchestrator.scenario.other_files import refuse_experiment
 from orchestrator.scenario.processes import APART_ONLY, crowding
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.wiring import problems_of_sound_parts
@@ -48,7 +49,9 @@ def load_scenario(path: Path, overrides: Sequence[str] = ()) -> Scenario:
         ScenarioError: all problems, each at its place. Whether the connections fit is known
             only once the components exist; see `wiring.assemble`.
     """
-    return built(extension.read(path), path, overrides)
+    document = extension.read(path)
+    refuse_experiment(document)
+    return built(document, path, overrides)
 
 
 def built(document: Document, path: Path, overrides: Sequence[str] = ()) -> Scenario:

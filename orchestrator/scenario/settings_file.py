@@ -51,7 +51,7 @@ class SettingsFile:
         settings: Iterable[tuple[str, Address]],
         reserved: Callable[[tuple[str, ...]], str],
     ) -> None:
-        """Each value is set in one place, and not where it is reserved.
+        """Each value is set in one place, not where it is reserved, and is not replaced at once.
 
         Args:
             settings: who sets it (the levels of a factor count as one), and its address, whose
@@ -59,7 +59,9 @@ class SettingsFile:
             reserved: why a path, given by its keys, must not be set; empty if it may.
         """
         owners: dict[tuple[str, ...], str] = {}
+        together: dict[Address, list[Address]] = {}
         for owner, address in settings:
+            self._check_order(together.setdefault(address[:-1], []), address)
             path = str(address[-1])
             keys = tuple(path.split("."))
             if reason := reserved(keys):
@@ -72,6 +74,15 @@ class SettingsFile:
                 if known != owner and keys[:n] == other[:n]:
                     self.add(address, f"{known} sets `{'.'.join(other)}`, too", at_key=True)
             owners.setdefault(keys, owner)
+
+    def _check_order(self, before: list[Address], address: Address) -> None:
+        """Refuse what is written before a setting that replaces it; `before` is gone on with."""
+        path = str(address[-1])
+        for each in before:
+            if str(each[-1]).startswith(f"{path}."):
+                what = f"`{path}`, below, replaces all that is in it; write this one after it"
+                self.add(each, what, at_key=True)
+        before.append(address)
 
     def overrides(self, settings: Mapping[str, Any], address: Address) -> list[str]:
         """Settings as `setting_texts` makes them; where they are written is kept in mind.

@@ -52,6 +52,74 @@ def test_check_prints_every_problem(
     }
 
 
+EXPERIMENT = """\
+schema: 1
+scenario: two.yaml
+seeds: 3
+set: {report: trace}
+factors:
+  pace:
+    fast: {components.car.parameters.mode: fast}
+    slow: {components.car.parameters.mode: slow}
+metrics: {distance: distance_m}
+"""
+
+
+def experiment_file(beside: Path, text: str = EXPERIMENT) -> Path:
+    path = beside.with_name("experiment.yaml")
+    path.write_text(text)
+    return path
+
+
+def test_check_of_an_experiment(scenario_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = experiment_file(scenario_file)
+    assert main(["check", str(path)]) == 0
+    said = f"{path}: ok, an experiment, 2 combinations, 3 seeds, 6 runs\n"
+    assert capsys.readouterr().out == said
+    assert main(["check", str(path), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found == {"problems": [], "combinations": 2, "seeds": 3, "runs": 6}
+
+
+def test_check_of_an_experiment_prints_every_problem(
+    scenario_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = EXPERIMENT.replace("mode: fast", "mode: fats").replace("mode: slow", "count: 0")
+    path = experiment_file(scenario_file, text)
+    assert main(["check", str(path), "--json"]) == 2
+    problems = json.loads(capsys.readouterr().out)["problems"]
+    assert [(p["file"], p["line"], p["column"]) for p in problems] == [
+        (str(path), 7, 44),
+        (str(path), 8, 45),
+    ]
+    assert problems[1]["message"].endswith("must be at least 1, got 0")
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--set", "seed=3"], "an experiment takes no --set; write what all runs share"),
+        (["--checkpoint", "1s"], "an experiment takes no --checkpoint"),
+    ],
+)
+def test_check_of_an_experiment_takes_no_options_of_a_run(
+    scenario_file: Path, options: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", str(experiment_file(scenario_file)), *options]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_an_experiment_is_no_scenario(
+    scenario_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It says what it is, not all that it lacks."""
+    path = experiment_file(scenario_file)
+    assert main(["run", str(path)]) == 2
+    what = "this is an experiment, not a scenario; `nlosim experiment` runs it, and "
+    said = f"{path}:2:1: {what}`nlosim check` checks it\n"
+    assert capsys.readouterr().err == said
+
+
 def test_check_finds_connections_that_do_not_fit(
     scenario_file: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

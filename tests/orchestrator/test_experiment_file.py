@@ -178,6 +178,15 @@ def test_seeds(scenario_file: Path, seeds: str, expected: tuple[int, ...]) -> No
             "gain: 3, report: trace",
             "11:89: factors.power.high.report: `set` sets `report`, too",
         ),
+        (  # what is written first would be lost without a word
+            "gain: 3}",
+            "gain: 3, components.base.parameters: {}}",
+            (
+                "11:53: factors.power.high.components.base.parameters.gain: "
+                "`components.base.parameters`, below, replaces all that is in it; "
+                "write this one after it"
+            ),
+        ),
         (
             "label: a b",
             "mode=x: 1",

@@ -56,6 +56,9 @@ def inputs(step: int) -> dict[str, Signal]:
         "vehicle.heading": np.array([0.02, 1.0]),
         "vehicle.velocity": np.array([[8.0, 0.0], [0.0, 0.0]]),
         "vehicle.size": np.array([[4.4, 1.8, 1.5], [9.0, 2.4, 3.4]]),
+        "pose_error.vehicle": np.zeros(0, np.int64),
+        "pose_error.position": np.zeros((0, 2)),
+        "pose_error.heading": np.zeros(0),
     }
 
 
