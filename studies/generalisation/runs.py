@@ -22,6 +22,7 @@ SUFFIX: Final = "_runs.csv"
 ADDED: Final[Mapping[str, str]] = {
     "_general": "networks of several encounters",
     "_held": "networks of several encounters that keep to their brake",
+    "_seeds": "their other training seeds, which keep to their brake",
 }
 """Whose runs are in experiment files of their own, by the end of their names."""
 
