@@ -18,7 +18,7 @@ from orchestrator.campaign.work import Work, perform
 from orchestrator.experiment.load import load_experiment
 from orchestrator.experiment.plan import Experiment
 from orchestrator.machine import commit, cpu
-from studies.generalisation.runs import ADDED, DRIVEN, ENCOUNTERS
+from studies.generalisation.runs import ADDITIONS, ENCOUNTERS
 from studies.lasting.scenes import EXPERIMENTS as LASTING
 from studies.method import records
 from studies.method.cost import CORES
@@ -35,7 +35,7 @@ EXPERIMENTS: Final[Mapping[str, Sequence[str]]] = {
         f"generalisation/experiments/generalisation_{name}"
         for name in (
             *ENCOUNTERS,
-            *(f"{name}{end}" for end in ADDED for name in DRIVEN),
+            *(f"{name}{end}" for name, end in ADDITIONS),
         )
     ],
     "apmm": [

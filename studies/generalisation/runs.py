@@ -38,6 +38,13 @@ ENCOUNTERS: Final[Mapping[str, str]] = {
 DRIVEN: Final = ("red_light", "left_turn", "pedestrian", "platoon")
 """Those of them, by that rest, in which networks drive."""
 
+ADDITIONS: Final = (
+    *((encounter, "_general") for encounter in DRIVEN),
+    *((encounter, "_held") for encounter in DRIVEN),
+    ("red_light", "_seeds"),
+)
+"""The encounters with such files, and the ends of their names."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run:

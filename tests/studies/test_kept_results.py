@@ -21,7 +21,7 @@ from orchestrator.experiment.plan import Experiment
 from orchestrator.run import run_scenario
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.extension import read
-from studies.generalisation.runs import ADDED, DRIVEN
+from studies.generalisation.runs import ADDITIONS, DRIVEN
 
 ROOT = Path(__file__).parents[2]
 RELAY = "studies/relay/experiments/paper_relay.yaml", "relay_runs.csv"
@@ -31,8 +31,7 @@ GENERALISATION = {
         f"studies/generalisation/experiments/generalisation_{encounter}{end}.yaml",
         f"generalisation_{encounter}{end}_runs.csv",
     )
-    for encounter in DRIVEN
-    for end in ("", *ADDED)
+    for encounter, end in (*((each, "") for each in DRIVEN), *ADDITIONS)
 }
 """By encounter; the networks of several encounters have experiments of their own."""
 POINT_TRANSFORMER = "studies/collision/experiments/point_transformer.yaml"
@@ -170,7 +169,7 @@ def test_every_network_that_ships_drives_here_where_it_was_trained_and_elsewhere
 def test_every_network_that_ships_is_in_the_table() -> None:
     """Whoever ships one says how it drives in every encounter."""
     for encounter in DRIVEN:
-        studies = [GENERALISATION[f"{encounter}{end}"] for end in ("", *ADDED)]
+        studies = [study for name, study in GENERALISATION.items() if name.startswith(encounter)]
         levels = [read(ROOT / study[0]).data["factors"]["policy"] for study in studies]
         assert {*shipped()} <= {name for each in levels for name in each}
 
