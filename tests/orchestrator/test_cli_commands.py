@@ -120,6 +120,24 @@ def test_an_experiment_is_no_scenario(
     assert capsys.readouterr().err == said
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("scenario: two.yaml\nseeds: 2\ncomponents: {}\n", "`scenario` is not a key here"),
+        ("schema: 1\nseeds: 2\n", "`seeds` is not a key here; did you mean `seed`?"),
+        ("scenario: two.yaml\n", "`scenario` is not a key here"),
+        ("- scenario\n- seeds\n", "expected a mapping"),
+    ],
+)
+def test_what_is_hardly_an_experiment_is_taken_for_a_scenario(
+    scenario_file: Path, text: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", str(experiment_file(scenario_file, text))]) == 2
+    found = capsys.readouterr().out
+    assert said in found
+    assert "this is an experiment" not in found
+
+
 def test_check_finds_connections_that_do_not_fit(
     scenario_file: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
