@@ -60,6 +60,23 @@ def test_a_restored_state_continues_bit_for_bit(library: Library) -> None:
         assert bytes_of(advance(fresh, range(5, 9))) == expected
 
 
+def test_a_lost_track_is_forgotten(library: Library) -> None:
+    """After `track_timeout`; else the state of a long run would grow without end."""
+
+    def state_sizes(*, is_seen: bool) -> list[int]:
+        sizes = []
+        with Perception(library, track_timeout=0.5) as unit:
+            for k in range(10):
+                boxes = [car(5, 14, 7), car(6, -20, -5)] if is_seen and k == 0 else []
+                unit.step(cloud(look(1, (9.0, 2.0), boxes, time=k * 10**8)))
+                sizes.append(len(unit.save()))
+        return sizes
+
+    seen, unseen = state_sizes(is_seen=True), state_sizes(is_seen=False)
+    assert [a > b for a, b in zip(seen, unseen, strict=True)] == [True] * 6 + [False] * 4
+    assert seen[6:] == unseen[6:]
+
+
 def test_two_runs_give_the_same_bytes(library: Library) -> None:
     runs = []
     for _ in range(2):
