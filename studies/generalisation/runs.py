@@ -23,6 +23,7 @@ ADDED: Final[Mapping[str, str]] = {
     "_general": "networks of several encounters",
     "_held": "networks of several encounters that keep to their brake",
     "_seeds": "their other training seeds, which keep to their brake",
+    "_many": "the best of their training seeds, which keeps to its brake, in many runs",
 }
 """Whose runs are in experiment files of their own, by the end of their names."""
 
@@ -41,7 +42,8 @@ DRIVEN: Final = ("red_light", "left_turn", "pedestrian", "platoon")
 ADDITIONS: Final = (
     *((encounter, "_general") for encounter in DRIVEN),
     *((encounter, "_held") for encounter in DRIVEN),
-    ("red_light", "_seeds"),
+    *((encounter, "_seeds") for encounter in ("red_light", "left_turn", "pedestrian")),
+    *((encounter, "_many") for encounter in ("red_light", "left_turn")),
 )
 """The encounters with such files, and the ends of their names."""
 
