@@ -39,11 +39,13 @@ ENCOUNTERS: Final[Mapping[str, str]] = {
 DRIVEN: Final = ("red_light", "left_turn", "pedestrian", "platoon")
 """Those of them, by that rest, in which networks drive."""
 
+LEARNED: Final = ("red_light", "left_turn", "pedestrian")
+"""Those in which the networks of several encounters were trained."""
+
 ADDITIONS: Final = (
     *((encounter, "_general") for encounter in DRIVEN),
     *((encounter, "_held") for encounter in DRIVEN),
-    *((encounter, "_seeds") for encounter in ("red_light", "left_turn", "pedestrian")),
-    *((encounter, "_many") for encounter in ("red_light", "left_turn")),
+    *((encounter, end) for end in ("_seeds", "_many") for encounter in LEARNED),
 )
 """The encounters with such files, and the ends of their names."""
 
