@@ -13,6 +13,7 @@ from fmus.facilities.load import Load
 from fmus.facilities.sensor_data import SensorData
 from fmus.facilities.zones import NOWHERE, Zones, zones_in
 from fmus.messages.apm import decode
+from fmus.physics.boxes import Boxes
 
 ANSWER_HEADER: Final = 16
 """Header of an answer to a request with zones [byte]: the time of that request and the time of the
@@ -113,8 +114,10 @@ class DemandedAnswers(Answers):
     @override
     def answer(self, zones: Zones, apm: bytes | None, data: SensorData) -> Answer:
         share = Fraction(0) if apm is None else zones.share_of(decode(apm))
-        reached = zones.reached_by(data.objects["minimum"], data.objects["maximum"])
-        return Answer(size=self.size_of(share), data=SensorData(objects=data.objects[reached]))
+        objects = data.objects
+        boxes = Boxes(objects["position"], objects["angle"], objects["size"])
+        reached = zones.reached_by(boxes)
+        return Answer(size=self.size_of(share), data=SensorData(objects=objects[reached]))
 
     def size_of(self, share: Fraction) -> int:
         """Size of an answer with this share of a scan [byte]."""

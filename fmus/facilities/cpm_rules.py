@@ -132,8 +132,7 @@ class Station:
 
 
 def _state(row: np.void, now: Time) -> Inclusion:
-    center = (row["minimum"] + row["maximum"]) / 2.0
-    return Inclusion(time=now, position=center, velocity=row["velocity"])
+    return Inclusion(time=now, position=row["position"], velocity=row["velocity"])
 
 
 def _norm(vector: Array) -> float:

@@ -19,9 +19,13 @@ VELOCITY_STEP: Final = 0.01
 """Resolution of a velocity component [m/s] (VelocityComponentValue)."""
 DIMENSION_STEP: Final = 0.1
 """Resolution of a length, width or height [m] (ObjectDimensionValue)."""
+ANGLE_STEP: Final = math.radians(0.1)
+"""Resolution of an angle [rad] (CartesianAngleValue)."""
 TIME_STEP: Final = 1_000_000
 """Resolution of times [ns] (TimestampIts, DeltaTimeMilliSecondSigned)."""
 
+_QUARTER: Final = 900
+"""A quarter turn, in steps of an angle; beyond it the sides of a box change places."""
 _ROUNDING: Final = 1e-6
 """How far a value may lie above a multiple of a step by rounding, in steps; double precision."""
 
@@ -31,7 +35,7 @@ def to_element(
 ) -> dict[str, object]:
     """The data element PerceivedObject: the centre of its box, relative to the sender, and sides.
 
-    The axes are east and north (TS 103 324, PerceivedObjects), and so are the sides of the box.
+    The axes are east and north (TS 103 324, PerceivedObjects); the box is turned by zAngle.
 
     Args:
         row: an `OBJECT` record.
@@ -39,8 +43,8 @@ def to_element(
         reference_time: of the message [ns].
         reference: the sender's position as the message says it, world frame [m], shape (2,).
     """
-    center = (row["minimum"] + row["maximum"]) / 2.0 - reference
-    east, north = row["maximum"] - row["minimum"]
+    center = row["position"] - reference
+    along, across = row["size"]
     late = round_up((int(row["time"]) - reference_time) / TIME_STEP, 1.0, -2048, 2047)
     return {
         "objectId": int(row["instance"]) % 2**16,
@@ -56,10 +60,10 @@ def to_element(
                 "yVelocity": _velocity(row["velocity"][1]),
             },
         ),
-        "angles": {"zAngle": {"value": 0, "confidence": 127}},
+        "angles": {"zAngle": {"value": _angle(row["angle"]), "confidence": 127}},
         "objectDimensionZ": _dimension(row["height"]),
-        "objectDimensionY": _dimension(north),
-        "objectDimensionX": _dimension(east),
+        "objectDimensionY": _dimension(across),
+        "objectDimensionX": _dimension(along),
         "objectAge": min(age // TIME_STEP, 2047),
         "sensorIdList": [1],
         "classification": [{"objectClass": ("vehicleSubClass", 0), "confidence": 101}],
@@ -79,12 +83,15 @@ def to_record(row: dict[str, Any], station: int, time: Time, reference: Array) -
         row["position"][axis]["value"] * POSITION_STEP for axis in ("xCoordinate", "yCoordinate")
     ]
     velocity = row["velocity"][1]
-    sides = np.array([_length(row["objectDimensionX"]), _length(row["objectDimensionY"])])
+    sides = [_length(row["objectDimensionX"]), _length(row["objectDimensionY"])]
+    quarters, rest = divmod(row["angles"]["zAngle"]["value"], _QUARTER)
     record = np.zeros((), OBJECT)
     record["sensor"] = station
     record["time"] = time + row["measurementDeltaTime"] * TIME_STEP
     record["instance"] = row["objectId"]
-    record["minimum"], record["maximum"] = center - sides / 2.0, center + sides / 2.0
+    record["position"] = center
+    record["angle"] = rest * ANGLE_STEP
+    record["size"] = sides[::-1] if quarters % 2 else sides
     record["height"] = _length(row["objectDimensionZ"])
     record["velocity"] = [
         velocity[axis]["value"] * VELOCITY_STEP for axis in ("xVelocity", "yVelocity")
@@ -98,6 +105,10 @@ def _coordinate(value: float) -> dict[str, int]:
 
 def _velocity(value: float) -> dict[str, int]:
     return {"value": round_up(value, VELOCITY_STEP, -16383, 16382), "confidence": 127}
+
+
+def _angle(value: float) -> int:
+    return round_up(value, ANGLE_STEP, 0, _QUARTER)
 
 
 def _dimension(value: float) -> dict[str, int]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from fmus.facilities.inputs import BlindZones
 from fmus.messages.apm import Apm
+from fmus.physics.boxes import Boxes
 from orchestrator.signal import Array
 
 ZONE_SIZE: Final = 12
@@ -40,29 +41,19 @@ class Zones:
     def __len__(self) -> int:
         return len(self.ranges)
 
-    def reached_by(self, minimum: Array, maximum: Array) -> Array:
+    def reached_by(self, boxes: Boxes) -> Array:
         """Whether boxes overlap or touch a zone.
 
-        Two rectangles are apart iff a side of one separates them (separating axis theorem).
-
         Args:
-            minimum: lower corners, world frame [m], shape (box, 2).
-            maximum: upper corners [m], shape (box, 2).
+            boxes: in the world frame, of shape (box,).
 
         Returns:
             Whether each box does, bool, shape (box,).
         """
-        offset = ((minimum + maximum) / 2.0)[:, None] - self.centers  # (box, zone, 2)
-        half = ((maximum - minimum) / 2.0)[:, None]
-        ranges = self.ranges[:, None]
-        cosine, sine = abs(math.cos(self.heading)), abs(math.sin(self.heading))
-        along_box = half[..., :1] * cosine + half[..., 1:] * sine
-        across_box = half[..., :1] * sine + half[..., 1:] * cosine
-        turned_half = np.concatenate([along_box, across_box], axis=-1)
-        in_world = np.abs(offset) <= half + ranges * (cosine + sine)
-        along_zone = np.abs(self._turned(offset)) <= turned_half + ranges
-        overlap = np.concatenate([in_world, along_zone], axis=-1).all(axis=-1)  # (box, zone)
-        return np.asarray(overlap.any(axis=-1))
+        side = 2.0 * self.ranges[:, None]
+        each = Boxes(boxes.center[:, None], boxes.heading[:, None], boxes.size[:, None])
+        squares = Boxes(self.centers, np.array(self.heading), np.hstack([side, side]))
+        return np.asarray(each.overlap(squares).any(axis=-1))  # of (box, zone)
 
     def share_of(self, apm: Apm) -> Fraction:
         """The share of a matrix's index that lies in the union of the zones.

@@ -44,15 +44,16 @@ GROUND: Final = -1
 BUILDING: Final = -2
 
 # ---- objects: FRAME "OBJS", `count` OBJECT records
-OBJECTS_MIME: Final = "application/x-nlosim-objects; version=1"
+OBJECTS_MIME: Final = "application/x-nlosim-objects; version=2"
 OBJECT: Final = np.dtype(
     [
         ("sensor", "<i8"),  # the vehicle whose sensor sees the object
         ("time", "<i8"),  # of the scan [ns]
         ("instance", "<i8"),  # track number: of the sensor, not of a vehicle
         ("points", "<i8"),  # points on it in this scan
-        ("minimum", "<f8", 2),  # lower corner of the box around its points, world frame [m]
-        ("maximum", "<f8", 2),  # upper corner [m]
+        ("position", "<f8", 2),  # middle of the box around its points, world frame [m]
+        ("angle", "<f8"),  # of the box's first side, counter-clockwise from east, 0 to < pi/2 [rad]
+        ("size", "<f8", 2),  # of the box, along that side and across [m]
         ("height", "<f8"),  # of its highest point above the ground [m]
         ("velocity", "<f8", 2),  # tracked, world frame [m/s]
     ]

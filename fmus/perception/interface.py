@@ -86,6 +86,11 @@ OBJECTS: Final = (
         ("clusters", "labels"),
         "How points are told apart: by geometry, or by the simulator's labels (an ideal detector)",
     ),
+    choice(
+        "boxes",
+        ("fitted", "along_axes"),
+        "Boxes of objects: turned as the faces of the bodies are, or along the world's axes",
+    ),
     parameter("blanking", 1.0, 0.0, 1e3, "returns nearer than this are the own body", unit="m"),
     parameter("ground_height", 0.2, 0.0, 10.0, "returns up to this height are ground", unit="m"),
     parameter(
@@ -291,6 +296,7 @@ INTERFACE: Final = Interface(
         "plausible.c",
         "segments.c",
         "scan.c",
+        "boxes.c",
         "seen.c",
         "motion.c",
         "tracks.c",
@@ -319,6 +325,7 @@ INTERFACE: Final = Interface(
         "neighbours.h",
         "segments.h",
         "scan.h",
+        "boxes.h",
         "seen.h",
         "tracks.h",
         "motion.h",

@@ -2,14 +2,16 @@
 
 #include <stdlib.h>
 
-static Object object_of(const Cluster *cluster, const Track *track, const Sensor *sensor) {
+static Object object_of(const Cluster *cluster, const Box *box, const Track *track,
+                        const Sensor *sensor) {
     return (Object){
         .sensor = sensor->vehicle,
         .time = sensor->time,
         .instance = track->number,
         .points = cluster->points,
-        .minimum = {cluster->side[X_MINIMUM], cluster->side[Y_MINIMUM]},
-        .maximum = {cluster->side[X_MAXIMUM], cluster->side[Y_MAXIMUM]},
+        .position = {box->position[0], box->position[1]},
+        .angle = box->angle,
+        .size = {box->size[0], box->size[1]},
         .height = cluster->height,
         .velocity = {track->velocity[0], track->velocity[1]},
     };
@@ -39,13 +41,16 @@ int objects_detect(Objects *objects, Tracks *tracks, const ObjectSettings *setti
         || reserve(&objects->of_cluster, &objects->cluster_capacity, clusters, sizeof(uint32_t),
                    problem)
         || tracks_update(tracks, &settings->track, sensor, scan, settings->has_labels,
-                         settings->minimum_points, problem))
+                         settings->minimum_points, problem)
+        || boxes_find(&objects->boxes, settings->boxes, sensor, scan, settings->minimum_points,
+                      problem))
         return 1;
     for (size_t i = 0; i < clusters; i++) {
         const Detection *detection = &tracks->detections[i];
         if (!detection->is_object) continue;
         const Track *track = tracks_find(tracks, sensor->vehicle, detection->number);
-        objects->objects[objects->count++] = object_of(&scan->clusters[i], track, sensor);
+        objects->objects[objects->count++] =
+            object_of(&scan->clusters[i], &objects->boxes.boxes[i], track, sensor);
     }
     if (objects->count > 1)
         qsort(objects->objects, objects->count, sizeof(Object), by_instance);
@@ -59,4 +64,5 @@ int objects_detect(Objects *objects, Tracks *tracks, const ObjectSettings *setti
 void objects_free(Objects *objects) {
     free(objects->objects);
     free(objects->of_cluster);
+    boxes_free(&objects->boxes);
 }

@@ -1,11 +1,13 @@
 /* Objects: clusters that are vehicles, with their tracked velocities. */
 #ifndef OBJECTS_H
 #define OBJECTS_H
+#include "boxes.h"
 #include "tracks.h"
 
 typedef struct {
     uint32_t minimum_points; /* fewest points above the ground that are an object */
     int has_labels;          /* whether clusters are told from each other by their labels */
+    BoxKind boxes;
     TrackSettings track;
 } ObjectSettings;
 
@@ -14,6 +16,7 @@ typedef struct {
     size_t count, capacity;
     uint32_t *of_cluster; /* index into objects, or NO_OBJECT, for each cluster of the scan */
     size_t cluster_capacity;
+    Boxes boxes; /* kept for its memory */
 } Objects;
 #define NO_OBJECT UINT32_MAX
 

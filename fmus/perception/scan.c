@@ -20,10 +20,12 @@ static Pose pose_of(const Sensor *sensor, double offset) {
 static int clear(Scan *scan, const ScanSettings *settings, uint32_t points, Problem *problem) {
     size_t cells = (size_t)settings->rows * settings->columns;
     if (reserve(&scan->cells, &scan->cell_capacity, cells, sizeof *scan->cells, problem)
-        || reserve(&scan->hits, &scan->hit_capacity, points, sizeof *scan->hits, problem))
+        || reserve(&scan->hits, &scan->hit_capacity, points, sizeof *scan->hits, problem)
+        || (settings->has_spots
+            && reserve(&scan->spots, &scan->spot_capacity, points, sizeof *scan->spots, problem)))
         return 1;
     memset(scan->cells, 0, cells * sizeof *scan->cells);
-    scan->cluster_count = scan->hit_count = scan->patches.count = 0;
+    scan->cluster_count = scan->hit_count = scan->spot_count = scan->patches.count = 0;
     return 0;
 }
 
@@ -76,6 +78,8 @@ static int read_points(Scan *scan, const ScanSettings *settings, const Cloud *cl
         uint32_t patch;
         if (patches_add(&scan->patches, &seen, &patch, problem)) return 1;
         if (is_inside) scan->hits[scan->hit_count++] = (Hit){cell, patch};
+        if (settings->has_spots)
+            scan->spots[scan->spot_count++] = (Spot){{(float)x, (float)y}, patch};
     }
     return 0;
 }
@@ -246,13 +250,15 @@ static int cluster_by_geometry(Scan *scan, const ScanSettings *settings, Map *ma
 /* ---- all of it ------------------------------------------------------------------------------- */
 
 /* From patches to clusters; hits on what is in no cluster are left out. */
-static void keep_hits(Scan *scan) {
+static void name_clusters(Scan *scan) {
     size_t kept = 0;
     for (size_t i = 0; i < scan->hit_count; i++) {
         uint32_t cluster = scan->cluster_of[scan->hits[i].cluster];
         if (cluster != NO_CLUSTER) scan->hits[kept++] = (Hit){scan->hits[i].cell, cluster};
     }
     scan->hit_count = kept;
+    for (size_t i = 0; i < scan->spot_count; i++)
+        scan->spots[i].cluster = scan->cluster_of[scan->spots[i].cluster];
 }
 
 int scan_take(Scan *scan, const ScanSettings *settings, const Cloud *cloud, const Sensor *sensor,
@@ -266,7 +272,7 @@ int scan_take(Scan *scan, const ScanSettings *settings, const Cloud *cloud, cons
                 ? cluster_by_label(scan, problem)
                 : cluster_by_geometry(scan, settings, map, problem)))
         return 1;
-    keep_hits(scan);
+    name_clusters(scan);
     return 0;
 }
 
@@ -306,6 +312,7 @@ void scan_free(Scan *scan) {
     free(scan->cells);
     free(scan->clusters);
     free(scan->hits);
+    free(scan->spots);
     free(scan->cluster_of);
     free(scan->is_static);
     free(scan->of_sorted);

@@ -19,6 +19,7 @@ typedef struct {
     double blanking;       /* points nearer than this are the own body [m] */
     double map_margin;     /* points up to so far from a building on the map belong to it [m] */
     int segmentation;
+    int has_spots;         /* whether `spots` are kept */
     SegmentSettings segment;
 } ScanSettings;
 
@@ -54,6 +55,12 @@ typedef struct {
     uint32_t cell, cluster;
 } Hit;
 
+/* A point of an obstacle. */
+typedef struct {
+    float place[2];   /* levelled frame [m] */
+    uint32_t cluster; /* or NO_CLUSTER */
+} Spot;
+
 /* What lies in front of a side: an obstacle as high as the body, a lower one, or none. */
 typedef enum { HIDDEN, PARTLY_HIDDEN, CLEAR } Sight;
 
@@ -62,12 +69,13 @@ typedef struct {
     uint32_t *cells; /* rows x columns; points in each, the abstract perception index */
     Cluster *clusters;
     Hit *hits;
+    Spot *spots;
     uint32_t *cluster_of; /* of each patch */
     uint8_t *is_static;   /* of each sorted patch: whether the map has a building there */
     uint32_t *of_sorted;  /* cluster of each sorted patch */
     uint32_t *slots;      /* hash table of labels: index into clusters + 1, or 0 */
-    size_t cell_capacity, cluster_count, cluster_capacity, hit_count, hit_capacity,
-        cluster_of_capacity, is_static_capacity, of_sorted_capacity, slot_count, slot_capacity;
+    size_t cell_capacity, cluster_count, cluster_capacity, hit_count, hit_capacity, spot_count,
+        spot_capacity,         cluster_of_capacity, is_static_capacity, of_sorted_capacity, slot_count, slot_capacity;
     Patches patches;
     Segments segments;
     Nearest nearest[BEARINGS];

@@ -16,6 +16,8 @@ static int segmentation_of(Instance *instance) {
     return (int)int64(instance, VR_segmentation);
 }
 
+static BoxKind boxes_of(Instance *instance) { return (BoxKind)int64(instance, VR_boxes); }
+
 Settings settings_of(Instance *i) {
     const int has_area = int64(i, VR_index) == SEEN_AREA;
     return (Settings){
@@ -26,6 +28,7 @@ Settings settings_of(Instance *i) {
                    .levels = has_area ? natural(i, VR_index_levels) : 0,
                    .blanking = real(i, VR_blanking), .map_margin = real(i, VR_map_margin),
                    .segmentation = segmentation_of(i),
+                   .has_spots = boxes_of(i) == FITTED,
                    .segment = {.adjacent = real(i, VR_azimuth_gap) * (PI / 180),
                                .depth_gap = real(i, VR_depth_gap), .reach = real(i, VR_reach),
                                .roof_gap = real(i, VR_roof_gap),
@@ -39,7 +42,7 @@ Settings settings_of(Instance *i) {
                     .elevation_top = real(i, VR_elevation_top),
                     .elevation_bottom = real(i, VR_elevation_bottom), .range = real(i, VR_range)},
         .object = {.minimum_points = natural(i, VR_minimum_points),
-                   .has_labels = segmentation_of(i) == BY_LABELS,
+                   .has_labels = segmentation_of(i) == BY_LABELS, .boxes = boxes_of(i),
                    .track = {.memory = natural(i, VR_track_memory),
                              .timeout = nanoseconds(real(i, VR_track_timeout)),
                              .gate = real(i, VR_gate), .fastest = real(i, VR_fastest)}},

@@ -1,6 +1,7 @@
 """Oriented boxes in the plane: the footprints of bodies."""
 
-from typing import Final
+from dataclasses import dataclass
+from typing import Final, Self
 
 import numpy as np
 
@@ -28,6 +29,41 @@ def corners(center: Array, heading: Array, size: Array) -> Array:
     x, y = local[..., 0], local[..., 1]
     turned = np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
     return np.asarray(center[..., None, :] + turned)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Boxes:
+    """Oriented boxes, whose shapes broadcast.
+
+    Attributes:
+        center: middle of each box [m], shape (..., 2).
+        heading: direction of its length, counter-clockwise from east [rad], shape (...).
+        size: its length and width [m], shape (..., 2).
+    """
+
+    center: Array
+    heading: Array
+    size: Array
+
+    def overlap(self, other: Self) -> Array:
+        """Whether boxes overlap or touch others, with whose shapes theirs broadcast.
+
+        Two rectangles are apart iff a side of one separates them (separating axis theorem).
+
+        Returns:
+            A mask, bool, shape (...).
+        """
+        offset, turned = other.center - self.center, other.heading - self.heading
+        cosine, sine = np.abs(np.cos(turned)), np.abs(np.sin(turned))
+        apart = np.zeros(1, np.bool_)
+        for own, far in ((self, other), (other, self)):
+            cos, sin = np.cos(own.heading), np.sin(own.heading)
+            along = np.abs(cos * offset[..., 0] + sin * offset[..., 1])
+            across = np.abs(cos * offset[..., 1] - sin * offset[..., 0])
+            length, width = far.size[..., 0], far.size[..., 1]
+            apart = apart | (along > (own.size[..., 0] + cosine * length + sine * width) / 2)
+            apart = apart | (across > (own.size[..., 1] + sine * length + cosine * width) / 2)
+        return np.asarray(~apart)
 
 
 def in_boxes(points: Array, center: Array, heading: Array) -> Array:

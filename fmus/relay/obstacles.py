@@ -89,7 +89,7 @@ def from_node(node: Node) -> Obstacles:
 
 
 def from_objects(objects: Array) -> Obstacles:
-    """The ego's own detections: boxes along the axes of the world.
+    """The ego's own detections.
 
     Args:
         objects: `OBJECT` records of the ego's sensor, shape (object,).
@@ -97,9 +97,9 @@ def from_objects(objects: Array) -> Obstacles:
     count = len(objects)
     return Obstacles(
         owner=np.full(count, NO_VEHICLE, np.int64),
-        center=(objects["minimum"] + objects["maximum"]) / 2.0,
-        heading=np.zeros(count),
-        half=(objects["maximum"] - objects["minimum"]) / 2.0,
+        center=objects["position"].copy(),
+        heading=objects["angle"].copy(),
+        half=objects["size"] / 2.0,
         height=objects["height"].copy(),
         velocity=objects["velocity"].copy(),
     )

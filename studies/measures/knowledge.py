@@ -176,7 +176,7 @@ def _owners(table: Array, bodies: Bodies) -> Array:
     points = bodies.vehicles.at(table["time"])
     found = np.full(len(table), NEVER, np.int64)
     for rows, present in _scenes(points, bodies):
-        middle = (table["minimum"][rows] + table["maximum"][rows]) / 2
+        middle = table["position"][rows]
         place = bodies.vehicles.position[present, :2]
         offset = np.abs(in_boxes(middle[:, None], place, bodies.heading[present]))
         outside = (offset - bodies.size[present, :2] / 2).max(axis=2)  # negative inside

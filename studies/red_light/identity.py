@@ -54,8 +54,7 @@ def vehicles_of(objects: Array, traces: Traces) -> Array:
 def _nearest(objects: Array, scene: Scene) -> Array:
     if len(scene.ids) == 0:
         return np.full(len(objects), NO_VEHICLE, np.int64)
-    middle = (objects["minimum"] + objects["maximum"]) / 2.0
-    offset = middle[:, None] - scene.position[None, :, :2]
+    offset = objects["position"][:, None] - scene.position[None, :, :2]
     cos, sin = np.cos(scene.heading), np.sin(scene.heading)
     along = np.abs(cos * offset[..., 0] + sin * offset[..., 1]) - scene.size[:, 0] / 2.0
     across = np.abs(-sin * offset[..., 0] + cos * offset[..., 1]) - scene.size[:, 1] / 2.0

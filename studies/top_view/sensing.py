@@ -70,8 +70,9 @@ def _objects(run: PageOfRun, name: str, crowd: Crowd) -> Mapping[str, Any] | Non
         "ends": add(np.cumsum([len(each) for _, each in scans]), "i4", deltas=1),
         "sensor": add(crowd.index(table["sensor"]), "i4"),
         "scanned": run.times(table["time"], 1_000_000),
-        "low": rounded(table["minimum"], 0.05),
-        "high": rounded(table["maximum"], 0.05),
+        "position": rounded(table["position"], 0.05),
+        "angle": rounded(table["angle"], 0.005),
+        "size": rounded(table["size"], 0.05),
         "stride": stride,
     }
 

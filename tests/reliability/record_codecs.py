@@ -103,8 +103,9 @@ def _cpm(rng: random.Random) -> bytes:
     rows = np.zeros(count, OBJECT)
     rows["sensor"] = 20
     rows["instance"] = own.permutation(2**16)[:count]
-    rows["minimum"] = own.uniform(-100, 100, (count, 2))
-    rows["maximum"] = rows["minimum"] + own.uniform(0, 25, (count, 2))
+    rows["position"] = own.uniform(-100, 100, (count, 2))
+    rows["angle"] = own.uniform(0, np.pi / 2, count)
+    rows["size"] = own.uniform(0, 25, (count, 2))
     rows["height"] = own.uniform(0.0, 5.0, count)
     rows["velocity"] = own.uniform(-60, 60, (count, 2))
     message = cpm.Cpm(

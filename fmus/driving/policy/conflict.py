@@ -1,7 +1,6 @@
 """When and where the ego would meet another body, if both go on as they do."""
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
@@ -10,31 +9,23 @@ from fmus.driving.policy.route import Box, Segments
 from fmus.messages.columns import rows_of
 from orchestrator.signal import Array
 
-_CHOICE: Final = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-"""Which corner of a box has which coordinate of the upper one, in a walk around it."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bodies:
-    """Detected objects: boxes along the world's axes that keep their velocities.
+    """Detected objects: boxes that keep their velocities.
 
     Attributes:
-        minimum: lower corners at the start of the prediction [m], (body, 2).
-        maximum: upper corners [m], (body, 2).
+        corners: of the boxes at the start of the prediction, in a walk around each [m],
+            (body, 4, 2).
         velocity: [m/s], (body, 2).
     """
 
-    minimum: Array
-    maximum: Array
+    corners: Array
     velocity: Array
 
     def only(self, rows: Array) -> "Bodies":
         """The bodies in `rows`: their indices, shape (row,), or a mask, shape (body,)."""
         return rows_of(self, rows)
-
-    def corners(self) -> Array:
-        """The corners of the boxes at the start of the prediction [m], shape (body, 4, 2)."""
-        return np.stack([self.minimum, self.maximum], axis=1)[:, _CHOICE, np.arange(2)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,14 +142,15 @@ def project(route: Array, points: Array) -> tuple[Array, Array]:
 def _near(place: Box, bodies: Bodies, times: Array) -> Array:
     """Whether each body touches a box at each time, bool (body, time)."""
     moved = times[:, None] * bodies.velocity[:, None]  # (body, time, 2)
-    reached = bodies.minimum[:, None] + moved <= place.upper
-    reached &= bodies.maximum[:, None] + moved >= place.lower
+    reached = bodies.corners.min(axis=1)[:, None] + moved <= place.upper
+    reached &= bodies.corners.max(axis=1)[:, None] + moved >= place.lower
     return np.asarray(reached.all(axis=-1))
 
 
 def _largest(bodies: Bodies) -> float:
     """The longest diagonal [m]."""
-    return float(np.hypot(*(bodies.maximum - bodies.minimum).T).max(initial=0.0))
+    diagonal = bodies.corners[:, 2] - bodies.corners[:, 0]
+    return float(np.hypot(*diagonal.T).max(initial=0.0))
 
 
 def _extents(route: Segments, bodies: Bodies, times: Array, near: Array) -> Array:
@@ -189,4 +181,4 @@ def _corners(bodies: Bodies, rows: Array, times: Array) -> Array:
     """The corners of the bodies in `rows`, each at its own time, shape (row, 4, 2)."""
     chosen = bodies.only(rows)
     moved = times[:, None] * chosen.velocity
-    return np.asarray(chosen.corners() + moved[:, None])
+    return np.asarray(chosen.corners + moved[:, None])

@@ -7,7 +7,7 @@ import numpy as np
 
 from fmus.driving.policy.ego import Ego
 from fmus.messages.records import NO_VEHICLE
-from fmus.physics.boxes import corners, in_boxes
+from fmus.physics.boxes import Boxes, corners
 from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time
 
@@ -71,14 +71,14 @@ class OwnBody:
             return np.zeros(len(objects), np.bool_)
         center, heading = self._at(objects["time"])
         size = np.array(self._size)
-        near = _overlap(objects, center, heading, size + 2 * MARGIN)
+        boxes = Boxes(objects["position"], objects["angle"], objects["size"])
+        near = boxes.overlap(Boxes(center, heading, size + 2 * MARGIN))
         if not near.any():
             return near
         grown = corners(center, heading, size + 2 * MARGIN)  # (object, 4, 2)
-        within = (objects["minimum"] >= grown.min(axis=1)) & (
-            objects["maximum"] <= grown.max(axis=1)
-        )
-        same = _overlap(objects, center, heading, np.maximum(size - 2 * ACCURACY, 0.0))
+        seen = corners(boxes.center, boxes.heading, boxes.size)
+        within = (seen.min(axis=1) >= grown.min(axis=1)) & (seen.max(axis=1) <= grown.max(axis=1))
+        same = boxes.overlap(Boxes(center, heading, np.maximum(size - 2 * ACCURACY, 0.0)))
         return np.asarray(same | (near & within.all(axis=1)))
 
     def _at(self, times: Array) -> tuple[Array, Array]:
@@ -99,27 +99,3 @@ class OwnBody:
         x = interpolated([pose.x for pose in self._poses]) + ahead * np.cos(heading)
         y = interpolated([pose.y for pose in self._poses]) + ahead * np.sin(heading)
         return np.stack([x, y], axis=-1), heading
-
-
-def _overlap(objects: Array, center: Array, heading: Array, size: Array) -> Array:
-    """Whether boxes along the world's axes overlap footprints, each its own.
-
-    Two rectangles are apart iff a side of one separates them (separating axis theorem).
-
-    Args:
-        objects: `OBJECT` records, shape (object,).
-        center: of the footprints [m], shape (object, 2).
-        heading: of the footprints [rad], shape (object,).
-        size: length and width of all of them [m], shape (2,).
-
-    Returns:
-        A mask, bool, shape (object,).
-    """
-    low, high = objects["minimum"], objects["maximum"]
-    footprint = corners(center, heading, size)
-    apart = (low > footprint.max(axis=1)) | (high < footprint.min(axis=1))
-    choice = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    box = np.stack([low, high], axis=1)[:, choice, np.arange(2)]  # (object, 4, 2)
-    local = in_boxes(box, center[:, None], heading[:, None])
-    apart |= (local.min(axis=1) > size / 2) | (local.max(axis=1) < -size / 2)
-    return np.asarray(~apart.any(axis=1))

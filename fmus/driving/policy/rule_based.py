@@ -15,6 +15,7 @@ from fmus.driving.policy.driving import DrivingParameters, lateral_planner
 from fmus.driving.policy.ego import Ego
 from fmus.driving.policy.inputs import Inputs
 from fmus.driving.policy.steering import follow
+from fmus.physics.boxes import corners
 from orchestrator.parameters import parameter
 from orchestrator.signal import Array
 from orchestrator.timebase import Time
@@ -75,7 +76,7 @@ class _Driver:
         objects = np.concatenate([inputs.seen, inputs.received])
         bodies = self._moved(objects, now)
         if ego.has_route:
-            plan = self._lateral.plan(ego, bodies.corners(), bodies.velocity, now)
+            plan = self._lateral.plan(ego, bodies.corners, bodies.velocity, now)
             ego, limit, yields_to = replace(ego, route=plan.path), plan.limit, plan.yields_to
         steer = follow(ego, self._parameters)
         meeting = self._worst(ego, objects, bodies, now) if ego.has_route else None
@@ -105,11 +106,8 @@ class _Driver:
         standing = np.hypot(*objects["velocity"].T) < self._parameters.moving
         velocity = np.where(standing[:, None], 0.0, objects["velocity"])
         moved = age[:, None] * velocity
-        return Bodies(
-            minimum=objects["minimum"] + moved,
-            maximum=objects["maximum"] + moved,
-            velocity=velocity,
-        )
+        place = objects["position"] + moved
+        return Bodies(corners=corners(place, objects["angle"], objects["size"]), velocity=velocity)
 
     def _worst(self, ego: Ego, objects: Array, bodies: Bodies, now: Time) -> _Meeting | None:
         """The object whose conflict comes first; `bodies` are the objects at `now`."""

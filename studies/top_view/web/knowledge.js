@@ -15,8 +15,9 @@
       this.ends = arrays.array(data.ends);
       this.sensor = arrays.array(data.sensor);
       this.scanned = arrays.times(data.scanned);
-      this.low = arrays.numbers(data.low);
-      this.high = arrays.numbers(data.high);
+      this.position = arrays.numbers(data.position);
+      this.angle = arrays.numbers(data.angle);
+      this.size = arrays.numbers(data.size);
       this.owners = new Int32Array(this.sensor.length).fill(UNKNOWN);
     }
 
@@ -34,7 +35,7 @@
     }
 
     found(crowd, now, k) {
-      const [x, y] = [(this.low[2 * k] + this.high[2 * k]) / 2, (this.low[2 * k + 1] + this.high[2 * k + 1]) / 2];
+      const [x, y] = [this.position[2 * k], this.position[2 * k + 1]];
       let [best, least] = [-1, MARGIN];
       for (let n = 0; n < now.n; n += 1) {
         const [east, north, vehicle] = [x - now.x[n], y - now.y[n], now.vehicle[n]];

@@ -97,8 +97,12 @@
           if (!each.told && !own && each.sensor[k] !== view.selected) continue;
           context.setLineDash(each.told ? [5 * thin, 3 * thin] : []);
           context.strokeStyle = each.told ? "#7a3f8f" : "#b0005a";
-          context.strokeRect(each.low[2 * k] - 0.3, each.low[2 * k + 1] - 0.3, each.high[2 * k] - each.low[2 * k] + 0.6,
-            each.high[2 * k + 1] - each.low[2 * k + 1] + 0.6);
+          const [length, width] = [each.size[2 * k] + 0.6, each.size[2 * k + 1] + 0.6];
+          context.save();
+          context.translate(each.position[2 * k], each.position[2 * k + 1]);
+          context.rotate(each.angle[k]);
+          context.strokeRect(-length / 2, -width / 2, length, width);
+          context.restore();
         }
       }
       context.setLineDash([]);

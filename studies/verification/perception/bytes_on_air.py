@@ -15,8 +15,9 @@ from fmus.facilities.demand_driven import Facilities
 from fmus.facilities.inputs import BlindZones
 from fmus.facilities.zones import NOWHERE, ZONE_SIZE
 from fmus.messages.apm import Apm, decode, read_header
+from fmus.physics.boxes import Boxes
 from orchestrator.signal import Array
-from studies.verification.perception.scene import Float, Scene
+from studies.verification.perception.scene import Scene
 from studies.verification.perception.session import Match, Scans
 from studies.verification.perception.truth import Truth
 
@@ -161,8 +162,7 @@ def demand(
     points = scans.on_ground(sharer)
     shapely.prepare(area)
     found = sorted(truth.found_by(sharer))
-    minimum, maximum = _boxes(scene, found)
-    told = set(np.array(found, np.int64)[zones.reached_by(minimum, maximum)].tolist())
+    told = set(np.array(found, np.int64)[zones.reached_by(_boxes(scene, found))].tolist())
     return Demanded(
         zones=len(zones),
         share=zones.share_of(matrices.of(sharer)),
@@ -173,7 +173,11 @@ def demand(
     )
 
 
-def _boxes(scene: Scene, vehicles: Sequence[int]) -> tuple[Float, Float]:
-    """Lower and upper corners of what vehicles take [m], shape (vehicle, 2) both."""
-    bounds = np.array([scene.by_id[one].footprint.bounds for one in vehicles]).reshape(-1, 4)
-    return bounds[:, :2], bounds[:, 2:]
+def _boxes(scene: Scene, vehicles: Sequence[int]) -> Boxes:
+    """The footprints of vehicles."""
+    found = [scene.by_id[one] for one in vehicles]
+    return Boxes(
+        np.array([one.position for one in found]).reshape(-1, 2),
+        np.array([one.heading for one in found], np.float64),
+        np.array([one.size[:2] for one in found]).reshape(-1, 2),
+    )

@@ -87,7 +87,7 @@ class Town:
         count, scan = len(self.vehicles), self.t // 100_000_000 * 100_000_000
         objects = np.zeros(count, OBJECT)
         objects["sensor"], objects["time"], objects["instance"] = self.vehicles, scan, 7
-        objects["maximum"] = scan / 1e8  # they move: a CPM tells them again
+        objects["position"] = scan / 2e8  # they move: a CPM tells them again
         values = {
             name: connector.start_value()
             for name, connector in self.component.connectors.items()

@@ -11,6 +11,7 @@ from fmus.messages.apm import join, split
 from fmus.messages.records import BSM, NO_VEHICLE, OBJECT, SENSOR_DATA, frame, unframe
 from orchestrator.errors import ComponentTypeError
 from orchestrator.testing import check_component
+from tests.fmus.boxes import put
 from tests.fmus.facilities.world import EGO, SHARER, H, Run, apm_of, delivered
 
 pytest.importorskip("asn1tools", reason="the extra `cpm` is not installed")
@@ -29,7 +30,7 @@ def seen(count: int, time: int, x: float = 0.0) -> bytes:
     rows = np.zeros(count, OBJECT)
     rows["sensor"], rows["time"], rows["instance"] = SHARER, time, np.arange(100, 100 + count)
     rows["points"], rows["height"] = 50, 1.5
-    rows["minimum"], rows["maximum"] = [x, 1.0], [x + 4.5, 2.8]
+    put(rows, [x, 1.0], [x + 4.5, 2.8])
     return frame("OBJS", rows)
 
 
@@ -134,7 +135,7 @@ def test_the_ego_knows_what_the_message_says_and_no_more() -> None:
     run.step(receptions=delivered(cpms(run, 0.2, speed=7.0), EGO))
     (row,) = unframe("OBJS", run.output("received.objects"), OBJECT)
     assert (row["sensor"], row["instance"], row["points"]) == (SHARER, 100, 0)
-    assert row["maximum"] - row["minimum"] == pytest.approx([4.5, 1.8])
+    assert row["size"] == pytest.approx([4.5, 1.8])
     assert row["height"] == pytest.approx(1.5)
     assert split(run.output("received.apms")) == []
 
@@ -145,8 +146,7 @@ def test_an_object_stays_known_until_it_is_too_old_though_messages_leave_it_out(
 
     def step(scan: int, report: bytes = b"") -> Any:
         table = np.array(unframe("OBJS", seen(2, scan), OBJECT))
-        table["minimum"][1] += [5.0 * scan / 1e8, 0.0]
-        table["maximum"][1] += [5.0 * scan / 1e8, 0.0]
+        table["position"][1] += [5.0 * scan / 1e8, 0.0]
         packets = run.step(objects=frame("OBJS", table), receptions=report)
         return packets[packets["kind"] == SENSOR_DATA]
 

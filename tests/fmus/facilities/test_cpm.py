@@ -16,8 +16,10 @@ from hypothesis import given, settings, strategies as st
 
 from fmus.facilities import CpmFacilities, cpm
 from fmus.facilities.cpm import Cpm, CpmError, Segment, decode, encode
+from fmus.facilities.perceived_object import to_element, to_record
 from fmus.messages.records import OBJECT
 from orchestrator.errors import ComponentTypeError
+from tests.fmus.boxes import put
 
 asn1tools: Any = pytest.importorskip("asn1tools", reason="the extra `cpm` is not installed")
 
@@ -32,8 +34,9 @@ def objects(draw: st.DrawFn, time: int, count: int) -> np.ndarray:
     rows["sensor"] = 20
     rows["instance"] = rng.permutation(2**16)[:count]
     rows["time"] = time - rng.integers(0, 2040, count) * MILLISECOND
-    rows["minimum"] = rng.uniform(-1000, 1000, (count, 2))
-    rows["maximum"] = rows["minimum"] + rng.uniform(0, 25.4, (count, 2))
+    rows["position"] = rng.uniform(-1000, 1000, (count, 2))
+    rows["angle"] = rng.uniform(0, np.radians(89.9), count)
+    rows["size"] = rng.uniform(0, 25.4, (count, 2))
     rows["height"] = rng.uniform(0.0, 5.0, count)
     rows["velocity"] = rng.uniform(-160, 160, (count, 2))
     return rows
@@ -85,8 +88,9 @@ def test_what_arrives_is_what_was_sent_within_the_resolution_of_the_message(sent
         np.testing.assert_array_equal(found.objects[name], sent.objects[name])
     np.testing.assert_array_equal(found.ages, np.minimum(sent.ages, 2047 * MILLISECOND))
     _assert_rounded_up(found.objects["velocity"], sent.objects["velocity"], 0.01)
-    _assert_rounded_up(_center(found.objects), _center(sent.objects), 0.01)
-    _assert_rounded_up(_sides(found.objects), np.maximum(_sides(sent.objects), 0.1), 0.1)
+    _assert_rounded_up(found.objects["position"], sent.objects["position"], 0.01)
+    _assert_rounded_up(found.objects["size"], np.maximum(sent.objects["size"], 0.1), 0.1)
+    _assert_rounded_up(found.objects["angle"], sent.objects["angle"], math.radians(0.1))
     _assert_rounded_up(found.objects["height"], np.maximum(sent.objects["height"], 0.1), 0.1)
 
 
@@ -129,10 +133,32 @@ def test_what_does_not_fit_becomes_the_end_of_the_range(
     assert decode(encode(message)).objects[field][0] == pytest.approx(found)
 
 
+def test_a_box_turned_by_quarters_is_one_whose_sides_change_places() -> None:
+    """Whichever side others call the first one: 100 degrees are 10, along the other side."""
+    message = plain(1)
+    message.objects["size"] = 4.5, 1.75
+    row = to_element(message.objects[0], 0, message.time, np.array(message.position))
+    found = []
+    for steps in (100, 1000, 1900, 2800):
+        row["angles"] = {"zAngle": {"value": steps, "confidence": 127}}
+        one = to_record(row, 20, message.time, np.zeros(2))
+        assert one["angle"] == pytest.approx(math.radians(10.0))
+        found.append(one["size"].tolist())
+    long, across = [pytest.approx(each) for each in ([4.5, 1.8], [1.8, 4.5])]
+    assert found == [long, across, long, across]
+
+
+def test_an_angle_that_is_rounded_to_a_quarter_turn_is_none() -> None:
+    message = plain(1)
+    message.objects["size"], message.objects["angle"] = (4.0, 2.0), math.radians(89.95)
+    (found,) = decode(encode(message)).objects
+    assert (found["angle"], *found["size"]) == pytest.approx((0.0, 2.0, 4.0))
+
+
 def test_a_body_of_unknown_length_is_taken_for_25_5_m() -> None:
     message = plain(1)
-    message.objects["maximum"] = [40.0, 3.0]
-    assert _sides(decode(encode(message)).objects)[0] == pytest.approx([25.5, 3.0])
+    message.objects["size"] = [40.0, 3.0]
+    assert decode(encode(message)).objects["size"][0] == pytest.approx([25.5, 3.0])
 
 
 def test_track_numbers_go_round_after_16_bits() -> None:
@@ -168,7 +194,7 @@ def test_the_bits_are_those_of_etsis_modules() -> None:
         ages=np.array([700 * MILLISECOND]),
     )
     message.objects["instance"], message.objects["time"] = 99, 12_300 * MILLISECOND
-    message.objects["minimum"], message.objects["maximum"] = [20.0, 3.0], [24.5, 4.75]
+    put(message.objects, [20.0, 3.0], [24.5, 4.75])
     message.objects["height"], message.objects["velocity"] = 1.5, [-8.25, 0.5]
     assert encode(message).hex() == GOLDEN
 
@@ -235,11 +261,3 @@ def _etsis_codec(folder: Path) -> Any:
 def _assert_rounded_up(found: np.ndarray, sent: np.ndarray, step: float) -> None:
     assert (found >= sent - 1e-6).all()
     assert (found < sent + step + 1e-6).all()
-
-
-def _center(rows: np.ndarray) -> np.ndarray:
-    return np.asarray((rows["minimum"] + rows["maximum"]) / 2.0)
-
-
-def _sides(rows: np.ndarray) -> np.ndarray:
-    return np.asarray(rows["maximum"] - rows["minimum"])

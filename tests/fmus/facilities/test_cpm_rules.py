@@ -9,6 +9,7 @@ from hypothesis import given, strategies as st
 
 from fmus.facilities.cpm_rules import Inclusion, InclusionRules, Station
 from fmus.messages.records import OBJECT
+from tests.fmus.boxes import put
 
 SECOND = 1_000_000_000
 RULES = InclusionRules(
@@ -88,7 +89,7 @@ def test_what_turned_does_not_depend_on_where_north_is(
 def scan(*numbers: int, time: int = 0, x: float = 0.0) -> np.ndarray:
     rows = np.zeros(len(numbers), OBJECT)
     rows["instance"], rows["time"] = numbers, time
-    rows["minimum"], rows["maximum"] = [x, 0.0], [x + 2.0, 4.0]
+    put(rows, [x, 0.0], [x + 2.0, 4.0])
     return rows
 
 

@@ -10,6 +10,7 @@ from hypothesis import given, settings, strategies as st
 from fmus.facilities.inputs import BlindZones
 from fmus.facilities.zones import NOWHERE, Zones, zones_in
 from fmus.messages.apm import Apm
+from fmus.physics.boxes import Boxes
 from orchestrator.signal import Array
 
 CELL = 5.0
@@ -168,15 +169,17 @@ def test_an_index_of_levels_weighs_like_one_of_points() -> None:
     assert zones.share_of(matrix(cells)) == zones.share_of(matrix(1000 * cells))
 
 
-def boxes(*rows: tuple[float, float, float, float]) -> tuple[Array, Array]:
+def boxes(*rows: tuple[float, float, float, float]) -> Boxes:
+    """Boxes along the axes, given by two corners each."""
     table = np.array(rows, float).reshape(-1, 4)
-    return table[:, :2], table[:, 2:]
+    low, high = table[:, :2], table[:, 2:]
+    return Boxes((low + high) / 2, np.zeros(len(table)), high - low)
 
 
 def test_boxes_are_reached_exactly_where_they_overlap() -> None:
     """The square |x| + |y| <= 10: its corner reaches (10, 0), its sides not (8, 8)."""
     diamond = squares((0.0, 0.0, 10.0 / math.sqrt(2.0)), heading=math.pi / 4)
-    minimum, maximum = boxes(
+    given = boxes(
         (9.9, -1.0, 12.0, 1.0),  # over the corner
         (10.1, -1.0, 12.0, 1.0),  # before it
         (5.1, 5.1, 8.0, 8.0),  # beyond the side, but within the bounds of the square
@@ -185,9 +188,25 @@ def test_boxes_are_reached_exactly_where_they_overlap() -> None:
         (1.0, 1.0, 1.0, 1.0),  # a point in it
     )
     expected = [True, False, False, True, True, True]
-    assert diamond.reached_by(minimum, maximum).tolist() == expected
-    assert NOWHERE.reached_by(minimum, maximum).tolist() == [False] * 6
-    assert diamond.reached_by(*boxes()).tolist() == []
+    assert diamond.reached_by(given).tolist() == expected
+    assert NOWHERE.reached_by(given).tolist() == [False] * 6
+    assert diamond.reached_by(boxes()).tolist() == []
+
+
+@given(st.floats(-math.pi, math.pi))
+def test_whether_a_box_is_reached_does_not_depend_on_the_axes(turn: float) -> None:
+    """A box of 4 m x 2 m whose corner points at a square's side, 0.01 m before it and over it."""
+    cosine, sine = math.cos(turn), math.sin(turn)
+    corner = math.hypot(2.0, 1.0)
+    for gap, expected in ((0.01, False), (-0.01, True)):
+        x = 10.0 + corner + gap
+        box = Boxes(
+            np.array([[x * cosine, x * sine]]),
+            np.array([turn + math.atan2(1.0, 2.0)]),
+            np.array([[4.0, 2.0]]),
+        )
+        found = squares((0.0, 0.0, 10.0), heading=turn).reached_by(box)
+        assert found.tolist() == [expected]
 
 
 @given(TWO_SETS, st.lists(st.tuples(st.floats(-30, 30), st.floats(-30, 30)), max_size=6))
@@ -195,9 +214,9 @@ def test_a_box_is_reached_by_zones_if_it_is_by_one_of_them(
     sets: tuple[Zones, Zones], corners: list[tuple[float, float]]
 ) -> None:
     first, second = sets
-    minimum, maximum = boxes(*((x, y, x + 4.0, y + 2.0) for x, y in corners))
-    either = first.reached_by(minimum, maximum) | second.reached_by(minimum, maximum)
-    np.testing.assert_array_equal(united(first, second).reached_by(minimum, maximum), either)
+    given = boxes(*((x, y, x + 4.0, y + 2.0) for x, y in corners))
+    either = first.reached_by(given) | second.reached_by(given)
+    np.testing.assert_array_equal(united(first, second).reached_by(given), either)
 
 
 def entries(centers: Array, ranges: Array) -> BlindZones:

@@ -48,9 +48,13 @@ def test_only_what_depends_on_the_pose_is_off(library: Library) -> None:
     assert len(truth.objects) == len(shifted.objects) > 0
     for exact, off in zip(truth.objects, shifted.objects, strict=True):
         assert (off["points"], off["height"]) == (exact["points"], exact["height"])
-        for corner in ("minimum", "maximum"):
-            shift = SHIFTS[int(exact["sensor"])]
-            np.testing.assert_allclose(off[corner] - exact[corner], shift, atol=1e-9)
+        assert (off["angle"], *off["size"]) == (exact["angle"], *exact["size"])
+        shift = SHIFTS[int(exact["sensor"])]
+        np.testing.assert_allclose(off["position"] - exact["position"], shift, atol=1e-9)
+    for exact, askew in zip(truth.objects, turned.objects, strict=True):
+        turn = (askew["angle"] - exact["angle"] - 0.3) % (np.pi / 2)
+        assert min(turn, np.pi / 2 - turn) < 1e-9
+        np.testing.assert_allclose(np.sort(askew["size"]), np.sort(exact["size"]), atol=1e-9)
 
 
 def test_blind_zones_follow_the_pose_of_the_ego(library: Library) -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from fmus.messages.records import BUILDING, GROUND
 from orchestrator.signal import Array
+from tests.fmus.boxes import bounds
 from tests.fmus.driver import Library, Refused
 
 from .harness import Perception
@@ -14,16 +15,23 @@ from .scene import SENSOR_HEIGHT, Box, Scan, car, cloud, look
 
 EGO = 1
 CLUSTERS, LABELS = 1, 2  # values of `segmentation`
+ALONG_AXES = 2  # value of `boxes`
 PERIOD = 0.1  # of the scans [s]
 Scenery = Callable[[float], list[Box]]
 
 
 def where(objects: Array, box: Box) -> Array:
     """The objects whose middle is in or at a box."""
-    middle = (objects["minimum"] + objects["maximum"]) / 2
+    middle = objects["position"]
     inside = (middle >= np.array(box.low) - 0.3) & (middle <= np.array(box.high) + 0.3)
     found: Array = objects[inside.all(axis=1)]
     return found
+
+
+def extents(objects: Array) -> Array:
+    """Along the axes [m], shape (..., 2)."""
+    low, high = bounds(objects)
+    return np.asarray(high - low)
 
 
 def track(
@@ -57,7 +65,7 @@ def test_an_object_is_the_box_around_its_points_above_the_ground(
 ) -> None:
     boxes = [car(8, 30, 4), car(7, 10, -9, height=2.6)]
     scan = look(EGO, (20.0, -3.0), boxes, time=5)
-    with Perception(library, segmentation=segmentation) as unit:
+    with Perception(library, segmentation=segmentation, boxes=ALONG_AXES) as unit:
         objects = unit.step(cloud(scan)).objects
     assert objects["sensor"].tolist() == [EGO, EGO]
     assert objects["time"].tolist() == [5, 5]
@@ -67,8 +75,10 @@ def test_an_object_is_the_box_around_its_points_above_the_ground(
         points = scan.points[scan.instances == box.instance]
         points = points[points[:, 2] > 0.2]
         assert found["points"] == len(points)
-        np.testing.assert_allclose(found["minimum"], points[:, :2].min(axis=0), atol=1e-5)
-        np.testing.assert_allclose(found["maximum"], points[:, :2].max(axis=0), atol=1e-5)
+        low, high = bounds(found)
+        np.testing.assert_allclose(low, points[:, :2].min(axis=0), atol=1e-5)
+        np.testing.assert_allclose(high, points[:, :2].max(axis=0), atol=1e-5)
+        assert found["angle"] == 0.0
         assert found["height"] == pytest.approx(points[:, 2].max(), abs=1e-5)
         assert found["velocity"].tolist() == [0, 0]
 
@@ -125,7 +135,8 @@ def test_a_part_that_is_lost_is_no_motion_once_the_velocity_is_known(library: Li
         return [Box(instance=5, low=(front + 1.2 * (t > 0.25), 5.0), high=(front + 4.5, 6.8))]
 
     found = track(library, scenery, 5, 8)
-    assert found["minimum"][3, 0] - found["minimum"][2, 0] == pytest.approx(0.2, abs=0.1)
+    front = bounds(found)[0][:, 0]
+    assert front[3] - front[2] == pytest.approx(0.2, abs=0.1)
     np.testing.assert_allclose(found["velocity"][1:], [(-10, 0)] * 7, atol=0.5)
 
 
@@ -153,7 +164,7 @@ def test_of_two_parts_of_a_body_the_one_of_its_size_keeps_the_track(
         for k in range(4):
             (bus,) = unit.step(cloud(look(EGO, (0, 0), [whole], time=k * 10**8))).objects
         found = unit.step(cloud(look(EGO, (0, 0), parts, time=4 * 10**8))).objects
-    lengths = (found["maximum"] - found["minimum"])[:, 0]
+    lengths = extents(found)[:, 0]
     assert sorted(np.round(lengths).tolist()) == [2.0, 8.0]
     assert found["instance"][lengths > 5].tolist() == [bus["instance"]]
 
@@ -175,7 +186,7 @@ def test_a_car_that_emerges_from_behind_a_wall_has_its_speed(library: Library) -
         return [WALL, Box(instance=5, low=(18, y - 2.25), high=(19.8, y + 2.25))]
 
     found = track(library, scenery, 5, 20)
-    emerging = found[(found["maximum"] - found["minimum"])[:, 1] < 4.0]
+    emerging = found[extents(found)[:, 1] < 4.0]
     assert len(emerging) >= 3, "the scene must show the car while it is partly hidden"
     for record in emerging[2:]:
         assert record["velocity"][1] == pytest.approx(-10, abs=0.5)
@@ -188,7 +199,7 @@ def test_a_car_that_enters_a_shadow_does_not_stop(library: Library) -> None:
         return [WALL, Box(instance=5, low=(18, y - 2.25), high=(19.8, y + 2.25))]
 
     found = track(library, scenery, 5, 16)
-    hiding = found[found["maximum"][:, 1] - found["minimum"][:, 1] < 4.0]
+    hiding = found[extents(found)[:, 1] < 4.0]
     assert len(hiding) >= 3
     np.testing.assert_allclose(hiding["velocity"], [(0, 10)] * len(hiding), atol=0.6)
 
@@ -200,7 +211,7 @@ def test_a_parked_car_does_not_move_when_a_bus_uncovers_it(library: Library) -> 
 
     found = track(library, scenery, 5, 20)
     assert len(found) < 20, "the bus must hide the car at first"
-    width = found["maximum"][:, 0] - found["minimum"][:, 0]
+    width = extents(found)[:, 0]
     assert width[0] < 3, "and uncover it slowly"
     assert width[-1] > 4.4
     assert np.abs(found["velocity"]).max() < 0.3
@@ -286,7 +297,7 @@ def test_a_low_car_that_passes_before_a_parked_one_does_not_move_it(library: Lib
         [np.column_stack([x, np.full_like(x, 8.0), np.full_like(x, z)])
          for x, z in ((roof, 1.5), (deck, 0.5), (deck, 0.8))]
     )  # fmt: skip
-    extents, velocities = [], []
+    widths, velocities = [], []
     with Perception(library) as unit:
         for k in range(20):
             passing = car(6, -8 + 0.8 * k, 4.9, length=2.5, height=1.2)
@@ -298,11 +309,11 @@ def test_a_low_car_that_passes_before_a_parked_one_does_not_move_it(library: Lib
             labels = np.concatenate([scan.instances, np.full((~hidden).sum(), 5)])
             both = Scan(vehicle=EGO, points=points, instances=labels, time=scan.time)
             objects = unit.step(cloud(both)).objects
-            (found,) = objects[objects["maximum"][:, 1] > 7.9]
-            extents.append(found["maximum"][0] - found["minimum"][0])
+            (found,) = objects[bounds(objects)[1][:, 1] > 7.9]
+            widths.append(extents(found)[0])
             velocities.append(found["velocity"])
-    assert min(extents) < 3.7, "it must be partly hidden for a time"
-    assert max(extents) > 4.4
+    assert min(widths) < 3.7, "it must be partly hidden for a time"
+    assert max(widths) > 4.4
     assert np.abs(velocities).max() < 0.1
 
 

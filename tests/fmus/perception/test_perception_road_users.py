@@ -8,6 +8,7 @@ import pytest
 
 from fmus.messages.bodies import Body
 from orchestrator.signal import Array
+from tests.fmus.boxes import bounds
 from tests.fmus.driver import Library
 from tests.fmus.lidar.harness import Lidar
 from tests.fmus.scene import SIZES, Scene, Vehicle
@@ -51,7 +52,8 @@ def perceived(
 
 def extent(objects: Array) -> Array:
     """Along x and y [m], shape (object, 2)."""
-    return np.asarray(objects["maximum"] - objects["minimum"])
+    low, high = bounds(objects)
+    return np.asarray(high - low)
 
 
 @pytest.mark.parametrize("distance", [10.0, 15.0, 20.0, 40.0])
@@ -70,8 +72,7 @@ def test_one_in_the_open_is_one_object_of_its_size(
             cos, sin = abs(np.cos(heading)), abs(np.sin(heading))
             box = np.array([length * cos + width * sin, length * sin + width * cos])
             assert (extent(objects)[0] <= box + 2 * NOISE).all()
-            middle = (objects["minimum"] + objects["maximum"])[0] / 2
-            assert (np.abs(middle - (x, y)) <= box / 2 + NOISE).all()
+            assert (np.abs(objects["position"][0] - (x, y)) <= box / 2 + NOISE).all()
             # a channel passes over the head, and the next one may be lost or pass beside it
             missed = 2 * CHANNEL * distance
             assert height - missed - NOISE <= objects["height"][0] <= height + NOISE
@@ -111,7 +112,7 @@ def test_a_person_near_a_parked_van_is_another_object(
     van = road_user(Body.VAN, x, -3.5, heading=0.0, number=3)
     (out,) = perceived(lidar, library, [Scene(vehicles=[EGO, person, van])])
     assert len(out.objects) == 2
-    near = np.abs((out.objects["minimum"] + out.objects["maximum"]) / 2 - person.position[:2])
+    near = np.abs(out.objects["position"] - person.position[:2])
     ((box, top),) = (
         (extent(out.objects)[k], out.objects["height"][k])
         for k in np.flatnonzero((near < 0.4).all(axis=1))

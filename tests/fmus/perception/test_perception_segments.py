@@ -9,6 +9,7 @@ from hypothesis import given, strategies as st
 
 from fmus.messages.apm import Float
 from fmus.messages.records import POINT, SENSOR, frame, unframe
+from fmus.physics.boxes import in_boxes
 from orchestrator.signal import Array
 from tests.fmus.driver import Library, Refused
 from tests.fmus.lidar.harness import CAR, NO_NOISE, TRUCK, Lidar
@@ -117,14 +118,15 @@ def test_the_order_of_the_points_has_no_influence(
 
 
 @given(
-    x=st.floats(-1e4, 1e4), y=st.floats(-1e4, 1e4), turn=st.sampled_from([0.0, 0.5, 1.0, 1.5, -1.0])
+    x=st.floats(-1e4, 1e4),
+    y=st.floats(-1e4, 1e4),
+    angle=st.sampled_from([np.pi / 2, -np.pi / 2, np.pi]) | st.floats(-10.0, 10.0),
 )
 def test_bodies_move_and_turn_with_the_scene(
-    library: Library, lidar: Library, x: float, y: float, turn: float
+    library: Library, lidar: Library, x: float, y: float, angle: float
 ) -> None:
-    """By quarter turns and halves of them; boxes are compared in the quarter turns only."""
+    """By any angle: boxes, too."""
     points = scanned(lidar, STREET)
-    angle = turn * np.pi / 2
     cos, sin = np.cos(angle), np.sin(angle)
     sensors = unframe("LPTS", points, SENSOR).copy()
     place = sensors["position"].copy()
@@ -135,15 +137,19 @@ def test_bodies_move_and_turn_with_the_scene(
     before, after = detect(library, points), detect(library, moved)
     assert before["points"].tolist() == after["points"].tolist()
     np.testing.assert_allclose(after["height"], before["height"], atol=1e-9)
-    if turn in {0.0, 1.0, -1.0}:
-        middle = (before["minimum"] + before["maximum"]) / 2
-        expected = middle @ np.array([[cos, sin], [-sin, cos]]) + (x, y)
-        np.testing.assert_allclose((after["minimum"] + after["maximum"]) / 2, expected, atol=1e-6)
+    expected = before["position"] @ np.array([[cos, sin], [-sin, cos]]) + (x, y)
+    np.testing.assert_allclose(after["position"], expected, atol=1e-6)
+    assert ((after["angle"] >= 0.0) & (after["angle"] < np.pi / 2)).all()
+    whole, rest = np.divmod(after["angle"] - before["angle"] - angle + np.pi / 4, np.pi / 2)
+    np.testing.assert_allclose(rest, np.pi / 4, atol=1e-9)
+    swapped = (whole % 2 == 1)[:, None]
+    sizes = np.where(swapped, after["size"][:, ::-1], after["size"])
+    np.testing.assert_allclose(sizes, before["size"], atol=1e-9)
 
 
 def inside(objects: Array, vehicle: Vehicle) -> int:
     """How many objects have their middle in a vehicle's body."""
-    middle = (objects["minimum"] + objects["maximum"]) / 2 - vehicle.position[:2]
+    middle = objects["position"] - vehicle.position[:2]
     cos, sin = np.cos(vehicle.heading), np.sin(vehicle.heading)
     along = np.abs(middle @ (cos, sin)) <= vehicle.size[0] / 2 + 0.3
     across = np.abs(middle @ (-sin, cos)) <= vehicle.size[1] / 2 + 0.3
@@ -290,10 +296,9 @@ def test_points_anywhere_give_each_object_its_points(
     objects = detect(library, cloud(Scan(vehicle=EGO, points=points)))
     assert objects["points"].sum() <= count
     for found in objects:
-        in_box = (points[:, :2] >= found["minimum"] - 1e-3) & (
-            points[:, :2] <= found["maximum"] + 1e-3
-        )
-        assert found["points"] <= in_box.all(axis=1).sum()
+        local = in_boxes(points[:, None, :2], found["position"], found["angle"])[:, 0]
+        in_box = (np.abs(local) <= found["size"] / 2 + 1e-3).all(axis=1)
+        assert found["points"] <= in_box.sum()
         assert found["points"] >= 5
 
 

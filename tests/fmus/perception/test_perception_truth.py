@@ -18,6 +18,7 @@ from typing_extensions import override
 from fmus.messages.apm import Float
 from fmus.messages.bodies import Body
 from fmus.messages.records import SENSOR, frame, unframe
+from fmus.physics.boxes import in_boxes
 from orchestrator.signal import Array
 from tests.fmus.driver import Library
 from tests.fmus.lidar.harness import BUS, CAR, SUV, TRUCK, VAN, Lidar
@@ -162,7 +163,7 @@ def detected(library: Library, scans: list[bytes], mode: str) -> list[Array]:
 
 def depth(objects: Array, vehicle: Vehicle, *, margin: float) -> Array:
     """Whether the middle of each object is in a body grown by `margin` [m]."""
-    offset = (objects["minimum"] + objects["maximum"]) / 2 - vehicle.position[:2]
+    offset = objects["position"] - vehicle.position[:2]
     cos, sin = np.cos(vehicle.heading), np.sin(vehicle.heading)
     along = np.abs(offset @ (cos, sin)) <= vehicle.size[0] / 2 + margin
     across = np.abs(offset @ (-sin, cos)) <= vehicle.size[1] / 2 + margin
@@ -189,9 +190,10 @@ def score(movers: list[Mover], objects: list[Array], ideal: list[Array]) -> Scor
         total += len(found)
         inside = [depth(found, body, margin=0.5) for body in bodies.values()]
         false += int((~np.any(inside, axis=0)).sum())
-        middle = (truth["minimum"] + truth["maximum"]) / 2
+        middle = truth["position"]
         for one in found:
-            held = (middle >= one["minimum"] - 0.1) & (middle <= one["maximum"] + 0.1)
+            local = in_boxes(middle[:, None], one["position"], one["angle"])[:, 0]
+            held = np.abs(local) <= one["size"] / 2 + 0.1
             merged += held.all(axis=1).sum() > 1
         for number in map(int, truth["instance"]):
             mine = found[depth(found, bodies[number], margin=0.5)]

@@ -97,12 +97,11 @@ def test_a_body_that_will_drive_into_the_link_counts_from_then_on() -> None:
     table = {SHARER: (0.0, 1500.0, 1.5)}
     values = at_rest(table, truck(-11.25, 8, height=4.0))
     objects = unframe("OBJS", bytes(values["objects"]), OBJECT).copy()
-    objects["maximum"][0, 0] = -10.0
-    objects["minimum"][0, 0] = -40.0
+    objects["position"][0, 0], objects["size"][0, 0] = -25.0, 30.0
     free = expected(values | {"objects": frame("OBJS", objects)}, **BARE)[NO_VEHICLE]
     objects["velocity"] = (10.0, 0.0)
     crossed = expected(values | {"objects": frame("OBJS", objects)}, **BARE)[NO_VEHICLE]
-    objects["minimum"][0, 0], objects["maximum"][0, 0] = -15.0, 15.0
+    objects["position"][0, 0] = 0.0
     objects["velocity"] = 0.0
     blocked = expected(values | {"objects": frame("OBJS", objects)}, **BARE)[NO_VEHICLE]
     assert blocked < 0.05

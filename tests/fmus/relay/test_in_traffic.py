@@ -103,8 +103,8 @@ def _without_foreign_truth(known: Inputs) -> Inputs:
     """Objects of other vehicles' sensors are in the signal; the ego must not know them."""
     rows = unframe("OBJS", bytes(known["objects"]), OBJECT).copy()
     foreign = rows["sensor"] != int(np.asarray(known["ego.id"]))
-    rows["minimum"][foreign] += 1.0
-    rows["maximum"][foreign] -= 1.0
+    rows["size"][foreign] -= 2.0
+    rows["angle"][foreign] += 0.5
     rows["height"][foreign] = 9.0
     rows["instance"][foreign] += 1000
     return known | {"objects": frame("OBJS", rows)}

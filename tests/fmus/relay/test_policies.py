@@ -23,6 +23,7 @@ from orchestrator.component import Component, DecidingComponent
 from orchestrator.registry import component_type
 from orchestrator.signal import Causality
 from orchestrator.testing import check_component
+from tests.fmus.boxes import put
 from tests.fmus.relay.world import (
     LEFT,
     NEIGHBOURS,
@@ -165,7 +166,7 @@ def test_a_roadside_unit_relays_as_any_neighbour_does(kind: str) -> None:
     size = np.asarray(values["received.bsm.size"]).copy()
     size[at] = (0.3, 0.3, 6.0)
     pole = truck(-20.0, 30.0, height=5.9)
-    pole["minimum"], pole["maximum"] = (-20.1, 29.9), (-19.9, 30.1)
+    put(pole, (-20.1, 29.9), (-19.9, 30.1))
     blocked = np.concatenate([truck(0, 30), pole])
     values |= with_powers(values, {RSU: (-60.0, -60.0)})
     values |= {"received.bsm.size": size, "objects": frame("OBJS", blocked)}

@@ -14,6 +14,7 @@ from fmus.relay.nodes import Node
 from fmus.relay.obstacles import Obstacles
 from fmus.relay.risk import RiskModel
 from orchestrator.testing import check_component
+from tests.fmus.boxes import put
 from tests.fmus.messages.apm.apms import apm_of
 from tests.fmus.relay.world import (
     LEFT,
@@ -143,7 +144,7 @@ def test_the_body_of_a_silent_sharer_does_not_obstruct_its_own_links() -> None:
     assert chosen(mohed, inputs(neighbours())) == NO_VEHICLE
     silent = {v: p for v, p in neighbours().items() if v != SHARER}
     itself = truck(0, 59.5, height=1.8)
-    itself["minimum"], itself["maximum"] = (-0.9, 57.8), (0.9, 62.2)
+    put(itself, (-0.9, 57.8), (0.9, 62.2))
     assert chosen(mohed, inputs(silent, itself), t=20 * STEP) == NO_VEHICLE
     risk = float(np.asarray(mohed.outputs()["risk.direct"]))
     assert risk == 0.0

@@ -11,6 +11,7 @@ from fmus.relay.connectors import CONNECTORS
 from fmus.relay.radio import Radio
 from orchestrator.component import Component
 from orchestrator.signal import Causality, Signal
+from tests.fmus.boxes import put
 
 EGO, SHARER, LEFT, RIGHT = 1, 2, 3, 4
 STEP = 100_000_000
@@ -62,7 +63,7 @@ def truck(x: float, y: float, height: float = 4.0) -> Any:
     """A standing truck as the ego's lidar reports it."""
     row = np.zeros(1, OBJECT)
     row["sensor"], row["instance"], row["points"] = EGO, 77, 100
-    row["minimum"], row["maximum"] = (x - 1.25, y - 5), (x + 1.25, y + 5)
+    put(row, (x - 1.25, y - 5), (x + 1.25, y + 5))
     row["height"] = height
     return row
 

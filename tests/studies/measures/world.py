@@ -28,6 +28,7 @@ from orchestrator.signal import Array, Signals
 from orchestrator.simulation import simulate
 from orchestrator.system import System
 from orchestrator.testing import FunctionComponent
+from tests.fmus.boxes import put
 
 MS = 1_000_000
 TRAFFIC_STEP, CHANNEL_STEP = 50 * MS, 10 * MS
@@ -174,7 +175,7 @@ def seen(sensor: int, place: tuple[float, float], time: float, track: int = 0) -
     """A metre in the plane that a sensor sees, and tells of, at a communication point [s]."""
     row = np.zeros((), OBJECT)
     row["sensor"], row["instance"], row["time"] = sensor, track, round(time * 1e9)
-    row["minimum"], row["maximum"] = np.array(place) - 0.5, np.array(place) + 0.5
+    put(row, np.array(place) - 0.5, np.array(place) + 0.5)
     return row
 
 

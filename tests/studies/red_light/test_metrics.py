@@ -28,6 +28,7 @@ from studies.red_light.identity import Roles, vehicles_of
 from studies.red_light.metrics import Link, Metrics, compute
 from studies.red_light.roles import BLOCKING, COLLISION, EGO, ROADSIDE, SHARING, roles_of
 from studies.red_light.traces import Traces
+from tests.fmus.boxes import put
 
 TENTH = 100_000_000
 ENTITIES = ("ego", "collider", "sharer", "blocking")
@@ -92,7 +93,7 @@ def seen(sensor: int, track: int, time: int) -> Any:
     """The nose of the collision vehicle, with a track number that says nothing."""
     row = np.zeros(1, OBJECT)
     row["sensor"], row["instance"], row["time"] = sensor, track, time
-    row["minimum"], row["maximum"] = (-2.0, 19.0), (-1.5, 21.0)
+    put(row, (-2.0, 19.0), (-1.5, 21.0))
     return row
 
 
@@ -300,9 +301,9 @@ def test_roles_of_entities_that_nobody_declared_are_refused() -> None:
 
 def test_an_object_is_the_vehicle_in_whose_body_it_lies() -> None:
     beside = seen(3, 2, TENTH)
-    beside["minimum"], beside["maximum"] = (-4.0, 24.0), (-3.0, 25.0)
+    put(beside, (-4.0, 24.0), (-3.0, 25.0))
     touching = seen(3, 2, TENTH)
-    touching["minimum"], touching["maximum"] = (-2.0, 21.2), (2.0, 21.6)
+    put(touching, (-2.0, 21.2), (2.0, 21.6))
     objects = np.concatenate([seen(3, 9, TENTH), beside, touching])
     assert vehicles_of(objects, Traces(recording())).tolist() == [2, -1, 2]
 

@@ -295,8 +295,9 @@ def test_an_object_is_of_whom_its_middle_was_in_when_it_was_seen(
         "ends": arrays.add(np.array([1]), "i4"),
         "sensor": arrays.add(np.array([0]), "i4"),
         "scanned": {"whole": arrays.add(np.array([round(scanned)]), "i4", deltas=2), "unit": 1.0},
-        "low": arrays.rounded(np.array(box[:2]), 0.01),
-        "high": arrays.rounded(np.array(box[2:]), 0.01),
+        "position": arrays.rounded((np.array(box[:2]) + box[2:]) / 2, 0.01),
+        "angle": arrays.rounded(np.zeros(1), 0.01),
+        "size": arrays.rounded(np.array(box[2:]) - box[:2], 0.01),
     }
     found = view.value(
         CROWD % "new NLOSIM.Objects(objects, arrays).owner(crowd, 0)",

@@ -10,6 +10,7 @@ from fmus.messages.records import NO_VEHICLE, OBJECT, frame
 from orchestrator.component import Component
 from orchestrator.registry import component_type
 from orchestrator.signal import Signal
+from tests.fmus.boxes import put
 
 STEP = 50_000_000
 POLICIES = ("policy-rule-based", "policy-blind", "policy-expert", "policy-network")
@@ -20,7 +21,7 @@ def there(vehicle: int = 3) -> dict[str, Signal]:
     """An ego that drives north towards a car that stands in its way."""
     seen = np.zeros(1, OBJECT)
     seen["sensor"], seen["instance"] = vehicle, 7
-    seen["minimum"], seen["maximum"] = (-1.0, 12.0), (1.0, 16.0)
+    put(seen, (-1.0, 12.0), (1.0, 16.0))
     return NOTHING | {
         "ego.id": np.array(vehicle),
         "ego.position": np.zeros(2),

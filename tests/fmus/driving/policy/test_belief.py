@@ -17,6 +17,7 @@ from orchestrator.absence import Need
 from orchestrator.registry import component_type
 from orchestrator.signal import Array, Signal
 from orchestrator.timebase import Time
+from tests.fmus.boxes import put
 from tests.fmus.driving.network.world import turn
 
 STEP = 50_000_000
@@ -31,7 +32,7 @@ def box(
     """An object of 2 m x 2 m; the same box, but for rounding, however the world is turned."""
     found = np.zeros(1, OBJECT)
     found["sensor"], found["instance"] = sensor, 7
-    found["minimum"], found["maximum"] = np.array(center) - 1.0, np.array(center) + 1.0
+    put(found, np.array(center) - 1.0, np.array(center) + 1.0)
     found["velocity"] = velocity
     return found
 

@@ -20,6 +20,7 @@ from fmus.messages.records import OBJECT, frame
 from fmus.physics.boxes import corners
 from orchestrator.cli import main
 from orchestrator.signal import Array
+from tests.fmus.boxes import put
 from tests.fmus.driving.policy.two_way_road import (
     CRUISE,
     SIZE,
@@ -230,7 +231,7 @@ def record(vehicle: Other, sensor: int, now: int) -> Array:
     found = np.zeros(1, OBJECT)
     center, half = np.array([vehicle.x, vehicle.y]), 0.5 * np.array(vehicle.size)
     found["sensor"], found["instance"], found["time"] = sensor, 7, now
-    found["minimum"], found["maximum"] = center - half, center + half
+    put(found, center - half, center + half)
     found["velocity"] = vehicle.speed, vehicle.aside
     return found
 

@@ -15,6 +15,7 @@ from fmus.messages.records import OBJECT, frame
 from fmus.physics.boxes import corners
 from orchestrator.signal import Array, Causality, Signal
 from orchestrator.timebase import Time
+from tests.fmus.boxes import put
 
 STEP = 50_000_000
 LENGTH, WIDTH, SPEED = 4.5, 1.8, 30 / 3.6
@@ -37,8 +38,8 @@ def boxes(*ends: tuple[npt.ArrayLike, npt.ArrayLike], time: Time = 0) -> Array:
     """Objects with these lower and upper corners."""
     rows = np.zeros(len(ends), OBJECT)
     rows["sensor"], rows["instance"], rows["time"] = SHARER, np.arange(len(ends)), time
-    for row, (low, high) in zip(rows, ends, strict=True):
-        row["minimum"], row["maximum"] = low, high
+    for k, (low, high) in enumerate(ends):
+        put(rows[k : k + 1], low, high)
     return rows
 
 
@@ -138,7 +139,7 @@ def test_every_policy_that_knows_the_ego_is_given_the_others_alone() -> None:
     shared = np.concatenate([piece_of_the_front(0, 0.0), boxes(((-1.0, 9.0), (1.0, 12.0)))])
     policy = Listens(EGO | {"received.objects"})
     drive(policy, shared)
-    assert policy.known[-1].received["minimum"].tolist() == [[-1.0, 9.0]]
+    assert policy.known[-1].received["position"].tolist() == [[0.0, 10.5]]
     stranger = Listens(frozenset({"received.objects"}))
     drive(stranger, shared)
     assert len(stranger.known[-1].received) == 2

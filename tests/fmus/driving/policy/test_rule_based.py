@@ -15,6 +15,7 @@ from orchestrator.absence import Need
 from orchestrator.component import Component
 from orchestrator.signal import Causality, Signal
 from orchestrator.testing import check_component
+from tests.fmus.boxes import put
 
 STEP = 50_000_000
 PREDICTION = Prediction(
@@ -38,10 +39,16 @@ EGO = Ego(
 
 def crossing(x: float, y: float, speed: float) -> Bodies:
     """A car of 4 m x 2 m whose centre is at (x, y), going east."""
-    center = np.array([[x, y]])
-    half = np.array([2.0, 1.0])
-    velocity = np.array([[speed, 0.0]])
-    return Bodies(minimum=center - half, maximum=center + half, velocity=velocity)
+    return body((x - 2.0, y - 1.0), (x + 2.0, y + 1.0), velocity=(speed, 0.0))
+
+
+def body(
+    low: tuple[float, float], high: tuple[float, float], *, velocity: tuple[float, float]
+) -> Bodies:
+    """One whose box lies along the axes."""
+    (x, y), (beyond_x, beyond_y) = low, high
+    walk = [(x, y), (beyond_x, y), (beyond_x, beyond_y), (x, beyond_y)]
+    return Bodies(corners=np.array([walk]), velocity=np.array([velocity]))
 
 
 def conflict(ego: Ego, bodies: Bodies) -> tuple[float, float]:
@@ -67,20 +74,12 @@ def test_a_stopped_ego_looks_at_the_motion_it_could_start() -> None:
 
 
 def test_traffic_in_the_next_lane_is_no_conflict() -> None:
-    parallel = Bodies(
-        minimum=np.array([[2.5, 5.0]]),
-        maximum=np.array([[4.5, 9.0]]),
-        velocity=np.array([[0.0, 5.0]]),
-    )
+    parallel = body((2.5, 5.0), (4.5, 9.0), velocity=(0.0, 5.0))
     assert np.isinf(conflict(EGO, parallel)[0])
 
 
 def test_a_follower_is_no_conflict_for_the_one_it_follows() -> None:
-    follower = Bodies(
-        minimum=np.array([[-1.0, -9.0]]),
-        maximum=np.array([[1.0, -5.0]]),
-        velocity=np.array([[0.0, 15.0]]),
-    )
+    follower = body((-1.0, -9.0), (1.0, -5.0), velocity=(0.0, 15.0))
     assert np.isinf(conflict(EGO, follower)[0])
 
 
@@ -89,11 +88,7 @@ def test_who_cuts_in_from_beside_is_a_conflict_unless_wholly_behind(
     ahead: float, *, is_judged: bool
 ) -> None:
     """A car of 4 m whose front is `ahead` of the ego's middle closes a gap of 2 m at 4 m/s."""
-    beside = Bodies(
-        minimum=np.array([[3.0, ahead - 4.0]]),
-        maximum=np.array([[5.0, ahead]]),
-        velocity=np.array([[-4.0, EGO.speed]]),
-    )
+    beside = body((3.0, ahead - 4.0), (5.0, ahead), velocity=(-4.0, EGO.speed))
     time, distance = conflict(EGO, beside)
     assert time == (pytest.approx(0.5, abs=0.051) if is_judged else np.inf)
     if is_judged:  # its rear bumper, seen from the ego's front, when they touch
@@ -103,9 +98,8 @@ def test_who_cuts_in_from_beside_is_a_conflict_unless_wholly_behind(
 def test_each_body_is_judged_as_if_it_were_alone() -> None:
     alone = [crossing(-20.0, 20.0, 10.0), crossing(-10.0, 30.0, 10.0), crossing(20.0, 15.0, -9.0)]
     together = Bodies(
-        minimum=np.concatenate([body.minimum for body in alone]),
-        maximum=np.concatenate([body.maximum for body in alone]),
-        velocity=np.concatenate([body.velocity for body in alone]),
+        corners=np.concatenate([each.corners for each in alone]),
+        velocity=np.concatenate([each.velocity for each in alone]),
     )
     found: Conflicts = PREDICTION.first_conflicts(EGO, together)
     assert list(zip(found.time, found.distance, strict=True)) == [conflict(EGO, b) for b in alone]
@@ -137,7 +131,7 @@ def inputs(policy: Component, **changes: Any) -> dict[str, Signal]:
 def seen(sensor: int, x: float, y: float, speed: float, time: int = 0) -> bytes:
     row = np.zeros(1, OBJECT)
     row["sensor"], row["instance"], row["time"], row["points"] = sensor, 7, time, 50
-    row["minimum"], row["maximum"] = (x - 2, y - 1), (x + 2, y + 1)
+    put(row, (x - 2, y - 1), (x + 2, y + 1))
     row["velocity"], row["height"] = (speed, 0.0), 1.5
     return frame("OBJS", row)
 
@@ -166,8 +160,7 @@ def test_it_brakes_as_much_as_it_takes_to_stop_before_what_stands(
     pedal is a share of 8 m/s^2, and has a stop."""
     row = unframe("OBJS", seen(1, 0.0, 0.0, 0.0), OBJECT).copy()
     length = 4.5
-    row["minimum"] = (-1.0, length / 2 + gap)
-    row["maximum"] = (1.0, length / 2 + gap + 2.0)
+    put(row, (-1.0, length / 2 + gap), (1.0, length / 2 + gap + 2.0))
     given = {"objects": frame("OBJS", row), "ego_speed": np.array(10.0)}
     for policy in (RuleBased(RuleBased.Parameters()), Blind(Blind.Parameters())):
         pedals = np.asarray(command(policy, **given)["command"])
@@ -181,7 +174,7 @@ def test_it_does_not_brake_for_itself_as_others_see_it() -> None:
     row["sensor"], row["time"], row["points"], row["height"] = 5, -STEP, 50, 1.5
     row["velocity"] = (0.0, 30 / 3.6)
     behind = 30 / 3.6 * STEP / 1e9
-    row["minimum"], row["maximum"] = (-0.9, -2.25 - behind), (0.9, 2.25 - behind)
+    put(row, (-0.9, -2.25 - behind), (0.9, 2.25 - behind))
     for track in (1, 7):
         row["instance"] = track
         policy.setup(0, np.random.default_rng(0))
@@ -262,17 +255,6 @@ def test_a_policy_reads_what_its_outputs_depend_on_and_nothing_else(policy: Comp
 def test_contract() -> None:
     check_component(RuleBased(RuleBased.Parameters()), steps=5, h=STEP, seed=1)
     check_component(Blind(Blind.Parameters()), steps=5, h=STEP, seed=1)
-
-
-def test_corners_are_a_walk_around_the_box() -> None:
-    """Twice the area is the sum of the cross products of neighbouring corners."""
-    low, high = np.array([[1.0, 2.0], [-3.0, 0.0]]), np.array([[4.0, 7.0], [-1.0, 9.0]])
-    corners = Bodies(minimum=low, maximum=high, velocity=np.zeros((2, 2))).corners()
-    assert corners.shape == (2, 4, 2)
-    np.testing.assert_array_equal(corners.min(axis=1), low)
-    np.testing.assert_array_equal(corners.max(axis=1), high)
-    (x, y), (u, v) = np.moveaxis(corners, 2, 0), np.moveaxis(np.roll(corners, -1, 1), 2, 0)
-    np.testing.assert_allclose(0.5 * (x * v - y * u).sum(axis=1), [15.0, 18.0])
 
 
 @pytest.mark.parametrize("policy", [Blind, Expert, RuleBased])
