@@ -7,7 +7,7 @@ import numpy as np
 
 from fmus.driving.policy.ego import Ego
 from fmus.messages.records import NO_VEHICLE
-from fmus.physics.boxes import Boxes, corners
+from fmus.physics.boxes import Boxes, corners, in_boxes
 from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time
 
@@ -38,7 +38,7 @@ class OwnBody:
     since, nor a wrong velocity of a body that is seen in part, matters. It is the ego if
 
     * it overlaps the footprint, less `ACCURACY`: two bodies are never in one place; or
-    * it overlaps the footprint grown by `MARGIN`, and lies within the box, along the world's axes,
+    * it overlaps the footprint grown by `MARGIN`, and lies within the box, along its own sides,
       around that: it is no larger than a view of the ego, or of a part of it, can be.
     """
 
@@ -76,8 +76,9 @@ class OwnBody:
         if not near.any():
             return near
         grown = corners(center, heading, size + 2 * MARGIN)  # (object, 4, 2)
-        seen = corners(boxes.center, boxes.heading, boxes.size)
-        within = (seen.min(axis=1) >= grown.min(axis=1)) & (seen.max(axis=1) <= grown.max(axis=1))
+        local = in_boxes(grown, boxes.center[:, None], boxes.heading[:, None])
+        half = boxes.size / 2
+        within = (local.min(axis=1) <= -half) & (local.max(axis=1) >= half)
         same = boxes.overlap(Boxes(center, heading, np.maximum(size - 2 * ACCURACY, 0.0)))
         return np.asarray(same | (near & within.all(axis=1)))
 

@@ -260,6 +260,39 @@ def test_a_large_box_is_of_it_if_only_one_corner_is_in_its_place(
     assert body_at((0, ego(0.0, 0.0, heading))).is_in(box).tolist() == [is_it]
 
 
+@given(
+    turn=st.floats(-np.pi, np.pi),
+    place=st.tuples(st.floats(-6.0, 6.0), st.floats(-4.0, 4.0)),
+    angle=st.floats(0.0, np.pi / 2),
+    size=st.tuples(st.floats(0.1, 5.0), st.floats(0.1, 3.0)),
+)
+def test_what_is_of_it_does_not_depend_on_the_axes(
+    turn: float, place: tuple[float, float], angle: float, size: tuple[float, float]
+) -> None:
+    """The same box beside the same ego, both turned."""
+    view = np.zeros(1, OBJECT)
+    view["position"], view["angle"], view["size"] = place, angle, size
+    cos, sin = np.cos(turn), np.sin(turn)
+    turned = view.copy()
+    turned["position"] = view["position"] @ np.array([[cos, sin], [-sin, cos]])
+    turned["angle"] += turn
+    wide = view.copy()
+    wide["size"] += 1e-6  # what lies on a border may fall on either side of it
+    before, near = (body_at((0, ego(0.0, 0.0, 0.0))).is_in(each) for each in (view, wide))
+    after = body_at((0, ego(0.0, 0.0, turn))).is_in(turned)
+    assert bool(after[0]) in {bool(before[0]), bool(near[0])}
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.3, np.pi / 4, 1.5])
+def test_a_nose_beside_it_is_of_somebody_else_on_any_road(heading: float) -> None:
+    """Of a car that comes from the side: 2 m of it, 0.3 m from the flank."""
+    view = np.zeros(1, OBJECT)
+    out = np.array([-np.sin(heading), np.cos(heading)])
+    view["position"] = (WIDTH / 2 + 0.3 + 1.0) * out
+    view["angle"], view["size"] = heading, (1.8, 2.0)
+    assert body_at((0, ego(0.0, 0.0, heading))).is_in(view).tolist() == [False]
+
+
 def test_of_two_poses_at_one_time_the_last_one_holds() -> None:
     body = body_at((0, ego(0.0, 0.0, 0.0)), (0, ego(50.0, 0.0, 0.0)))
     views = boxes(((-0.5, -0.5), (0.5, 0.5)), ((49.5, -0.5), (50.5, 0.5)))
