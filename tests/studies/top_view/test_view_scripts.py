@@ -17,7 +17,7 @@ NEEDED = [
     *(
         path
         for path in SCRIPTS
-        if path.stem in {"crowd", "camera", "radio", "knowledge", "pointer"}
+        if path.stem in {"crowd", "camera", "radio", "knowledge", "pointer", "sensing"}
     ),
 ]
 MOST_LINES = 400
@@ -306,6 +306,33 @@ def test_an_object_is_of_whom_its_middle_was_in_when_it_was_seen(
         objects=objects,
     )
     assert found == owner
+
+
+DRAWN = """
+((objects) => {
+  const calls = [];
+  const context = new Proxy({}, {
+    get: (_, name) => (...given) => calls.push([name, ...given]),
+    set: () => true,
+  });
+  const camera = { apply: () => {}, scale: 4 };
+  const view = { camera, belongs: () => true, observer: 0, selected: null };
+  NLOSIM.Sensing.prototype.drawObjects.call({ objects: [objects] }, context, view, 1);
+  return calls.filter(([name]) => name !== "setLineDash");
+})({ told: false, sensor: [0, 5], rows: () => [0, 2], position: [3, 4, 8, 9], angle: [0.5, 0],
+     size: [4, 2, 1, 1] })
+"""
+
+
+def test_a_box_is_drawn_turned_about_its_middle(view: Engine) -> None:
+    """With 0.3 m around it, of one's own sensor only; what is drawn next is not turned."""
+    assert view.value(DRAWN) == [
+        ["save"],
+        ["translate", 3, 4],
+        ["rotate", 0.5],
+        ["strokeRect", -2.3, -1.3, 4.6, 2.6],
+        ["restore"],
+    ]
 
 
 def test_one_knows_by_messages_by_its_sensor_and_by_what_others_told(view: Engine) -> None:
