@@ -13,7 +13,9 @@ import numpy as np
 from fmus.facilities.inputs import Vehicles
 from fmus.facilities.link_power import Powers
 from fmus.facilities.streams import Streams
+from fmus.messages.pose_errors import PoseErrors
 from fmus.messages.records import NO_VEHICLE
+from fmus.physics.plane import turned
 from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time
 
@@ -72,15 +74,18 @@ class BsmSender:
         self._period = period
         self._streams = streams
         self._phases: dict[int, Duration] = {}
-        self._known: Vehicles | None = None
+        self._known: tuple[Vehicles, PoseErrors] | None = None
         self._states: Array = np.empty(0, CONTENT)
         self._state_phases: Array = np.empty(0, np.int64)
 
-    def due(self, vehicles: Vehicles, begin: Time, end: Time) -> tuple[Array, Array]:
+    def due(
+        self, vehicles: Vehicles, errors: PoseErrors, begin: Time, end: Time
+    ) -> tuple[Array, Array]:
         """The messages sent in [`begin`, `end`).
 
         Args:
             vehicles: every vehicle on the scene.
+            errors: by how much they are wrong: a message says what its sender believes.
             begin: of the interval [ns].
             end: of the interval, at most one period later [ns].
 
@@ -88,18 +93,20 @@ class BsmSender:
             The times of sending [ns], int64, shape (message,), and the contents, `CONTENT`
             records of the same shape, with the state at the communication point.
         """
-        self._meet(vehicles)
+        self._meet(vehicles, errors)
         times = begin + (self._state_phases - begin) % self._period
         sending = times < end
         contents = self._states.compress(sending)
         contents["time"] = times[sending]
         return times[sending], contents
 
-    def _meet(self, vehicles: Vehicles) -> None:
+    def _meet(self, vehicles: Vehicles, errors: PoseErrors) -> None:
         """Look up states and phases of the equipped vehicles, unless all is as before."""
-        if self._known is not None and vehicles.is_same(self._known):
-            return
-        self._known = vehicles
+        if self._known is not None:
+            known, wrong = self._known
+            if vehicles.is_same(known) and errors.is_same(wrong):
+                return
+        self._known = vehicles, errors
         equipped = np.flatnonzero(vehicles.equipped)
         self._states = np.zeros(len(equipped), CONTENT)
         self._states["id"] = vehicles.id[equipped]
@@ -109,10 +116,24 @@ class BsmSender:
         self._states["size"] = vehicles.size[equipped]
         self._states["antenna_height"] = vehicles.antenna_height[equipped]
         ids = self._states["id"].tolist()
+        for state in self._states if len(errors.vehicle) else ():
+            _make_wrong(state, errors)
         for vehicle in ids:
             if vehicle not in self._phases:
                 self._phases[vehicle] = int(self._streams.of(vehicle).integers(self._period))
         self._state_phases = np.array([self._phases[vehicle] for vehicle in ids], np.int64)
+
+
+def _make_wrong(state: np.void, errors: PoseErrors) -> None:
+    """Let a `CONTENT` record say what its sender believes of its pose, and of its direction."""
+    error = errors.of(int(state["id"]))
+    if error is None:
+        return
+    shift, angle = error
+    x, y = state["velocity"]
+    state["position"] += shift
+    state["heading"] += angle
+    state["velocity"] = turned(x, y, angle)
 
 
 class Neighbourhood:

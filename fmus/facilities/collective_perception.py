@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from fmus.facilities import cpm
 from fmus.facilities.cpm_rules import InclusionRules, Station
-from fmus.facilities.inputs import Inputs, Vehicles
+from fmus.facilities.inputs import Inputs
 from fmus.facilities.layer import FacilitiesLayer, LayerParameters
 from fmus.facilities.lower_layers import LowerLayers
 from fmus.facilities.outbox import Arrival, Message
@@ -159,7 +159,7 @@ class CollectivePerception(Sharing):
             sender = self._sender(vehicle, now)
             event = now + (sender.phase - now) % self._period
             if event < now + h:
-                made += self._generate(inputs.vehicles, vehicle, sender, event)
+                made += self._generate(inputs, vehicle, sender, event)
         return made
 
     @override
@@ -175,7 +175,7 @@ class CollectivePerception(Sharing):
         return self._senders[vehicle]
 
     def _generate(
-        self, vehicles: Vehicles, vehicle: int, sender: _Sender, event: Time
+        self, inputs: Inputs, vehicle: int, sender: _Sender, event: Time
     ) -> list[Message]:
         """The messages of one generation event: none, one, or one per segment."""
         objects = self._scans.objects_of(vehicle)
@@ -186,7 +186,8 @@ class CollectivePerception(Sharing):
             return []
         if informs:
             sender.next_information = event + self._information_period
-        row = int(np.flatnonzero(vehicles.id == vehicle)[0])
+        row = int(np.flatnonzero(inputs.vehicles.id == vehicle)[0])
+        shift, angle = inputs.errors.of(vehicle) or (0.0, 0.0)
         parts = self._parts(chosen)
         return [
             self._message(
@@ -194,8 +195,8 @@ class CollectivePerception(Sharing):
                 cpm.Cpm(
                     station=vehicle,
                     time=event,
-                    position=vehicles.position[row, :2],
-                    heading=float(vehicles.heading[row]),
+                    position=inputs.vehicles.position[row, :2] + shift,
+                    heading=float(inputs.vehicles.heading[row]) + angle,
                     objects=part,
                     ages=sender.station.ages(part, event),
                     perceived=len(objects),

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from fmus.messages.connectors import inputs, outputs, when_undriven
+from fmus.messages.connectors import POSE_ERROR, inputs, outputs, when_undriven
 from orchestrator.absence import Need, Undriven
 from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Connector
@@ -31,6 +31,7 @@ INPUTS: Final[Mapping[str, Connector]] = when_undriven(
         "blind_zone.range",
         "relay",
         "receptions",
+        *POSE_ERROR,
     ),
     {
         "vehicle": Undriven("there is nobody who sends or receives a message"),
@@ -46,6 +47,7 @@ INPUTS: Final[Mapping[str, Connector]] = when_undriven(
         "blind_zone": Undriven("the ego asks for no blind zone", Need.NEVER, _EGO),
         "relay": Undriven("sensor data come over the direct link", Need.IF_OFFERED),
         "receptions": Undriven("nobody receives a message"),
+        "pose_error": Undriven("every vehicle knows exactly where it is", Need.IF_OFFERED),
     },
 )
 

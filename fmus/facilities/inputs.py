@@ -11,6 +11,7 @@ import numpy.typing as npt
 from fmus.facilities.connectors import UNNAMED, of_ego
 from fmus.messages.apm import split
 from fmus.messages.features import FeaturesMessage, read_features
+from fmus.messages.pose_errors import PoseErrors
 from fmus.messages.records import OBJECT, RECEPTION, unframe
 from orchestrator.signal import Array, Signals
 
@@ -116,6 +117,7 @@ class Inputs:
         objects: an "OBJS" signal, of the last scans.
         features: a "FEAT" signal, of the last scans.
         receptions: an "RCPT" signal, of the last step.
+        errors: by how much vehicles are wrong about their poses.
     """
 
     vehicles: Vehicles
@@ -124,6 +126,7 @@ class Inputs:
     objects: bytes
     features: bytes
     receptions: bytes
+    errors: PoseErrors
 
     @classmethod
     def read(cls, signals: Signals, egos: Sequence[str] = (UNNAMED,)) -> Self:
@@ -140,6 +143,7 @@ class Inputs:
             objects=bytes(signals["objects"]),
             features=bytes(signals["features"]),
             receptions=bytes(signals["receptions"]),
+            errors=PoseErrors.read(signals),
         )
 
     def apm_messages(self) -> list[bytes]:

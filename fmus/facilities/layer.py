@@ -12,7 +12,7 @@ from typing_extensions import override
 from fmus.facilities.bsm import Bsm, Bsms, BsmSender
 from fmus.facilities.clocks import Clocks
 from fmus.facilities.connectors import UNNAMED, connectors, of_ego
-from fmus.facilities.inputs import Inputs, Vehicles
+from fmus.facilities.inputs import Inputs
 from fmus.facilities.link_power import Measurements
 from fmus.facilities.listener import Listener
 from fmus.facilities.outbox import Broadcasts, Message, Outbox
@@ -138,7 +138,7 @@ class FacilitiesLayer(Component, Redrawing):
         self._receive(given)
         self._measurements.forget(now)
         shared = self._ways.messages(given, now, h)
-        safety = self._safety_messages(given.vehicles, now, h)
+        safety = self._safety_messages(given, now, h)
         messages = list(map(self._processed, shared))
         self._outbox.forget(now)
         self._outputs = {
@@ -209,8 +209,8 @@ class FacilitiesLayer(Component, Redrawing):
         ):
             egos[receiver].count_sensor_data(int(self._outbox.is_for(packet, receiver)))
 
-    def _safety_messages(self, vehicles: Vehicles, now: Time, h: Duration) -> Broadcasts:
-        times, states = self._bsm.due(vehicles, now, now + h)
+    def _safety_messages(self, inputs: Inputs, now: Time, h: Duration) -> Broadcasts:
+        times, states = self._bsm.due(inputs.vehicles, inputs.errors, now, now + h)
         heard = self._measurements.table(states["id"])
         size = np.full(len(times), self._common.bsm_size)
         if self._common.announced_power_size:

@@ -190,6 +190,9 @@ SIGNALS: Final[Mapping[str, Connector]] = MappingProxyType(
 RECEIVED_BSMS: Final = tuple(name for name in SIGNALS if name.startswith("received.bsm."))
 """What the ego knows of its neighbours by their BSMs."""
 
+POSE_ERROR: Final = tuple(name for name in SIGNALS if name.startswith("pose_error."))
+"""The errors of vehicles about their poses; see `fmus.messages.pose_errors`."""
+
 
 def inputs(*names: str, description: str | None = None) -> dict[str, Connector]:
     """Connectors that read these signals.

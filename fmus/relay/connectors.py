@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from fmus.messages.connectors import RECEIVED_BSMS, inputs, outputs, when_undriven
+from fmus.messages.connectors import POSE_ERROR, RECEIVED_BSMS, inputs, outputs, when_undriven
 from orchestrator.absence import Need, Undriven
 from orchestrator.signal import Causality, Connector
 
@@ -28,6 +28,7 @@ INPUTS: Final[Mapping[str, Connector]] = when_undriven(
         "received.sensor_data.count",
         "match.sharer",
         "match.trigger",
+        *POSE_ERROR,
     ),
     {
         "ego": Undriven("there is no ego, for whom to choose"),
@@ -39,6 +40,7 @@ INPUTS: Final[Mapping[str, Connector]] = when_undriven(
         "received.sensor_data": Undriven(
             "the policy hears of no sensor data that arrived", Need.IF_OFFERED
         ),
+        "pose_error": Undriven("the ego knows exactly where it is", Need.IF_OFFERED),
         "match": Undriven("nothing is ever to be relayed: the choice is the direct link"),
     },
 )

@@ -1,11 +1,13 @@
 """What relay policies read: all that the ego can know, and nothing else."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 
+from fmus.messages.pose_errors import PoseErrors
 from fmus.messages.records import NO_VEHICLE, OBJECT, unframe
+from fmus.physics.plane import Motion
 from fmus.relay.measured import MeasuredLinks
 from fmus.relay.nodes import Bsms, Node, read_ego
 from orchestrator.signal import Array, Signals
@@ -15,6 +17,7 @@ from orchestrator.signal import Array, Signals
 class Inputs:
     """What the ego knows at one communication point: its own state, its sensors and its messages.
 
+    If vehicles are wrong about their poses, the ego and its route are where it believes to be.
     There is no field for the simulator's truth. What the signals carry beyond the ego's knowledge
     (the detections of other vehicles' sensors) is left out when they are read.
 
@@ -50,11 +53,20 @@ class Inputs:
     @classmethod
     def read(cls, signals: Signals) -> Self:
         """The view of the inputs of a relay policy."""
-        ego = read_ego(signals)
+        ego, route = read_ego(signals), np.asarray(signals["ego.route"], np.float64)
+        if error := PoseErrors.read(signals).of(ego.vehicle):
+            belief = Motion(about=ego.position, shift=error[0], angle=error[1])
+            route = belief.moved(route)
+            ego = replace(
+                ego,
+                position=belief.moved(ego.position),
+                heading=ego.heading + belief.angle,
+                velocity=belief.turned(ego.velocity),
+            )
         objects = unframe("OBJS", bytes(signals["objects"]), OBJECT)
         return cls(
             ego=ego,
-            route=np.asarray(signals["ego.route"], np.float64),
+            route=route,
             building_vertex=np.asarray(signals["building.vertex"], np.float64),
             building_index=np.asarray(signals["building.index"], np.int32),
             objects=objects.compress(objects["sensor"] == ego.vehicle),

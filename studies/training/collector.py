@@ -11,7 +11,6 @@ from typing_extensions import override
 from fmus.driving.network.checkpoint import read_network
 from fmus.driving.network.cloud import Cloud, clouds
 from fmus.driving.network.driver import ego_numbers
-from fmus.driving.network.plane import Frame
 from fmus.driving.network.scan import scan_of
 from fmus.driving.policy.command import Command
 from fmus.driving.policy.connectors import connectors
@@ -19,6 +18,7 @@ from fmus.driving.policy.expert import EXPERT_READS, ExpertDriver, ExpertParamet
 from fmus.driving.policy.inputs import Inputs
 from fmus.driving.policy.network import NetworkDriver
 from fmus.driving.policy.occupancy import Vehicles
+from fmus.physics.plane import Frame
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
 from orchestrator.parameters import parameter

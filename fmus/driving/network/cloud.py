@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmus.driving.network.plane import Frame, turned
 from fmus.messages.records import FRAME, POINT, SENSOR, unframe
+from fmus.physics.plane import Frame, turned
 from orchestrator.signal import Array
 from orchestrator.timebase import Time
 

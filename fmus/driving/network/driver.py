@@ -8,7 +8,7 @@ import numpy as np
 from fmus.driving.network.architecture import EGO, Architecture
 from fmus.driving.network.fixed_point import Dense, rectified, rounded
 from fmus.driving.network.fusion import LENGTH_SCALE, Fusion, Observed
-from fmus.driving.network.plane import Frame, turned
+from fmus.physics.plane import Frame, turned
 from orchestrator.signal import Array
 
 LOOKAHEAD: Final = (4.0, 8.0, 16.0, 24.0, 32.0)

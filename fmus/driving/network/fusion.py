@@ -13,7 +13,7 @@ import numpy as np
 
 from fmus.driving.network.architecture import GEOMETRY, Architecture
 from fmus.driving.network.fixed_point import Dense, rectified, rounded
-from fmus.driving.network.plane import Frame, turned
+from fmus.physics.plane import Frame, turned
 from orchestrator.signal import Array
 
 LENGTH_SCALE: Final = 8.0

@@ -9,8 +9,8 @@ from fmus.driving.network.cloud import Cloud
 from fmus.driving.network.fixed_point import rounded
 from fmus.driving.network.fusion import Observed
 from fmus.driving.network.keypoints import Keypoints
-from fmus.driving.network.plane import Frame
 from fmus.messages.features import COORDINATES, FeaturesMessage
+from fmus.physics.plane import Frame
 from orchestrator.timebase import Time
 
 _NANOSECONDS: Final = 1e9

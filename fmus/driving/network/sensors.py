@@ -14,9 +14,9 @@ from fmus.driving.network.encoder import BevEncoder
 from fmus.driving.network.keypoints import Keypoints
 from fmus.driving.network.messages import to_message
 from fmus.driving.network.patches import History
-from fmus.driving.network.plane import Frame
 from fmus.driving.network.scan import scan_of
 from fmus.messages.features import FeaturesMessage
+from fmus.physics.plane import Frame
 from orchestrator.signal import Array
 
 RAW_POINTS: Final = 65_536

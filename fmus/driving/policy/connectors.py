@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from fmus.messages.connectors import inputs, when_undriven
+from fmus.messages.connectors import POSE_ERROR as ERRORS, inputs, when_undriven
 from orchestrator.absence import Need, Undriven
 from orchestrator.signal import Causality, Connector
 
@@ -23,9 +23,8 @@ _VEHICLES: Final = (
     "vehicle.velocity",
     "vehicle.size",
 )
-_POSE_ERROR: Final = ("pose_error.vehicle", "pose_error.position", "pose_error.heading")
 _SENSED: Final = ("points", "objects", "received.objects", "received.features")
-INPUTS: Final[Mapping[str, Connector]] = inputs(*_EGO, *_SENSED, *_VEHICLES, *_POSE_ERROR)
+INPUTS: Final[Mapping[str, Connector]] = inputs(*_EGO, *_SENSED, *_VEHICLES, *ERRORS)
 """The inputs of every policy; `vehicle.*`, the truth, are there for those that declare it."""
 
 EGO: Final = frozenset(_EGO)
@@ -34,7 +33,7 @@ EGO: Final = frozenset(_EGO)
 VEHICLES: Final = frozenset(_VEHICLES)
 """The inputs with the truth about all vehicles."""
 
-POSE_ERROR: Final = frozenset(_POSE_ERROR)
+POSE_ERROR: Final = frozenset(ERRORS)
 """The inputs that say by how much each vehicle is wrong about its pose."""
 
 SENSED: Final = frozenset(_SENSED)

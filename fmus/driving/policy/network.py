@@ -13,7 +13,6 @@ from fmus.driving.network.cloud import Cloud, clouds
 from fmus.driving.network.driver import DrivingNetwork
 from fmus.driving.network.fusion import Observed
 from fmus.driving.network.messages import seen, to_observed
-from fmus.driving.network.plane import Frame
 from fmus.driving.network.sensors import raw_cloud, sensor_encoder
 from fmus.driving.policy.base import DrivingPolicy
 from fmus.driving.policy.brake_hold import BrakeHold
@@ -21,6 +20,7 @@ from fmus.driving.policy.command import Command
 from fmus.driving.policy.connectors import EGO
 from fmus.driving.policy.inputs import Inputs
 from fmus.messages.features import FeaturesMessage, read_features
+from fmus.physics.plane import Frame
 from orchestrator.parameters import parameter
 from orchestrator.signal import Array
 from orchestrator.timebase import Duration, Time, nanoseconds

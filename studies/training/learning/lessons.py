@@ -14,9 +14,9 @@ import numpy as np
 from fmus.driving.network.architecture import EGO, Architecture
 from fmus.driving.network.encoder import first_of_each, place
 from fmus.driving.network.patches import INPUTS, History, Patches, Stack, patches
-from fmus.driving.network.plane import Frame, turned
 from fmus.driving.network.scan import Scan
 from fmus.messages.records import NO_VEHICLE
+from fmus.physics.plane import Frame, turned
 from orchestrator.signal import Array
 from orchestrator.timebase import Time
 from studies.training.learning.sample import Sample

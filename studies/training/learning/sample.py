@@ -11,9 +11,9 @@ from typing import Final
 import numpy as np
 
 from fmus.driving.network.architecture import EGO
-from fmus.driving.network.plane import Frame
 from fmus.driving.network.scan import Scan
 from fmus.messages.records import FRAME, frame, unframe
+from fmus.physics.plane import Frame
 from orchestrator.signal import Array
 from orchestrator.timebase import Time
 

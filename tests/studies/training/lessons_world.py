@@ -5,8 +5,8 @@ from typing import Final
 import numpy as np
 
 from fmus.driving.network.architecture import EGO
-from fmus.driving.network.plane import Frame
 from fmus.driving.network.scan import scan_of
+from fmus.physics.plane import Frame
 from orchestrator.signal import Array
 from studies.training.learner import RecordedRun
 from studies.training.learning.sample import BODY, Sample, write_sample

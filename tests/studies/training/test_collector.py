@@ -9,13 +9,13 @@ import pytest
 
 from fmus.driving.network.cloud import clouds
 from fmus.driving.network.driver import ego_numbers
-from fmus.driving.network.plane import Frame
 from fmus.driving.network.scan import scan_of
 from fmus.driving.policy.command import Command
 from fmus.driving.policy.connectors import INPUTS
 from fmus.driving.policy.expert import ExpertDriver, ExpertParameters
 from fmus.driving.policy.inputs import Inputs
 from fmus.driving.policy.network import NetworkDriver
+from fmus.physics.plane import Frame
 from orchestrator.signal import Array, Signal, Signals
 from orchestrator.testing import check_component
 from studies.training.collector import Dagger

@@ -12,7 +12,7 @@ from hypothesis import given, settings, strategies as st
 from fmus.driving.network.architecture import Architecture
 from fmus.driving.network.fusion import Observed, geometry
 from fmus.driving.network.patches import INPUTS, History, patches
-from fmus.driving.network.plane import Frame
+from fmus.physics.plane import Frame
 from orchestrator.signal import Array
 from studies.training.learning.batches import batch_of, delivered
 from studies.training.learning.lessons import MESSAGES, MOMENT, Lessons, lessons

@@ -10,8 +10,8 @@ from torch import Tensor
 
 from fmus.driving.network.architecture import EGO, GEOMETRY, Architecture
 from fmus.driving.network.patches import CHANNELS, WINDOW
-from fmus.driving.network.plane import Frame
 from fmus.driving.network.scan import SIDE, Scan
+from fmus.physics.plane import Frame
 from orchestrator.signal import Array
 from studies.training.learning.batches import Batch, Delivered, batch_of
 from studies.training.learning.lessons import lessons

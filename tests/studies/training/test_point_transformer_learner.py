@@ -16,10 +16,10 @@ from fmus.driving.network.checkpoint import read_network
 from fmus.driving.network.cloud import Cloud
 from fmus.driving.network.driver import DrivingNetwork, ego_numbers
 from fmus.driving.network.messages import seen, to_message, to_observed
-from fmus.driving.network.plane import Frame
 from fmus.driving.network.point_transformer import recorded_points
 from fmus.driving.network.scan import scan_of
 from fmus.driving.network.sensors import sensor_encoder
+from fmus.physics.plane import Frame
 from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Array
 from studies.training.collector import Dagger

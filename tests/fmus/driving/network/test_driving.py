@@ -12,7 +12,7 @@ from fmus.driving.network.architecture import EGO
 from fmus.driving.network.driver import LOOKAHEAD, DrivingNetwork, Head, along, ego_numbers
 from fmus.driving.network.fixed_point import rounded, rounded_weights
 from fmus.driving.network.fusion import Fusion, Observed, geometry
-from fmus.driving.network.plane import Frame
+from fmus.physics.plane import Frame
 from orchestrator.signal import Array
 from tests.fmus.driving.network.world import SMALL, network
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from fmus.driving.network.patches import CHANNELS, INPUTS, LAGS, WINDOW, History, Patches, patches
-from fmus.driving.network.plane import Frame
 from fmus.driving.network.scan import CELL, LAYERS, SIDE, Scan, scan_of
+from fmus.physics.plane import Frame
 from orchestrator.signal import Array
 from tests.fmus.driving.network.world import HEIGHT, PERIOD, box, seen_from, street
 

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from fmus.driving.network.cloud import Cloud, clouds
-from fmus.driving.network.plane import Frame
 from fmus.driving.network.scan import CELL, LAYERS, SIDE, Scan, scan_of
+from fmus.physics.plane import Frame
 from orchestrator.signal import Array
 from tests.fmus.driver import Library
 from tests.fmus.driving.network.world import HEIGHT, Sensor, points_signal

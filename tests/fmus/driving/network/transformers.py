@@ -7,9 +7,9 @@ import numpy as np
 from fmus.driving.network.architecture import POINT_TRANSFORMER, Architecture
 from fmus.driving.network.checkpoint import Checkpoint
 from fmus.driving.network.cloud import Cloud
-from fmus.driving.network.plane import Frame
 from fmus.driving.network.point_transformer import weights_of
 from fmus.driving.point_transformer import PointTransformerEncoder
+from fmus.physics.plane import Frame
 
 HEIGHT = 1.75
 EAST = Frame(x=0.0, y=0.0, heading=0.0)

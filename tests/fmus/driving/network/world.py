@@ -10,9 +10,9 @@ import numpy as np
 from fmus.driving.network.architecture import Architecture
 from fmus.driving.network.checkpoint import Checkpoint
 from fmus.driving.network.cloud import Cloud
-from fmus.driving.network.plane import Frame
 from fmus.driving.network.scan import Scan, scan_of
 from fmus.messages.records import GROUND, POINT, SENSOR, frame
+from fmus.physics.plane import Frame
 from orchestrator.signal import Array
 
 SMALL: Final = Architecture(

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, strategies as st
 from typing_extensions import override
 
-from fmus.driving.network.plane import Frame
 from fmus.driving.policy import EGO, Command, DrivingPolicy, Inputs
 from fmus.driving.policy.connectors import INPUTS, POSE_ERROR, VEHICLES
 from fmus.localisation import Offsets, stamped
 from fmus.messages.records import OBJECT, frame
+from fmus.physics.plane import Frame
 from orchestrator.absence import Need
 from orchestrator.registry import component_type
 from orchestrator.signal import Array, Signal

@@ -12,12 +12,12 @@ from fmus.driving.network.checkpoint import Checkpoint
 from fmus.driving.network.cloud import clouds
 from fmus.driving.network.driver import DrivingNetwork
 from fmus.driving.network.messages import seen, to_observed
-from fmus.driving.network.plane import Frame
 from fmus.driving.network.sensors import BevSensor, Sender
 from fmus.driving.policy import Inputs, Network
 from fmus.driving.policy.connectors import INPUTS
 from fmus.driving.policy.network import NetworkDriver
 from fmus.messages.features import FeaturesMessage, write_features
+from fmus.physics.plane import Frame
 from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Array, Signal, Signals
 from orchestrator.testing import check_component

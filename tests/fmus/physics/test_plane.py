@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from fmus.driving.network.plane import Frame, cosine_sine, turned, turned_back
+from fmus.physics.plane import Frame, cosine_sine, turned, turned_back
 
 ANGLES = st.floats(-10.0, 10.0)
 LENGTHS = st.floats(-1e3, 1e3)

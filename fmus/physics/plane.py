@@ -8,6 +8,8 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
+import numpy as np
+
 from orchestrator.signal import Array
 
 _QUARTER: Final = math.pi / 2.0
@@ -48,6 +50,29 @@ def turned(x: Array, y: Array, angle: float) -> tuple[Array, Array]:
     """
     cosine, sine = cosine_sine(angle)
     return x * cosine - y * sine, x * sine + y * cosine
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Motion:
+    """A motion of the plane: what is turned and then shifted keeps its shape.
+
+    Attributes:
+        about: the place about which it is turned [m], shape (2,).
+        shift: of that place [m], shape (2,).
+        angle: by which it is turned, counter-clockwise [rad].
+    """
+
+    about: Array
+    shift: Array
+    angle: float
+
+    def moved(self, places: Array) -> Array:
+        """Where places come to be [m], shape (..., 2) both."""
+        return np.asarray(self.about + self.shift + self.turned(places - self.about))
+
+    def turned(self, vectors: Array) -> Array:
+        """Vectors of any unit, turned; shape (..., 2) both."""
+        return np.stack(turned(vectors[..., 0], vectors[..., 1], self.angle), axis=-1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
