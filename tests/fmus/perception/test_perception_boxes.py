@@ -138,6 +138,28 @@ def test_the_order_of_labelled_points_has_no_influence(lidar: Library, library: 
     assert before.tobytes() == after.tobytes()
 
 
+@pytest.mark.parametrize("segmentation", [CLUSTERS, LABELS])
+def test_the_box_of_a_body_that_turns_turns_with_it(
+    lidar: Library, library: Library, segmentation: int
+) -> None:
+    """A bus by 20 degrees a second, which is within 2 degrees of its box in every scan."""
+    errors, tracks = [], set()
+    with Perception(library, segmentation=segmentation) as unit:
+        for k in range(30):
+            heading = 0.3 + np.radians(2.0 * k)
+            bus = Vehicle(
+                id=9, position=(20.0, 6.0, 0.0), heading=heading, size=KINDS[BUS], body=BUS
+            )
+            points = scanned(lidar, Scene(vehicles=[EYE, bus]))
+            sensors = unframe("LPTS", points, SENSOR).copy()
+            sensors["time"] = k * 10**8
+            (one,) = unit.step(frame("LPTS", sensors, points[16 + sensors.nbytes :])).objects
+            errors.append(abs(Found(one, bus).turned))
+            tracks.add(int(one["instance"]))
+    assert len(tracks) == 1
+    assert np.degrees(max(errors)) < 2.0
+
+
 @pytest.mark.parametrize("count", [40, 4000])
 @pytest.mark.parametrize("heading", [-2.0, 0.0, 0.7, 3.0])
 def test_a_box_is_the_smallest_of_its_angle_around_all_points(
