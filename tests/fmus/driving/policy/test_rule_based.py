@@ -11,6 +11,7 @@ from fmus.driving.policy import Blind, Expert, RuleBased
 from fmus.driving.policy.conflict import Bodies, Conflicts, Prediction, project
 from fmus.driving.policy.ego import Ego
 from fmus.messages.records import OBJECT, frame, unframe
+from fmus.physics.boxes import corners
 from orchestrator.absence import Need
 from orchestrator.component import Component
 from orchestrator.signal import Causality, Signal
@@ -103,6 +104,35 @@ def test_each_body_is_judged_as_if_it_were_alone() -> None:
     )
     found: Conflicts = PREDICTION.first_conflicts(EGO, together)
     assert list(zip(found.time, found.distance, strict=True)) == [conflict(EGO, b) for b in alone]
+
+
+BODIES = st.lists(
+    st.tuples(
+        *(st.floats(-10.0, 45.0), st.floats(-15.0, 45.0), st.floats(0.0, np.pi / 2)),
+        *(st.floats(0.3, 18.0), st.floats(0.3, 2.6)),
+        *(st.sampled_from([0.0, -9.0, 6.0]), st.sampled_from([0.0, 7.0, -5.0])),
+    ),
+    min_size=1,
+    max_size=6,
+)
+
+
+@given(BODIES)
+def test_nobody_is_overlooked_beside_others(
+    rows: list[tuple[float, float, float, float, float, float, float]],
+) -> None:
+    """Bodies of any size and angle, along a route with a bend; far away, one of 1 km.
+
+    Who is near enough to be looked at depends on the largest: with that one, everybody is.
+    """
+    table = np.array([*rows, (9e4, 9e4, 0.0, 1e3, 1.0, 0.0, 0.0)])
+    boxes = corners(table[:, :2], table[:, 2], table[:, 3:5])
+    ego = replace(EGO, route=np.array([[0.0, 0.0], [0.0, 18.0], [6.0, 24.0], [60.0, 24.0]]))
+    together = PREDICTION.first_conflicts(ego, Bodies(corners=boxes, velocity=table[:, 5:]))
+    for k in range(len(rows)):
+        one = Bodies(corners=boxes[k : k + 1], velocity=table[k : k + 1, 5:])
+        alone = PREDICTION.first_conflicts(ego, one)
+        assert (together.time[k], together.distance[k]) == (alone.time[0], alone.distance[0])
 
 
 @given(st.floats(-50, 150), st.floats(-20, 20))
