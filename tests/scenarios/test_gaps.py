@@ -57,9 +57,11 @@ def test_the_whole_lacks_nothing_and_says_what_is_not_connected(whole: Assembly)
     found = {f"{gap.component}.{gap.group}": gap for gap in gaps(whole.system)}
     assert list(found) == [
         "facilities.features",
+        "facilities.pose_error.*",
         "channel.probe.transmitter, probe.receiver",
         "channel.probe.carrier",
         "channel.probe.size",
+        "relay.pose_error.*",
         "policy.points",
         "policy.received.features",
         "policy.pose_error.*",
@@ -144,7 +146,7 @@ def test_graph_lists_what_nothing_drives(capsys: pytest.CaptureFixture[str]) -> 
         "meant": False,
         "fits": [],
     }
-    assert len(listed) == 7
+    assert len(listed) == 9
     assert main(["graph", str(_PATH)]) == 0
     lines = capsys.readouterr().out.splitlines()
     at = lines.index("inputs that nothing drives, and what it means:")

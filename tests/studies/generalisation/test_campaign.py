@@ -119,6 +119,9 @@ def test_both_experiments_are_the_same_scene_without_losses() -> None:
     said = {name: value for name, value in ours["set"].items() if name != "measures"}
     channel = said.pop("components.channel.parameters")
     said |= {f"components.channel.parameters.{name}": value for name, value in channel.items()}
+    boxes = said.pop("components.perception.parameters.boxes")  # as the scenario has them
+    scenario = read(STUDIES.parent / "scenarios" / Path(theirs["scenario"]).name).data
+    assert boxes == scenario["components"]["perception"]["parameters"]["boxes"]
     assert theirs["set"] == said
     levels = dict(theirs["factors"]["policy"])
     for compression in (16, 32):
