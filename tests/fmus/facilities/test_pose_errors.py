@@ -11,6 +11,7 @@ from orchestrator.absence import Need
 from orchestrator.signal import Signal
 from tests.fmus.boxes import put
 
+from .test_collective_perception import contents
 from .world import EGO, RELAY, SHARER, H, Run, delivered
 
 SHIFT, TURN = np.array([1.5, -0.5]), 0.3
@@ -80,6 +81,9 @@ def test_in_a_cpm_the_sender_and_what_it_sees_are_off_alike() -> None:
     given: dict[str, Signal] = {"objects": frame("OBJS", seen), **errors}
     packets = np.concatenate([run.step(**given) for _ in range(round(0.2e9) // H)])
     told = packets[(packets["source"] == SHARER) & (packets["kind"] != BSM)]
+    (message,) = contents(run, told)
+    np.testing.assert_allclose(message.position, np.array([50.0, 0.0]) + SHIFT, atol=0.011)
+    assert message.heading == pytest.approx(TURN, abs=np.radians(0.1) + 1e-9)
     run.step(receptions=delivered(told, EGO), **given)
     (found,) = unframe("OBJS", run.output("received.objects"), OBJECT)
     np.testing.assert_allclose(found["position"], seen["position"][0], atol=0.011)

@@ -185,3 +185,17 @@ def test_a_box_is_the_smallest_of_its_angle_around_all_points(
     seen = in_boxes(world[:, None], box["position"], box["angle"])[:, 0]
     np.testing.assert_allclose(seen.max(axis=0), box["size"] / 2, atol=1e-5)
     np.testing.assert_allclose(seen.min(axis=0), -box["size"] / 2, atol=1e-5)
+
+
+@pytest.mark.parametrize("angle", [0.1, 0.6, 1.4])
+def test_a_body_of_the_fewest_points_has_a_box_that_is_turned(
+    library: Library, angle: float
+) -> None:
+    """Five points in a line of 1.6 m: a box along them, and as good as no width."""
+    along = np.linspace(-0.8, 0.8, 5)[:, None] * [np.cos(angle), np.sin(angle)]
+    points = np.column_stack([along + np.array([12.0, -3.0]), np.full(5, 1.0)])
+    signal = cloud(Scan(vehicle=1, points=points, instances=7))
+    (box,) = detect(library, signal, segmentation=LABELS)
+    assert box["points"] == 5
+    assert box["angle"] == pytest.approx(angle, abs=0.001)
+    np.testing.assert_allclose(box["size"], [1.6, 0.0], atol=0.002)

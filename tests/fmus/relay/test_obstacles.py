@@ -3,9 +3,9 @@
 import numpy as np
 from hypothesis import given, strategies as st
 
-from fmus.messages.records import APM_LAYER_CELL, NO_VEHICLE
+from fmus.messages.records import APM_LAYER_CELL, NO_VEHICLE, OBJECT
 from fmus.relay.crossings import Hops, crossings
-from fmus.relay.obstacles import Obstacles, from_layer, merge
+from fmus.relay.obstacles import Obstacles, from_layer, from_objects, merge
 from tests.fmus.messages.apm.apms import apm_of
 from tests.fmus.relay.world import SHARER
 
@@ -84,3 +84,14 @@ def test_one_body_known_from_two_sources_counts_once() -> None:
     box = body(center=(5.0, 5.0), half=(2.0, 1.0))
     assert len(merge([(box, 1.0), (box, 1.0)]).owner) == 1
     assert len(from_layer(apm_of()).owner) == 0
+
+
+def test_an_object_stands_where_its_box_does() -> None:
+    """Middle, angle, and half of each side; nobody's by name."""
+    seen = np.zeros(1, OBJECT)
+    seen["position"], seen["angle"], seen["size"] = (12.0, -3.0), 0.4, (5.0, 1.8)
+    seen["height"], seen["velocity"] = 2.5, (3.0, -1.0)
+    found = from_objects(seen)
+    assert (found.owner.tolist(), found.heading.tolist()) == ([NO_VEHICLE], [0.4])
+    assert (found.center.tolist(), found.half.tolist()) == ([[12.0, -3.0]], [[2.5, 0.9]])
+    assert (found.height.tolist(), found.velocity.tolist()) == ([2.5], [[3.0, -1.0]])

@@ -303,3 +303,20 @@ def test_an_input_that_a_policy_does_not_read_is_nobodys_loss(policy: Any) -> No
         each = said[name]
         assert each is not None
         assert each.meaning == "no matter: this policy does not read it"
+
+
+def test_what_was_told_some_time_ago_has_gone_on_since() -> None:
+    """As if it had been told now from where it has come to be: 20 m on in 2 s at 10 m/s."""
+    policy = RuleBased.Parameters(confirmations=1)
+    told = {
+        "ago": seen(5, -36.0, 14.0, 10.0, -2_000_000_000),
+        "now": seen(5, -16.0, 14.0, 10.0),
+        "there": seen(5, -36.0, 14.0, 10.0),
+    }
+    ago, now, there = (
+        np.asarray(command(RuleBased(policy), received_objects=each)["command"])
+        for each in told.values()
+    )
+    np.testing.assert_allclose(ago, now, atol=1e-9)
+    assert now[1] > 0.1
+    assert there[1] == 0.0
