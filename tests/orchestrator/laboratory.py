@@ -119,19 +119,23 @@ class Program(Executing):
             arguments: of the program.
             is_time: from its process id.
         """
-        process = subprocess.Popen(
+        with subprocess.Popen(
             [sys.executable, "-m", "orchestrator", *arguments],
             env=self.environment,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
             start_new_session=True,
-        )
-        while not is_time(process.pid):
-            assert process.poll() is None
-            time.sleep(0.02)
-        os.killpg(process.pid, signal.SIGINT)
-        output, errors = process.communicate(timeout=60)
+        ) as process:
+            try:
+                while not is_time(process.pid):
+                    assert process.poll() is None
+                    time.sleep(0.02)
+                os.killpg(process.pid, signal.SIGINT)
+                output, errors = process.communicate(timeout=60)
+            except BaseException:
+                process.kill()
+                raise
         return Done(code=process.returncode, output=output, errors=errors)
 
 

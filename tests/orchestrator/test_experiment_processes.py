@@ -112,13 +112,14 @@ def test_ctrl_c_while_workers_start_is_heard_by_the_conductor_alone(
 ) -> None:
     """A worker process is so old [s] when it comes; neither age is enough to ignore it."""
 
+    def is_such_a_worker(process: psutil.Process) -> bool:
+        with contextlib.suppress(psutil.NoSuchProcess):  # others end as they are looked at
+            is_worker = "spawn_main" in " ".join(process.cmdline())
+            return is_worker and time.time() - process.create_time() > age
+        return False
+
     def has_begun(process: int) -> bool:
-        workers = [
-            each
-            for each in psutil.Process(process).children(recursive=True)
-            if "spawn_main" in " ".join(each.cmdline())
-        ]
-        return any(time.time() - each.create_time() > age for each in workers)
+        return any(map(is_such_a_worker, psutil.Process(process).children(recursive=True)))
 
     interrupted = program.interrupted(laboratory.arguments("out", "--workers", "2"), has_begun)
     found = laboratory.read(interrupted, code=4)
