@@ -9,6 +9,8 @@ enum { QUARTER_TURN = 1024, COARSE_STEP = QUARTER_TURN / 16 };
 /* Points by which the angle of a cluster is found: as many or more, if it has them. */
 enum { SAMPLE = 64 };
 #define FAR_FROM_FACES 0.25f /* [m]; points farther inside all count alike */
+#define SQUARE_METRE (1 << 24) /* unit of sums of squares, in counts */
+#define NEARLY (SQUARE_METRE / 1000) /* so much worse per point, (3 cm)^2, is nearly as good */
 
 /* ---- the sample ----------------------------------------------------------------------------- */
 
@@ -60,9 +62,11 @@ static int sample(Boxes *boxes, const Scan *scan, uint32_t minimum_points, Probl
 static float smaller(float a, float b) { return a < b ? a : b; }
 static float larger(float a, float b) { return a > b ? a : b; }
 
+/* The sample of one cluster, levelled frame [m]. */
 typedef struct {
-    float low[2], high[2];
-} Extent;
+    const float *place[2];
+    size_t count;
+} Points;
 
 static void along(const float *const place[2], size_t i, const float axis[2], float *u, float *v) {
     *u = axis[0] * place[0][i] + axis[1] * place[1][i];
@@ -71,28 +75,27 @@ static void along(const float *const place[2], size_t i, const float axis[2], fl
 
 /* How badly points fit the faces, towards the sensor, of a box of this angle: the sum of their
  * squared distances to the nearer one, bounded. It is a sum of integers, so that no order of the
- * points changes it.
+ * points changes it. `*extent` becomes the extent of the points.
  *
  * L-shape fitting by search over the angle, with the squared distances to the edges as criterion
  * (Zhang, Xu, Dong, Dolan, Efficient L-Shape Fitting for Vehicle Detection Using Laser Scanners,
  * IEEE IV 2017, section III); bounded, because a lidar sees roofs, too. */
-static uint64_t misfit(const float *const place[2], size_t count, uint32_t angle) {
-    double sine, cosine;
-    sine_cosine(PI / 2 / QUARTER_TURN * angle, &sine, &cosine);
-    const float axis[2] = {(float)cosine, (float)sine};
-    Extent extent = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+static uint64_t misfit(const Points *points, const double unit[2], Extent *extent) {
+    const float *const *place = points->place, axis[2] = {(float)unit[0], (float)unit[1]};
+    const size_t count = points->count;
+    *extent = (Extent){{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
     for (size_t i = 0; i < count; i++) {
         float u, v;
         along(place, i, axis, &u, &v);
-        extent.low[0] = smaller(extent.low[0], u);
-        extent.high[0] = larger(extent.high[0], u);
-        extent.low[1] = smaller(extent.low[1], v);
-        extent.high[1] = larger(extent.high[1], v);
+        extent->low[0] = smaller(extent->low[0], u);
+        extent->high[0] = larger(extent->high[0], u);
+        extent->low[1] = smaller(extent->low[1], v);
+        extent->high[1] = larger(extent->high[1], v);
     }
     float face[2], inwards[2];
     for (int k = 0; k < 2; k++) {
-        int is_low = fabsf(extent.low[k]) < fabsf(extent.high[k]);
-        face[k] = is_low ? extent.low[k] : extent.high[k];
+        int is_low = fabsf(extent->low[k]) < fabsf(extent->high[k]);
+        face[k] = is_low ? extent->low[k] : extent->high[k];
         inwards[k] = is_low ? 1.0f : -1.0f;
     }
     uint64_t sum = 0;
@@ -101,112 +104,138 @@ static uint64_t misfit(const float *const place[2], size_t count, uint32_t angle
         along(place, i, axis, &u, &v);
         float d = smaller(inwards[0] * (u - face[0]), inwards[1] * (v - face[1]));
         d = smaller(d, FAR_FROM_FACES);
-        sum += (uint32_t)(int32_t)(d * d * (float)(1 << 24)); /* below 2^20 */
+        sum += (uint32_t)(int32_t)(d * d * (float)SQUARE_METRE); /* below 2^20 */
     }
     return sum;
 }
 
-/* The angle that fits best, from sixteen over a quarter turn, then ever nearer ones. */
-static uint32_t angle_of(const float *const place[2], size_t count) {
-    uint32_t best = 0;
-    uint64_t least = UINT64_MAX;
-    if (count == 0) return best;
-    for (uint32_t angle = 0; angle < QUARTER_TURN; angle += COARSE_STEP) {
-        uint64_t found = misfit(place, count, angle);
-        if (found < least) least = found, best = angle;
-    }
+/* The better of two directions. */
+static void take_better(Orientation *best, const Points *points, uint32_t angle) {
+    Orientation found = {.angle = angle % QUARTER_TURN};
+    sine_cosine(PI / 2 / QUARTER_TURN * found.angle, &found.axis[1], &found.axis[0]);
+    found.misfit = misfit(points, found.axis, &found.extent);
+    if (found.misfit < best->misfit) *best = found;
+}
+
+/* The direction of the first side that fits best, from sixteen, then ever nearer ones. */
+static Orientation best_orientation(const Points *points) {
+    Orientation best = {.misfit = UINT64_MAX, .axis = {1.0, 0.0}};
+    if (points->count == 0) return best;
+    for (uint32_t angle = 0; angle < QUARTER_TURN; angle += COARSE_STEP)
+        take_better(&best, points, angle);
     for (uint32_t step = COARSE_STEP / 2; step > 0; step /= 2) {
-        uint32_t center = best;
-        for (uint32_t side = 0; side < 2; side++) {
-            uint32_t angle = (center + (side ? step : QUARTER_TURN - step)) % QUARTER_TURN;
-            uint64_t found = misfit(place, count, angle);
-            if (found < least) least = found, best = angle;
-        }
+        uint32_t center = best.angle;
+        take_better(&best, points, center + QUARTER_TURN - step);
+        take_better(&best, points, center + step);
     }
     return best;
 }
 
-/* ---- the boxes ------------------------------------------------------------------------------ */
-
-static Turned turned_by(uint32_t angle) {
-    Turned turned = {.angle = PI / 2 / QUARTER_TURN * angle,
-                     .low = {INFINITY, INFINITY}, .high = {-INFINITY, -INFINITY}};
-    sine_cosine(turned.angle, &turned.axis[1], &turned.axis[0]);
-    return turned;
+static float diagonal2(const Extent *extent) {
+    float u = extent->high[0] - extent->low[0], v = extent->high[1] - extent->low[1];
+    return u * u + v * v;
 }
 
-static void extend(Turned *turned, const float place[2]) {
-    const double x = place[0], y = place[1], *axis = turned->axis;
-    const double at[2] = {axis[0] * x + axis[1] * y, axis[0] * y - axis[1] * x};
-    for (int k = 0; k < 2; k++) {
-        turned->low[k] = at[k] < turned->low[k] ? at[k] : turned->low[k];
-        turned->high[k] = at[k] > turned->high[k] ? at[k] : turned->high[k];
-    }
+/* Whether a former direction is to be kept: it fits nearly as well as the best one, for a body does not
+ * turn because of the noise; or the body is small, for pieces, persons and riders have no clear one. */
+static int keeps_orientation(const Orientation *best, const Points *points, const double former[2]) {
+    const float small = 2.0f; /* diagonal [m] */
+    Extent extent;
+    return points->count == 0 || diagonal2(&best->extent) < small * small
+           || misfit(points, former, &extent) <= best->misfit + points->count * NEARLY;
 }
 
-/* The box in the world. Its first side is the one whose direction lies in the first quarter. */
-static Box in_world(const Turned *turned, const Pose *pose, double heading) {
-    const double *axis = turned->axis, sum = heading + turned->angle;
-    double quarters = floor(sum / (PI / 2)), rest = sum - PI / 2 * quarters;
-    if (rest >= PI / 2) quarters++, rest = 0.0; /* by rounding */
-    if (rest < 0.0) rest = 0.0;
-    const int is_swapped = fmod(quarters, 2.0) != 0.0;
-    double middle[2];
-    Box box = {.angle = rest};
-    for (int k = 0; k < 2; k++) {
-        middle[k] = 0.5 * (turned->low[k] + turned->high[k]);
-        box.size[k ^ is_swapped] = turned->high[k] - turned->low[k];
-    }
-    const double x = axis[0] * middle[0] - axis[1] * middle[1];
-    const double y = axis[1] * middle[0] + axis[0] * middle[1];
-    box.position[0] = pose->position[0] + pose->cosine * x - pose->sine * y;
-    box.position[1] = pose->position[1] + pose->sine * x + pose->cosine * y;
-    return box;
-}
-
-static Box around(const Cluster *cluster) {
-    const double *side = cluster->side;
-    return (Box){
-        .position = {0.5 * (side[X_MINIMUM] + side[X_MAXIMUM]),
-                     0.5 * (side[Y_MINIMUM] + side[Y_MAXIMUM])},
-        .size = {side[X_MAXIMUM] - side[X_MINIMUM], side[Y_MAXIMUM] - side[Y_MINIMUM]},
+static Points points_of(const Boxes *boxes, size_t cluster) {
+    const Sample *sample = &boxes->samples[cluster];
+    return (Points){
+        .place = {boxes->place[0] + sample->first, boxes->place[1] + sample->first},
+        .count = sample->count,
     };
 }
 
-static int fit(Boxes *boxes, const Sensor *sensor, const Scan *scan, uint32_t minimum_points,
-               Problem *problem) {
+int boxes_fit(Boxes *boxes, const Scan *scan, uint32_t minimum_points, Problem *problem) {
     size_t clusters = scan->cluster_count;
     if (reserve(&boxes->samples, &boxes->sample_capacity, clusters, sizeof(Sample), problem)
-        || reserve(&boxes->turned, &boxes->turned_capacity, clusters, sizeof(Turned), problem)
+        || reserve(&boxes->best, &boxes->best_capacity, clusters, sizeof(Orientation), problem)
         || sample(boxes, scan, minimum_points, problem))
         return 1;
     for (size_t k = 0; k < clusters; k++) {
-        const Sample *sample = &boxes->samples[k];
-        const float *const place[2] = {boxes->place[0] + sample->first,
-                                       boxes->place[1] + sample->first};
-        boxes->turned[k] = turned_by(angle_of(place, sample->count));
+        const Points points = points_of(boxes, k);
+        boxes->best[k] = best_orientation(&points);
     }
-    for (size_t i = 0; i < scan->spot_count; i++)
-        if (scan->spots[i].cluster != NO_CLUSTER)
-            extend(&boxes->turned[scan->spots[i].cluster], scan->spots[i].place);
-    for (size_t k = 0; k < clusters; k++)
-        boxes->boxes[k] = in_world(&boxes->turned[k], &scan->pose, sensor->heading);
     return 0;
 }
 
-int boxes_find(Boxes *boxes, BoxKind kind, const Sensor *sensor, const Scan *scan,
-               uint32_t minimum_points, Problem *problem) {
-    if (reserve(&boxes->boxes, &boxes->box_capacity, scan->cluster_count, sizeof(Box), problem))
+void boxes_middle(const Boxes *boxes, const Scan *scan, size_t cluster, double place[2]) {
+    const Orientation *best = &boxes->best[cluster];
+    const Extent *extent = &best->extent;
+    const double u = 0.5 * ((double)extent->low[0] + extent->high[0]);
+    const double v = 0.5 * ((double)extent->low[1] + extent->high[1]);
+    const double x = best->axis[0] * u - best->axis[1] * v;
+    const double y = best->axis[1] * u + best->axis[0] * v;
+    const Pose *pose = &scan->pose;
+    place[0] = pose->position[0] + pose->cosine * x - pose->sine * y;
+    place[1] = pose->position[1] + pose->sine * x + pose->cosine * y;
+}
+
+/* ---- the boxes ------------------------------------------------------------------------------ */
+
+/* A direction in the world as one in the first quarter of the levelled frame. */
+static void level(double axis[2], const double *world, const Pose *pose) {
+    axis[0] = pose->cosine * world[0] + pose->sine * world[1];
+    axis[1] = pose->cosine * world[1] - pose->sine * world[0];
+    while (!(axis[0] > 0.0 && axis[1] >= 0.0)) {
+        double turned = -axis[0]; /* by a quarter turn back */
+        axis[0] = axis[1];
+        axis[1] = turned;
+    }
+}
+
+int boxes_measure(Boxes *boxes, Scan *scan, const double *const *former_axes, Problem *problem) {
+    size_t clusters = scan->cluster_count;
+    if (reserve(&boxes->axes, &boxes->axis_capacity, clusters, sizeof *boxes->axes, problem)
+        || reserve(&boxes->former, &boxes->former_capacity, clusters, sizeof *boxes->former, problem))
         return 1;
-    if (kind == FITTED) return fit(boxes, sensor, scan, minimum_points, problem);
-    for (size_t k = 0; k < scan->cluster_count; k++)
-        boxes->boxes[k] = around(&scan->clusters[k]);
+    boxes->turned = 0;
+    for (size_t k = 0; k < clusters; k++) {
+        const Points points = points_of(boxes, k);
+        double *axis = boxes->axes[k], *former = boxes->former[k];
+        memcpy(axis, boxes->best[k].axis, sizeof *boxes->axes);
+        if (former_axes[k]) level(former, former_axes[k], &scan->pose);
+        else memcpy(former, axis, sizeof *boxes->axes);
+        if (keeps_orientation(&boxes->best[k], &points, former))
+            memcpy(axis, former, sizeof *boxes->axes);
+        else boxes->turned++;
+    }
+    scan_turn(scan, (const double(*)[2])boxes->former);
     return 0;
+}
+
+int boxes_turn(const Boxes *boxes, Scan *scan) {
+    if (boxes->turned) scan_turn(scan, (const double(*)[2])boxes->axes);
+    return boxes->turned > 0;
+}
+
+Box box_of(const Cluster *cluster) {
+    const double *side = cluster->side, *axis = cluster->axis;
+    const double sum = direction_angle(axis[1], axis[0]);
+    double quarters = floor(sum / (PI / 2)), rest = sum - PI / 2 * quarters;
+    if (rest >= PI / 2) quarters++, rest = 0.0; /* by rounding */
+    if (rest < 0.0) rest = 0.0;
+    const double u = 0.5 * (side[0] + side[1]), v = 0.5 * (side[2] + side[3]);
+    const double size[2] = {side[1] - side[0], side[3] - side[2]};
+    const int is_odd = (int)fmod(fabs(quarters), 2.0);
+    return (Box){
+        .position = {axis[0] * u - axis[1] * v, axis[1] * u + axis[0] * v},
+        .angle = rest,
+        .size = {size[is_odd], size[!is_odd]},
+    };
 }
 
 void boxes_free(Boxes *boxes) {
     for (int axis = 0; axis < 2; axis++) free(boxes->place[axis]);
     free(boxes->samples);
-    free(boxes->turned);
-    free(boxes->boxes);
+    free(boxes->best);
+    free(boxes->axes);
+    free(boxes->former);
 }

@@ -13,29 +13,49 @@ typedef struct {
     double size[2];     /* along that side, and across [m] */
 } Box;
 
-/* A box in the making, levelled frame of the sensor. */
-typedef struct {
-    double angle, axis[2];     /* of its first side [rad], as a unit vector */
-    double low[2], high[2];    /* along that side, and across [m] */
-} Turned;
-
-/* Points of a cluster by which its angle is found. */
+/* The points by which the angle of a cluster is found. */
 typedef struct {
     size_t first, count;
-    uint32_t mask; /* bits that are 0 in the hash of a point in the sample */
+    uint32_t mask; /* of the hash of points that are taken */
 } Sample;
 
+/* How far they reach, along an axis and across [m]. */
 typedef struct {
-    Box *boxes; /* of each cluster of the last scan; undefined if it has too few points */
-    /* kept for their memory */
+    float low[2], high[2];
+} Extent;
+
+/* A direction of the first side of a box, in the first quarter of the levelled frame. */
+typedef struct {
+    uint32_t angle;  /* counted */
+    double axis[2];  /* unit vector */
+    uint64_t misfit; /* of the sample */
+    Extent extent;
+} Orientation;
+
+/* The directions of the boxes of one scan; kept for their memory. */
+typedef struct {
     float *place[2]; /* of the points in the samples, levelled frame [m] */
-    Sample *samples;
-    Turned *turned;
-    size_t box_capacity, place_capacity[2], sample_capacity, turned_capacity;
+    Sample *samples; /* for each cluster, as all that follows */
+    Orientation *best;
+    double (*axes)[2];   /* of first sides, as in an Orientation */
+    double (*former)[2]; /* along which clusters are measured */
+    size_t turned;       /* clusters of which these are different */
+    size_t place_capacity[2], sample_capacity, best_capacity, axis_capacity, former_capacity;
 } Boxes;
 
-/* Find the smallest boxes around all points of the clusters that have `minimum_points` or more. */
-int boxes_find(Boxes *, BoxKind, const Sensor *, const Scan *, uint32_t minimum_points, Problem *);
+/* Find the directions that fit clusters of `minimum_points` or more best. */
+int boxes_fit(Boxes *, const Scan *, uint32_t minimum_points, Problem *);
+/* About where the middle of a cluster is, world frame [m]; after boxes_fit. */
+void boxes_middle(const Boxes *, const Scan *, size_t cluster, double place[2]);
+/* Let the sides of clusters be along axes that they had before, so that what moved is told from what
+ * merely looks turned; those of new ones along the directions that fit. `former_axes` are for each
+ * cluster a unit vector in the world, or NULL. After boxes_fit. */
+int boxes_measure(Boxes *, Scan *, const double *const *former_axes, Problem *);
+/* Let the sides of clusters be along the directions that fit, those of whom the former one fits nearly
+ * as well along that; returns whether any differ from before. After boxes_measure. */
+int boxes_turn(const Boxes *, Scan *);
+/* The smallest box around all points of a cluster along its axes. */
+Box box_of(const Cluster *);
 void boxes_free(Boxes *);
 
 #endif

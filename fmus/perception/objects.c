@@ -2,18 +2,20 @@
 
 #include <stdlib.h>
 
-static Object object_of(const Cluster *cluster, const Box *box, const Track *track,
-                        const Sensor *sensor) {
+static Object object_of(const Cluster *cluster, const Track *track, const Sensor *sensor) {
+    const Box box = box_of(cluster);
+    double velocity[2];
+    to_world(track->axis, track->velocity, velocity);
     return (Object){
         .sensor = sensor->vehicle,
         .time = sensor->time,
         .instance = track->number,
         .points = cluster->points,
-        .position = {box->position[0], box->position[1]},
-        .angle = box->angle,
-        .size = {box->size[0], box->size[1]},
+        .position = {box.position[0], box.position[1]},
+        .angle = box.angle,
+        .size = {box.size[0], box.size[1]},
         .height = cluster->height,
-        .velocity = {track->velocity[0], track->velocity[1]},
+        .velocity = {velocity[0], velocity[1]},
     };
 }
 
@@ -33,24 +35,47 @@ static uint32_t place_of(const Objects *objects, int64_t number) {
     return (uint32_t)low;
 }
 
+/* Measure clusters along the axes of the tracks that they may be of. */
+static int fit_boxes(Objects *objects, const Tracks *tracks, const ObjectSettings *settings,
+                     const Sensor *sensor, Scan *scan, Problem *problem) {
+    Boxes *boxes = &objects->boxes;
+    if (reserve(&objects->former_axes, &objects->former_capacity, scan->cluster_count,
+                sizeof(double *), problem)
+        || boxes_fit(boxes, scan, settings->minimum_points, problem))
+        return 1;
+    for (size_t i = 0; i < scan->cluster_count; i++) {
+        const Track *track;
+        if (settings->has_labels)
+            track = tracks_find(tracks, sensor->vehicle, scan->clusters[i].label);
+        else {
+            double place[2];
+            boxes_middle(boxes, scan, i, place);
+            track = tracks_near(tracks, sensor, place, settings->track.gate);
+        }
+        objects->former_axes[i] = track ? track->axis : NULL;
+    }
+    return boxes_measure(boxes, scan, objects->former_axes, problem);
+}
+
 int objects_detect(Objects *objects, Tracks *tracks, const ObjectSettings *settings,
-                   const Sensor *sensor, const Scan *scan, Problem *problem) {
+                   const Sensor *sensor, Scan *scan, Problem *problem) {
     size_t clusters = scan->cluster_count;
     objects->count = 0;
     if (reserve(&objects->objects, &objects->capacity, clusters, sizeof(Object), problem)
         || reserve(&objects->of_cluster, &objects->cluster_capacity, clusters, sizeof(uint32_t),
-                   problem)
-        || tracks_update(tracks, &settings->track, sensor, scan, settings->has_labels,
-                         settings->minimum_points, problem)
-        || boxes_find(&objects->boxes, settings->boxes, sensor, scan, settings->minimum_points,
-                      problem))
+                   problem))
         return 1;
+    const int is_fitted = settings->boxes == FITTED;
+    if ((is_fitted && fit_boxes(objects, tracks, settings, sensor, scan, problem))
+        || tracks_update(tracks, &settings->track, sensor, scan, settings->has_labels,
+                         settings->minimum_points, problem))
+        return 1;
+    if (is_fitted && boxes_turn(&objects->boxes, scan)) tracks_turn(tracks, sensor, scan);
     for (size_t i = 0; i < clusters; i++) {
         const Detection *detection = &tracks->detections[i];
         if (!detection->is_object) continue;
         const Track *track = tracks_find(tracks, sensor->vehicle, detection->number);
-        objects->objects[objects->count++] =
-            object_of(&scan->clusters[i], &objects->boxes.boxes[i], track, sensor);
+        objects->objects[objects->count++] = object_of(&scan->clusters[i], track, sensor);
     }
     if (objects->count > 1)
         qsort(objects->objects, objects->count, sizeof(Object), by_instance);
@@ -64,5 +89,6 @@ int objects_detect(Objects *objects, Tracks *tracks, const ObjectSettings *setti
 void objects_free(Objects *objects) {
     free(objects->objects);
     free(objects->of_cluster);
+    free(objects->former_axes);
     boxes_free(&objects->boxes);
 }

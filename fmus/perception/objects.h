@@ -16,13 +16,16 @@ typedef struct {
     size_t count, capacity;
     uint32_t *of_cluster; /* index into objects, or NO_OBJECT, for each cluster of the scan */
     size_t cluster_capacity;
-    Boxes boxes; /* kept for its memory */
+    /* kept for their memory */
+    Boxes boxes;
+    const double **former_axes; /* for each cluster of the scan, of the track that it may be of */
+    size_t former_capacity;
 } Objects;
 #define NO_OBJECT UINT32_MAX
 
-/* Replace the contents of `objects` by what the scan of `sensor` shows, and update the tracks. */
-int objects_detect(Objects *, Tracks *, const ObjectSettings *, const Sensor *, const Scan *,
-                   Problem *);
+/* Replace the contents of `objects` by what the scan of `sensor` shows, and update the tracks. The
+ * sides of its clusters become those of their boxes. */
+int objects_detect(Objects *, Tracks *, const ObjectSettings *, const Sensor *, Scan *, Problem *);
 void objects_free(Objects *);
 
 #endif

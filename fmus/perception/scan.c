@@ -79,31 +79,35 @@ static int read_points(Scan *scan, const ScanSettings *settings, const Cloud *cl
         if (patches_add(&scan->patches, &seen, &patch, problem)) return 1;
         if (is_inside) scan->hits[scan->hit_count++] = (Hit){cell, patch};
         if (settings->has_spots)
-            scan->spots[scan->spot_count++] = (Spot){{(float)x, (float)y}, patch};
+            scan->spots[scan->spot_count++] = (Spot){{(float)x, (float)y}, .part = patch};
     }
     return 0;
 }
 
 /* ---- boxes and directions ------------------------------------------------------------------- */
 
-/* Whether a patch reaches farther than a cluster; among equals the nearest patch is kept, so that
- * the order of patches has no influence. */
-static int is_beyond(const Cluster *cluster, const Patch *patch, int side) {
-    double beyond = side % 2 ? patch->side[side] - cluster->side[side]
-                             : cluster->side[side] - patch->side[side];
+/* Whether a patch that ends at `at` reaches farther than a cluster; among equals the nearest patch is
+ * kept, so that the order of patches has no influence. */
+static int is_beyond(const Cluster *cluster, const Patch *patch, int side, double at) {
+    double beyond = side % 2 ? at - cluster->side[side] : cluster->side[side] - at;
     if (beyond != 0.0) return beyond > 0.0;
     if (patch->range2 != cluster->range2[side]) return patch->range2 < cluster->range2[side];
     return patch->direction < cluster->direction[side];
 }
 
-static void extend(Cluster *cluster, const Patch *patch, uint32_t index) {
+/* Enlarge the box of a cluster by a patch with these sides. */
+static void reach(Cluster *cluster, const Patch *patch, uint32_t index, const double at[SIDES]) {
     for (int side = 0; side < SIDES; side++) {
-        if (!is_beyond(cluster, patch, side)) continue;
-        cluster->side[side] = patch->side[side];
+        if (!is_beyond(cluster, patch, side, at[side])) continue;
+        cluster->side[side] = at[side];
         cluster->range2[side] = patch->range2;
         cluster->direction[side] = patch->direction;
         cluster->patch[side] = index;
     }
+}
+
+static void extend(Cluster *cluster, const Patch *patch, uint32_t index) {
+    reach(cluster, patch, index, patch->side);
     if (patch->height > cluster->height) cluster->height = patch->height;
     cluster->points += patch->points;
 }
@@ -116,6 +120,7 @@ static int is_in_front(const Nearest *nearest, const Patch *patch, uint32_t clus
 
 /* Boxes of the clusters, and what stands in front in each direction. */
 static void measure(Scan *scan, const Patch *patches, const uint32_t *cluster_of, size_t count) {
+    scan->parts = patches;
     for (size_t i = 0; i < BEARINGS; i++)
         scan->nearest[i] = (Nearest){INFINITY, -INFINITY, NO_CLUSTER};
     for (size_t i = 0; i < count; i++) {
@@ -153,6 +158,7 @@ static int resize_slots(Scan *scan, size_t count, Problem *problem) {
 static Cluster empty_cluster(int32_t label) {
     return (Cluster){
         .label = label,
+        .axis = {1.0, 0.0},
         .side = {INFINITY, -INFINITY, INFINITY, -INFINITY},
         .height = -INFINITY,
     };
@@ -220,6 +226,13 @@ static int is_open(const Surroundings *around, uint32_t patch) {
     return least > sharp && !isinf(least);
 }
 
+static void find_open(Scan *scan) {
+    for (size_t i = 0; i < scan->cluster_count; i++)
+        for (int side = 0; side < SIDES; side++)
+            scan->clusters[i].is_open[side] =
+                is_open(scan->segments.search.around, scan->clusters[i].patch[side]);
+}
+
 static int cluster_by_geometry(Scan *scan, const ScanSettings *settings, Map *map,
                                Problem *problem) {
     Patches *patches = &scan->patches;
@@ -240,14 +253,14 @@ static int cluster_by_geometry(Scan *scan, const ScanSettings *settings, Map *ma
     for (size_t i = 0; i < patches->count; i++)
         scan->cluster_of[i] = scan->of_sorted[patches->place[i]];
     measure(scan, patches->sorted, scan->of_sorted, patches->sorted_count);
-    for (size_t i = 0; i < clusters; i++)
-        for (int side = 0; side < SIDES; side++)
-            scan->clusters[i].is_open[side] =
-                is_open(scan->segments.search.around, scan->clusters[i].patch[side]);
+    find_open(scan);
     return 0;
 }
 
 /* ---- all of it ------------------------------------------------------------------------------- */
+
+/* Whether clusters are made of sorted patches, by their geometry. */
+static int has_segments(const Scan *scan) { return scan->parts == scan->patches.sorted; }
 
 /* From patches to clusters; hits on what is in no cluster are left out. */
 static void name_clusters(Scan *scan) {
@@ -257,8 +270,11 @@ static void name_clusters(Scan *scan) {
         if (cluster != NO_CLUSTER) scan->hits[kept++] = (Hit){scan->hits[i].cell, cluster};
     }
     scan->hit_count = kept;
-    for (size_t i = 0; i < scan->spot_count; i++)
-        scan->spots[i].cluster = scan->cluster_of[scan->spots[i].cluster];
+    for (size_t i = 0; i < scan->spot_count; i++) {
+        Spot *spot = &scan->spots[i];
+        spot->cluster = scan->cluster_of[spot->part];
+        if (has_segments(scan)) spot->part = scan->patches.place[spot->part];
+    }
 }
 
 int scan_take(Scan *scan, const ScanSettings *settings, const Cloud *cloud, const Sensor *sensor,
@@ -274,6 +290,36 @@ int scan_take(Scan *scan, const ScanSettings *settings, const Cloud *cloud, cons
         return 1;
     name_clusters(scan);
     return 0;
+}
+
+/* The sides in the world of a cluster that has those of the levelled frame. */
+static void shift_sides(Cluster *cluster, const Pose *pose) {
+    const double *axis = cluster->axis;
+    const double origin[2] = {axis[0] * pose->position[0] + axis[1] * pose->position[1],
+                              axis[0] * pose->position[1] - axis[1] * pose->position[0]};
+    for (int side = 0; side < SIDES; side++) cluster->side[side] += origin[side / 2];
+}
+
+void scan_turn(Scan *scan, const double (*axes)[2]) {
+    const Pose *pose = &scan->pose;
+    for (size_t k = 0; k < scan->cluster_count; k++) {
+        Cluster *cluster = &scan->clusters[k];
+        cluster->axis[0] = pose->cosine * axes[k][0] - pose->sine * axes[k][1];
+        cluster->axis[1] = pose->sine * axes[k][0] + pose->cosine * axes[k][1];
+        for (int side = 0; side < SIDES; side++) cluster->side[side] = side % 2 ? -INFINITY : INFINITY;
+    }
+    for (size_t i = 0; i < scan->spot_count; i++) {
+        const Spot *spot = &scan->spots[i];
+        if (spot->cluster == NO_CLUSTER) continue;
+        const double *axis = axes[spot->cluster], x = spot->place[0], y = spot->place[1];
+        const double u = axis[0] * x + axis[1] * y, v = axis[0] * y - axis[1] * x;
+        Cluster *cluster = &scan->clusters[spot->cluster];
+        const double *side = cluster->side;
+        if (u > side[0] && u < side[1] && v > side[2] && v < side[3]) continue; /* as most are */
+        reach(cluster, &scan->parts[spot->part], spot->part, (double[SIDES]){u, u, v, v});
+    }
+    for (size_t k = 0; k < scan->cluster_count; k++) shift_sides(&scan->clusters[k], pose);
+    if (has_segments(scan)) find_open(scan);
 }
 
 /* ---- sight ---------------------------------------------------------------------------------- */

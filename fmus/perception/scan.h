@@ -34,7 +34,8 @@ typedef struct {
 typedef struct {
     int32_t label; /* of its points, if the scan is segmented by labels; else 0 */
     uint32_t points;
-    double side[SIDES];       /* of the box around them, world frame [m] */
+    double axis[2];           /* unit vector of the first side of the box around them, world frame */
+    double side[SIDES];       /* of the box along that axis and across, from the world's origin [m] */
     double range2[SIDES];     /* squared horizontal distance of the patch on each side [m^2] */
     uint32_t direction[SIDES]; /* of the patch */
     uint32_t patch[SIDES];
@@ -59,6 +60,7 @@ typedef struct {
 typedef struct {
     float place[2];   /* levelled frame [m] */
     uint32_t cluster; /* or NO_CLUSTER */
+    uint32_t part;
 } Spot;
 
 /* What lies in front of a side: an obstacle as high as the body, a lower one, or none. */
@@ -73,9 +75,11 @@ typedef struct {
     uint32_t *cluster_of; /* of each patch */
     uint8_t *is_static;   /* of each sorted patch: whether the map has a building there */
     uint32_t *of_sorted;  /* cluster of each sorted patch */
+    const Patch *parts;   /* the patches that clusters are made of: sorted, or as they were met */
     uint32_t *slots;      /* hash table of labels: index into clusters + 1, or 0 */
     size_t cell_capacity, cluster_count, cluster_capacity, hit_count, hit_capacity, spot_count,
-        spot_capacity,         cluster_of_capacity, is_static_capacity, of_sorted_capacity, slot_count, slot_capacity;
+        spot_capacity, cluster_of_capacity, is_static_capacity, of_sorted_capacity, slot_count,
+        slot_capacity;
     Patches patches;
     Segments segments;
     Nearest nearest[BEARINGS];
@@ -83,6 +87,8 @@ typedef struct {
 
 /* Replace the contents of `scan` by what `sensor` sees. */
 int scan_take(Scan *, const ScanSettings *, const Cloud *, const Sensor *, Map *, Problem *);
+/* Let the sides of clusters be along axes that are unit vectors in the levelled frame. */
+void scan_turn(Scan *, const double (*axes)[2]);
 /* How much of a cluster's body an obstacle in front may hide beyond one of its sides; where the
  * sampling ends before the body does, all of it. */
 Sight scan_sight(const Scan *, size_t cluster, int side);

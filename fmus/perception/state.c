@@ -23,7 +23,7 @@ size_t state_save(const Perception *state, uint8_t *bytes) {
     const Tracks *tracks = &state->tracks;
     const Match *match = &state->match;
     Bytes out = {.data = bytes};
-    StateHeader header = {{'P', 'R', 'C', 'P'}, 4, tracks->next, tracks->count,
+    StateHeader header = {{'P', 'R', 'C', 'P'}, 5, tracks->next, tracks->count,
                           match->chosen_count, match->received_count};
     put(&out, &header, sizeof header);
     put(&out, tracks->tracks, tracks->count * sizeof(Track));
@@ -54,10 +54,13 @@ static const uint8_t *take(Reader *reader, uint64_t count, size_t size) {
 
 static int is_sound(const Track *track, const Track *before) {
     int is_sound = track->time >= 0 && track->time <= TIME_LIMIT && isfinite(track->velocity[0])
-                   && isfinite(track->velocity[1]) && track->scans[0] && track->scans[1]
-                   && track->number >= 0 && track->number < INT64_MAX;
+                   && isfinite(track->velocity[1]) && isfinite(track->travel[0])
+                   && isfinite(track->travel[1]) && track->scans[0] && track->scans[1]
+                   && track->number >= 0 && track->number < INT64_MAX
+                   && fabs(hypot(track->axis[0], track->axis[1]) - 1.0) < 1e-9;
     for (int side = 0; side < SIDES; side++)
-        is_sound = is_sound && isfinite(track->side[side]) && track->sight[side] <= CLEAR;
+        is_sound = is_sound && isfinite(track->side[side]) && isfinite(track->strayed[side])
+                   && track->sight[side] <= CLEAR;
     if (before)
         is_sound = is_sound
                    && (before->sensor < track->sensor
@@ -122,7 +125,7 @@ static int read_state(Perception *state, Reader *reader, Problem *problem) {
     StateHeader header;
     const uint8_t *bytes = take(reader, 1, sizeof header);
     if (bytes) memcpy(&header, bytes, sizeof header);
-    if (!bytes || memcmp(header.magic, "PRCP", 4) != 0 || header.version != 4)
+    if (!bytes || memcmp(header.magic, "PRCP", 4) != 0 || header.version != 5)
         return fail(problem, "these bytes are no saved state of the perception unit");
     state->tracks.next = header.next_track;
     if (read_tracks(&state->tracks, reader, header.tracks, problem)

@@ -95,6 +95,20 @@ static double gate_of(const Update *update, const Track *track) {
     return travel > gate ? travel : gate;
 }
 
+const Track *tracks_near(const Tracks *tracks, const Sensor *sensor, const double place[2],
+                         double gate) {
+    const Track *found = NULL;
+    double nearest = INFINITY;
+    for (size_t i = lower_bound(tracks, sensor->vehicle, INT64_MIN);
+         i < tracks->count && tracks->tracks[i].sensor == sensor->vehicle; i++) {
+        double distance = motion_outside(&tracks->tracks[i], place, sensor->time);
+        if (!(distance <= gate && distance < nearest)) continue;
+        nearest = distance;
+        found = &tracks->tracks[i];
+    }
+    return found;
+}
+
 /* Every track and cluster that may be the same body. Tracks that the last scan missed and boxes of
  * another size come after others. */
 static int find_pairs(Update *update, Problem *problem) {
@@ -161,14 +175,18 @@ static int associate(Update *update, Problem *problem) {
 /* A track with a reliable velocity in whose box the middle of a cluster lies: the cluster is a part
  * of its body that has come apart. */
 static const Track *body_of(const Update *update, const Cluster *cluster) {
+    const double *side = cluster->side;
+    const double center[2] = {0.5 * (side[0] + side[1]), 0.5 * (side[2] + side[3])};
+    double place[2];
+    to_world(cluster->axis, center, place);
     for (size_t i = update->first; i < update->end; i++) {
         const Track *track = &update->tracks->tracks[i];
         int is_inside = track->time == update->time && track->scans[0] > 2 && track->scans[1] > 2;
-        for (int axis = 0; axis < 2; axis++) {
-            double middle = 0.5 * (cluster->side[2 * axis] + cluster->side[2 * axis + 1]);
-            is_inside = is_inside && middle >= track->side[2 * axis]
-                        && middle <= track->side[2 * axis + 1];
-        }
+        double middle[2];
+        to_axes(track->axis, place, middle);
+        for (int axis = 0; axis < 2; axis++)
+            is_inside = is_inside && middle[axis] >= track->side[2 * axis]
+                        && middle[axis] <= track->side[2 * axis + 1];
         if (is_inside) return track;
     }
     return NULL;
@@ -181,9 +199,11 @@ static int begin(Update *update, size_t cluster, int64_t number, Problem *proble
     Track fresh = motion_begin(seen, detection->sight, update->sensor, number, update->time);
     const Track *body = body_of(update, seen);
     fresh.cluster = (uint32_t)cluster;
-    for (int axis = 0; body && axis < 2; axis++) {
-        fresh.velocity[axis] = body->velocity[axis];
-        fresh.scans[axis] = 2;
+    if (body) {
+        double velocity[2];
+        to_world(body->axis, body->velocity, velocity);
+        to_axes(fresh.axis, velocity, fresh.velocity);
+        fresh.scans[0] = fresh.scans[1] = 2;
     }
     detection->number = number;
     return insert(tracks, &fresh, problem);
@@ -249,6 +269,16 @@ int tracks_update(Tracks *tracks, const TrackSettings *settings, const Sensor *s
     };
     if (has_labels) return associate_by_label(&update, problem);
     return associate(&update, problem) || begin_rest(&update, problem);
+}
+
+void tracks_turn(const Tracks *tracks, const Sensor *sensor, const Scan *scan) {
+    for (size_t k = 0; k < scan->cluster_count; k++) {
+        const Detection *detection = &tracks->detections[k];
+        if (!detection->is_object) continue;
+        Sight sight[SIDES];
+        for (int side = 0; side < SIDES; side++) sight[side] = scan_sight(scan, k, side);
+        motion_turn(find(tracks, sensor->vehicle, detection->number), &scan->clusters[k], sight);
+    }
 }
 
 void tracks_free(Tracks *tracks) {

@@ -30,8 +30,13 @@ typedef struct {
  * clusters are objects; their tracks are filled in. */
 int tracks_update(Tracks *, const TrackSettings *, const Sensor *, const Scan *, int has_labels,
                   uint32_t minimum_points, Problem *);
+/* Let the tracks of a sensor have the axes and sides of their clusters in its scan, which is the last. */
+void tracks_turn(const Tracks *, const Sensor *, const Scan *);
 /* The track with a number that tracks_update gave. */
 const Track *tracks_find(const Tracks *, int64_t sensor, int64_t number);
+/* The track of a sensor that is nearest to a place where it is expected at the time of the scan, up to
+ * `gate` [m] outside its box; NULL if there is none. */
+const Track *tracks_near(const Tracks *, const Sensor *, const double place[2], double gate);
 /* The time of the last scan that showed anything to `sensor`, or INT64_MIN. */
 int64_t tracks_newest(const Tracks *, int64_t sensor);
 /* Forget the tracks that were last seen longer than the timeout before `now`. */

@@ -16,7 +16,7 @@ from tests.fmus.scene import Scene, Vehicle
 
 from .harness import Perception
 from .scene import Scan, cloud
-from .test_perception_truth import KINDS
+from .test_perception_truth import KINDS, clouds, crossroads
 
 CLUSTERS, LABELS = 1, 2  # values of `segmentation`
 FITTED, ALONG_AXES = 1, 2  # values of `boxes`
@@ -136,6 +136,45 @@ def test_the_order_of_labelled_points_has_no_influence(lidar: Library, library: 
     again = frame("LPTS", np.array([sensor], SENSOR), shuffled.tobytes())
     before, after = (detect(library, each, segmentation=LABELS) for each in (points, again))
     assert before.tobytes() == after.tobytes()
+
+
+def tracked(library: Library, scans: list[bytes], turn: float, shift: Array) -> list[Array]:
+    """The objects in scans of a scene that is turned about the world's origin, and shifted."""
+    cos, sin = np.cos(turn), np.sin(turn)
+    found = []
+    with Perception(library) as unit:
+        for points in scans:
+            sensors = unframe("LPTS", points, SENSOR).copy()
+            place = sensors["position"][:, :2] @ np.array([[cos, sin], [-sin, cos]])
+            sensors["position"][:, :2] = place + shift
+            sensors["heading"] += turn
+            found.append(unit.step(frame("LPTS", sensors, points[16 + sensors.nbytes :])).objects)
+    return found
+
+
+@pytest.fixture(scope="module")
+def scans(lidar: Library) -> list[bytes]:
+    """A second and a half at the crossroads."""
+    return clouds(lidar, crossroads())[:15]
+
+
+@pytest.mark.parametrize("turn", [0.2, np.pi / 4, 1.4, np.pi / 2, -2.0, 3.5])
+def test_tracks_move_and_turn_with_the_scene(
+    library: Library, scans: list[bytes], turn: float
+) -> None:
+    """Numbers, velocities and boxes: what is tracked does not depend on the world's axes."""
+    cos, sin = np.cos(turn), np.sin(turn)
+    matrix, shift = np.array([[cos, sin], [-sin, cos]]), np.array([300.0, -80.0])
+    for before, after in zip(
+        tracked(library, scans, 0.0, np.zeros(2)), tracked(library, scans, turn, shift), strict=True
+    ):
+        assert after["instance"].tolist() == before["instance"].tolist()
+        assert after["points"].tolist() == before["points"].tolist()
+        np.testing.assert_allclose(after["velocity"], before["velocity"] @ matrix, atol=1e-6)
+        np.testing.assert_allclose(
+            after["position"], before["position"] @ matrix + shift, atol=1e-6
+        )
+        np.testing.assert_allclose(after["size"].prod(axis=1), before["size"].prod(axis=1))
 
 
 @pytest.mark.parametrize("segmentation", [CLUSTERS, LABELS])

@@ -1,6 +1,7 @@
 """Objects are where their points are, and move as their sides do."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from .scene import SENSOR_HEIGHT, Box, Scan, car, cloud, look
 
 EGO = 1
 CLUSTERS, LABELS = 1, 2  # values of `segmentation`
-ALONG_AXES = 2  # value of `boxes`
+FITTED, ALONG_AXES = 1, 2  # values of `boxes`
 PERIOD = 0.1  # of the scans [s]
 Scenery = Callable[[float], list[Box]]
 
@@ -322,3 +323,47 @@ def test_a_scan_older_than_the_last_is_refused(library: Library) -> None:
         unit.step(cloud(look(EGO, (0, 0), [car(5, 12, 6)], time=200)))
         with pytest.raises(Refused, match=r"scan of vehicle 1 at 100 ns is older than its last"):
             unit.step(cloud(look(EGO, (0, 0), [car(5, 12, 6)], time=100)))
+
+
+TRUCK = Box(instance=5, low=(-4.0, 12.0), high=(4.0, 14.4), height=2.6)
+PILLARS = [
+    Box(instance=8, low=(-6.0, 6.0), high=(-1.95, 6.2), height=2.6),
+    Box(instance=9, low=(1.95, 6.0), high=(6.0, 6.2), height=2.6),
+]
+"""What stands before both ends of the truck, and beyond them."""
+
+
+def moved(box: Box, x: float) -> Box:
+    """The box, so far along x."""
+    return replace(box, low=(box.low[0] + x, box.low[1]), high=(box.high[0] + x, box.high[1]))
+
+
+def velocities(library: Library, sceneries: list[list[Box]], boxes: int) -> list[float]:
+    """The velocity along x of the one object at the truck, scan by scan."""
+    found = []
+    with Perception(library, boxes=boxes) as unit:
+        for k, scenery in enumerate(sceneries):
+            objects = unit.step(cloud(look(EGO, (0.0, 0.0), scenery, time=k * 10**8))).objects
+            (one,) = where(objects, scenery[-1])
+            found.append(float(one["velocity"][0]))
+    return found
+
+
+@pytest.mark.parametrize("jump", [0.4, -0.4, 0.9])
+def test_what_stands_loses_a_velocity_that_nothing_confirms(library: Library, jump: float) -> None:
+    """Two scans gave it one, as of a part that comes into sight; then both ends are hidden."""
+    scans = [[moved(TRUCK, -jump)], [TRUCK], *[[*PILLARS, TRUCK]] * 15]
+    before, after = (velocities(library, scans, boxes) for boxes in (ALONG_AXES, FITTED))
+    assert before[1:] == [pytest.approx(jump / PERIOD, abs=0.5)] * 16  # it is believed for ever
+    assert after[1] == before[1]
+    assert after[-1] == 0.0
+    assert abs(jump) * after.index(0.0, 1) < 4.0  # [m] that it would have driven
+
+
+def test_what_moves_keeps_its_velocity_while_its_ends_are_hidden(library: Library) -> None:
+    """By what drives beside it."""
+    ways = np.arange(16) * 0.5
+    scans = [[moved(TRUCK, way)] for way in ways[:2]]
+    scans += [[*[moved(each, way / 2) for each in PILLARS], moved(TRUCK, way)] for way in ways[2:]]
+    found = velocities(library, scans, FITTED)
+    np.testing.assert_allclose(found[1:], [5.0] * 15, atol=0.5)
