@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -112,7 +113,7 @@ def test_ctrl_c_while_workers_start_is_heard_by_the_conductor_alone(
 ) -> None:
     """A worker process is so old [s] when it comes; neither age is enough to ignore it."""
 
-    def is_such_a_worker(process: psutil.Process) -> bool:
+    def is_such_a_worker(process: Any) -> bool:
         with contextlib.suppress(psutil.NoSuchProcess):  # others end as they are looked at
             is_worker = "spawn_main" in " ".join(process.cmdline())
             return is_worker and time.time() - process.create_time() > age
