@@ -23,8 +23,11 @@
       if (view.shows("zones")) this.drawZones(context, view, time);
     }
 
+    // Squares along the heading of whoever they are of.
     drawZones(context, view, time) {
       view.camera.apply(context);
+      const now = view.crowd.at(time), n = view.observer < 0 ? -1 : now.row[view.observer];
+      const heading = n < 0 ? 0 : now.heading[n];
       for (const each of this.zones) {
         if (!view.belongs(each, view.observer)) continue;
         const [first, end] = rows(each, time);
@@ -33,7 +36,8 @@
         context.lineWidth = 1.2 / view.camera.scale;
         for (let k = first; k < end; k += 1) {
           context.beginPath();
-          context.arc(each.center[2 * k], each.center[2 * k + 1], Math.max(0.5, each.range[k]), 0, 2 * Math.PI);
+          for (const corner of NLOSIM.square(each.center[2 * k], each.center[2 * k + 1], each.range[k], heading)) context.lineTo(...corner);
+          context.closePath();
           context.fill();
           context.stroke();
         }
@@ -107,6 +111,12 @@
       }
       context.setLineDash([]);
     }
+  };
+
+  // The corners of a square, of which `half` is half a side, along a heading.
+  NLOSIM.square = function square(x, y, half, heading) {
+    const [c, s] = [half * Math.cos(heading), half * Math.sin(heading)];
+    return [[x + c - s, y + s + c], [x - c - s, y - s + c], [x - c + s, y - s - c], [x + c + s, y + s - c]];
   };
 
   NLOSIM.readMatrices = function readMatrices(data, arrays) {

@@ -57,6 +57,7 @@
     const { radio, sensing } = view;
     const box = (colour, dash) => NLOSIM.svg("svg", { width: 16, height: 12, class: "swatch" },
       NLOSIM.svg("rect", { x: 2, y: 2, width: 12, height: 8, fill: "none", stroke: colour, "stroke-width": 1.6, "stroke-dasharray": dash }));
+    const square = (fill, stroke) => NLOSIM.svg("svg", { width: 16, height: 14, class: "swatch" }, NLOSIM.svg("rect", { x: 3, y: 2, width: 10, height: 10, fill, stroke }));
     const disc = (fill, stroke) => NLOSIM.svg("svg", { width: 16, height: 14, class: "swatch" }, NLOSIM.svg("circle", { cx: 8, cy: 7, r: 5, fill, stroke }));
     return [
       ["names", "names", null, true],
@@ -64,8 +65,8 @@
       radio && ["messages", "messages", null, true],
       radio && ["bsms", "BSMs", disc("none", colours.grey), false],
       view.objects.length && ["objects", "objects", box("#b0005a", ""), true],
-      sensing.zones.length && ["zones", "blind zones", disc("#5b3a6a38", "#5b3a6a"), false],
-      sensing.matrices.length && ["matrices", "matrix", disc("#0072B280", "none"), false],
+      sensing.zones.length && ["zones", "blind zones", square("#5b3a6a38", "#5b3a6a"), false],
+      sensing.matrices.length && ["matrices", "matrix", square("#0072B280", "none"), false],
       sensing.points.length && ["points", "lidar points", disc(colours.vermillion, "none"), false],
     ].filter(Boolean);
   }

@@ -346,3 +346,20 @@ def test_one_knows_by_messages_by_its_sensor_and_by_what_others_told(view: Engin
         " belongs: () => true }, 0, 10))"
     )
     assert found == [[5, {"message": 0.5, "told": 3}], [4, {"sees": 2, "told": 3}]]
+
+
+@given(
+    x=st.floats(-1e4, 1e4),
+    y=st.floats(-1e4, 1e4),
+    half=st.floats(0.5, 100.0),
+    heading=st.floats(-7.0, 7.0),
+)
+def test_a_blind_zone_is_a_square_along_the_heading(
+    view: Engine, x: float, y: float, half: float, heading: float
+) -> None:
+    """Along it and across, each corner is half a side from the middle."""
+    corners = view.value("NLOSIM.square(x, y, half, heading)", x=x, y=y, half=half, heading=heading)
+    offset = np.array(corners) - [x, y]
+    axes = [[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]]
+    expected = half * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+    np.testing.assert_allclose(offset @ axes, expected, atol=1e-9 * (1e4 + half))
