@@ -191,29 +191,21 @@ static void level(double axis[2], const double *world, const Pose *pose) {
     }
 }
 
-int boxes_measure(Boxes *boxes, Scan *scan, const double *const *former_axes, Problem *problem) {
-    size_t clusters = scan->cluster_count;
-    if (reserve(&boxes->axes, &boxes->axis_capacity, clusters, sizeof *boxes->axes, problem)
-        || reserve(&boxes->former, &boxes->former_capacity, clusters, sizeof *boxes->former, problem))
+int boxes_turn(Boxes *boxes, Scan *scan, const double *const *former_axes, Problem *problem) {
+    if (reserve(&boxes->axes, &boxes->axis_capacity, scan->cluster_count, sizeof *boxes->axes,
+                problem))
         return 1;
-    boxes->turned = 0;
-    for (size_t k = 0; k < clusters; k++) {
+    for (size_t k = 0; k < scan->cluster_count; k++) {
         const Points points = points_of(boxes, k);
-        double *axis = boxes->axes[k], *former = boxes->former[k];
-        memcpy(axis, boxes->best[k].axis, sizeof *boxes->axes);
-        if (former_axes[k]) level(former, former_axes[k], &scan->pose);
-        else memcpy(former, axis, sizeof *boxes->axes);
-        if (keeps_orientation(&boxes->best[k], &points, former))
-            memcpy(axis, former, sizeof *boxes->axes);
-        else boxes->turned++;
+        const Orientation *best = &boxes->best[k];
+        double former[2];
+        memcpy(boxes->axes[k], best->axis, sizeof *boxes->axes);
+        if (!former_axes[k]) continue;
+        level(former, former_axes[k], &scan->pose);
+        if (keeps_orientation(best, &points, former)) memcpy(boxes->axes[k], former, sizeof former);
     }
-    scan_turn(scan, (const double(*)[2])boxes->former);
+    scan_turn(scan, (const double(*)[2])boxes->axes);
     return 0;
-}
-
-int boxes_turn(const Boxes *boxes, Scan *scan) {
-    if (boxes->turned) scan_turn(scan, (const double(*)[2])boxes->axes);
-    return boxes->turned > 0;
 }
 
 Box box_of(const Cluster *cluster) {
@@ -237,5 +229,4 @@ void boxes_free(Boxes *boxes) {
     free(boxes->samples);
     free(boxes->best);
     free(boxes->axes);
-    free(boxes->former);
 }

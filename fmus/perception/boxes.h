@@ -37,23 +37,18 @@ typedef struct {
     float *place[2]; /* of the points in the samples, levelled frame [m] */
     Sample *samples; /* for each cluster, as all that follows */
     Orientation *best;
-    double (*axes)[2];   /* of first sides, as in an Orientation */
-    double (*former)[2]; /* along which clusters are measured */
-    size_t turned;       /* clusters of which these are different */
-    size_t place_capacity[2], sample_capacity, best_capacity, axis_capacity, former_capacity;
+    double (*axes)[2]; /* of first sides, as in an Orientation */
+    size_t place_capacity[2], sample_capacity, best_capacity, axis_capacity;
 } Boxes;
 
 /* Find the directions that fit clusters of `minimum_points` or more best. */
 int boxes_fit(Boxes *, const Scan *, uint32_t minimum_points, Problem *);
 /* About where the middle of a cluster is, world frame [m]; after boxes_fit. */
 void boxes_middle(const Boxes *, const Scan *, size_t cluster, double place[2]);
-/* Let the sides of clusters be along axes that they had before, so that what moved is told from what
- * merely looks turned; those of new ones along the directions that fit. `former_axes` are for each
- * cluster a unit vector in the world, or NULL. After boxes_fit. */
-int boxes_measure(Boxes *, Scan *, const double *const *former_axes, Problem *);
-/* Let the sides of clusters be along the directions that fit, those of whom the former one fits nearly
- * as well along that; returns whether any differ from before. After boxes_measure. */
-int boxes_turn(const Boxes *, Scan *);
+/* Let the sides of clusters be along the directions that fit, after boxes_fit. `former_axes` are for each
+ * cluster a direction that a side of it had before, as a unit vector in the world, or NULL; it is kept as
+ * long as it fits nearly as well. */
+int boxes_turn(Boxes *, Scan *, const double *const *former_axes, Problem *);
 /* The smallest box around all points of a cluster along its axes. */
 Box box_of(const Cluster *);
 void boxes_free(Boxes *);

@@ -193,22 +193,26 @@ double motion_outside(const Track *track, const double place[2], int64_t time) {
     return distance;
 }
 
+/* Whether axes are other ones than before, not the same ones a little turned. */
+static int is_turned(const double former[2], const double axis[2]) {
+    const double sharp = 0.05; /* sine, 3 degrees: more than vehicles turn from scan to scan */
+    double dot = fabs(former[0] * axis[0] + former[1] * axis[1]);
+    double cross = fabs(former[0] * axis[1] - former[1] * axis[0]);
+    return dot > sharp && cross > sharp;
+}
+
 void motion_follow(Track *track, const TrackSettings *settings, const Cluster *seen,
                    const Sight sight[SIDES], const double position[2], int64_t time) {
     double dt = seconds(time - track->time), sensor[2];
+    const int has_turned = is_turned(track->axis, seen->axis);
     *track = turned(track, seen->axis);
     to_axes(seen->axis, position, sensor);
-    for (int axis = 0; axis < 2; axis++)
-        filter_axis(track, settings, axis, dt, &seen->side[2 * axis], &sight[2 * axis],
-                    sensor[axis]);
-    track->time = time;
-}
-
-void motion_turn(Track *track, const Cluster *seen, const Sight sight[SIDES]) {
-    if (!memcmp(track->axis, seen->axis, sizeof track->axis)) return;
-    *track = turned(track, seen->axis);
-    for (int side = 0; side < SIDES; side++) {
+    for (int side = 0; has_turned && side < SIDES; side++) {
         track->side[side] = seen->side[side];
         track->sight[side] = (uint32_t)sight[side];
     }
+    for (int axis = 0; !has_turned && axis < 2; axis++)
+        filter_axis(track, settings, axis, dt, &seen->side[2 * axis], &sight[2 * axis],
+                    sensor[axis]);
+    track->time = time;
 }

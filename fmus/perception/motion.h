@@ -42,8 +42,5 @@ double motion_outside(const Track *, const double place[2], int64_t time);
 /* Bring a track to the scan at `time` of a sensor at `position`. */
 void motion_follow(Track *, const TrackSettings *, const Cluster *, const Sight sight[SIDES],
                    const double position[2], int64_t time);
-/* Give a track, which has that scan, the axes and sides of its cluster, if these axes are others: what
- * is known of its motion stays. */
-void motion_turn(Track *, const Cluster *, const Sight sight[SIDES]);
 
 #endif

@@ -35,7 +35,7 @@ static uint32_t place_of(const Objects *objects, int64_t number) {
     return (uint32_t)low;
 }
 
-/* Measure clusters along the axes of the tracks that they may be of. */
+/* Let clusters have the boxes that fit; their directions are known from the tracks as long as they do. */
 static int fit_boxes(Objects *objects, const Tracks *tracks, const ObjectSettings *settings,
                      const Sensor *sensor, Scan *scan, Problem *problem) {
     Boxes *boxes = &objects->boxes;
@@ -54,7 +54,7 @@ static int fit_boxes(Objects *objects, const Tracks *tracks, const ObjectSetting
         }
         objects->former_axes[i] = track ? track->axis : NULL;
     }
-    return boxes_measure(boxes, scan, objects->former_axes, problem);
+    return boxes_turn(boxes, scan, objects->former_axes, problem);
 }
 
 int objects_detect(Objects *objects, Tracks *tracks, const ObjectSettings *settings,
@@ -65,12 +65,10 @@ int objects_detect(Objects *objects, Tracks *tracks, const ObjectSettings *setti
         || reserve(&objects->of_cluster, &objects->cluster_capacity, clusters, sizeof(uint32_t),
                    problem))
         return 1;
-    const int is_fitted = settings->boxes == FITTED;
-    if ((is_fitted && fit_boxes(objects, tracks, settings, sensor, scan, problem))
+    if ((settings->boxes == FITTED && fit_boxes(objects, tracks, settings, sensor, scan, problem))
         || tracks_update(tracks, &settings->track, sensor, scan, settings->has_labels,
                          settings->minimum_points, problem))
         return 1;
-    if (is_fitted && boxes_turn(&objects->boxes, scan)) tracks_turn(tracks, sensor, scan);
     for (size_t i = 0; i < clusters; i++) {
         const Detection *detection = &tracks->detections[i];
         if (!detection->is_object) continue;

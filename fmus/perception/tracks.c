@@ -271,16 +271,6 @@ int tracks_update(Tracks *tracks, const TrackSettings *settings, const Sensor *s
     return associate(&update, problem) || begin_rest(&update, problem);
 }
 
-void tracks_turn(const Tracks *tracks, const Sensor *sensor, const Scan *scan) {
-    for (size_t k = 0; k < scan->cluster_count; k++) {
-        const Detection *detection = &tracks->detections[k];
-        if (!detection->is_object) continue;
-        Sight sight[SIDES];
-        for (int side = 0; side < SIDES; side++) sight[side] = scan_sight(scan, k, side);
-        motion_turn(find(tracks, sensor->vehicle, detection->number), &scan->clusters[k], sight);
-    }
-}
-
 void tracks_free(Tracks *tracks) {
     free(tracks->tracks);
     free(tracks->detections);

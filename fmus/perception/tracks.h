@@ -30,8 +30,6 @@ typedef struct {
  * clusters are objects; their tracks are filled in. */
 int tracks_update(Tracks *, const TrackSettings *, const Sensor *, const Scan *, int has_labels,
                   uint32_t minimum_points, Problem *);
-/* Let the tracks of a sensor have the axes and sides of their clusters in its scan, which is the last. */
-void tracks_turn(const Tracks *, const Sensor *, const Scan *);
 /* The track with a number that tracks_update gave. */
 const Track *tracks_find(const Tracks *, int64_t sensor, int64_t number);
 /* The track of a sensor that is nearest to a place where it is expected at the time of the scan, up to

@@ -199,6 +199,35 @@ def test_the_box_of_a_body_that_turns_turns_with_it(
     assert np.degrees(max(errors)) < 2.0
 
 
+@pytest.mark.parametrize("rate", [0.35, -0.35])
+@pytest.mark.parametrize("body", [CAR, VAN])
+def test_a_vehicle_that_turns_moves_as_it_drives(
+    lidar: Library, library: Library, body: Body, rate: float
+) -> None:
+    """On a circle of 8 m by 20 degrees a second, but for the lag of the filter."""
+    center, radius, errors = np.array([18.0, 6.0]), 8.0, []
+    with Perception(library) as unit:
+        for k in range(40):
+            angle = 2.0 + rate * 0.1 * k
+            outwards = np.array([np.cos(angle), np.sin(angle)])
+            velocity = radius * rate * np.array([-outwards[1], outwards[0]])
+            vehicle = Vehicle(
+                id=9,
+                position=(*(center + radius * outwards), 0.0),
+                heading=float(np.arctan2(velocity[1], velocity[0])),
+                size=KINDS[body],
+                body=body,
+            )
+            points = scanned(lidar, Scene(vehicles=[EYE, vehicle]))
+            sensors = unframe("LPTS", points, SENSOR).copy()
+            sensors["time"] = k * 10**8
+            (one,) = unit.step(frame("LPTS", sensors, points[16 + sensors.nbytes :])).objects
+            errors.append(np.linalg.norm(one["velocity"] - velocity))
+    lag = 0.25 * radius * rate**2  # of the filter [m/s], docs/physics-perception.md
+    assert np.median(errors[8:]) == pytest.approx(lag, abs=0.1)
+    assert np.percentile(errors[8:], 95) < 2.5 * lag
+
+
 @pytest.mark.parametrize("count", [40, 4000])
 @pytest.mark.parametrize("heading", [-2.0, 0.0, 0.7, 3.0])
 def test_a_box_is_the_smallest_of_its_angle_around_all_points(
