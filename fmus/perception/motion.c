@@ -98,10 +98,6 @@ static int is_jump(double miss, uint32_t scans, double dt) {
     return scans >= ENOUGH && fabs(miss) > sampling + acceleration * dt * dt / gains_of(scans).h;
 }
 
-static void be_sure(Track *track, int axis) {
-    track->strayed[2 * axis] = track->strayed[2 * axis + 1] = track->travel[axis] = 0.0;
-}
-
 /* What is not where its track expects it makes the track unsure, scan by scan; what stays where it is
  * meanwhile comes to stand. Not at once, for its sides may be the borders of shadows. */
 static void doubt(Track *track, int axis, double travel, const double miss[2]) {
@@ -113,10 +109,8 @@ static void doubt(Track *track, int axis, double travel, const double miss[2]) {
     if (!(fabs(least) > sampling)) return;
     if (track->scans[axis] > 1)
         track->scans[axis]--;
-    else if (fabs(track->travel[axis] + least) < fabs(least)) {
+    else if (fabs(track->travel[axis] + least) < fabs(least))
         track->velocity[axis] = 0.0;
-        be_sure(track, axis);
-    }
 }
 
 static void filter_axis(Track *track, const TrackSettings *settings, int axis, double dt,
@@ -132,7 +126,8 @@ static void filter_axis(Track *track, const TrackSettings *settings, int axis, d
     }
     double result = 0.0;
     int is_measured = innovation(miss, in_both, measured, sensor, &result);
-    if (is_measured) be_sure(track, axis);
+    if (is_measured)
+        track->strayed[2 * axis] = track->strayed[2 * axis + 1] = track->travel[axis] = 0.0;
     else if (settings->has_doubts) doubt(track, axis, track->velocity[axis] * dt, miss);
     if (is_measured && is_jump(result, track->scans[axis], dt)) {
         track->scans[axis]--; /* several in a row are believed */

@@ -379,3 +379,65 @@ def test_what_moves_keeps_its_velocity_while_its_ends_are_hidden(
     scans += [[*[moved(each, way / 2) for each in PILLARS], moved(TRUCK, way)] for way in ways[2:]]
     found = velocities(library, scans, FITTED, spin)
     np.testing.assert_allclose(found[1:], [5.0] * 15, atol=0.5)
+
+
+def hides(ways: Array, first: int) -> list[list[Box]]:
+    """The truck at so many places along x; its ends are hidden from that scan on."""
+    shades = [[moved(each, way / 2) for each in PILLARS] for way in ways]
+    return [
+        [*(shades[k] if k >= first else []), moved(TRUCK, float(way))] for k, way in enumerate(ways)
+    ]
+
+
+@pytest.mark.parametrize(("before", "after"), [(4.0, 8.0), (8.0, 5.0), (-4.0, -8.0), (-8.0, -5.0)])
+def test_what_moves_does_not_come_to_stand_because_it_moves_otherwise(
+    library: Library, before: float, after: float
+) -> None:
+    """Two scans gave it a velocity; then it drives faster or slower, and nobody sees its ends."""
+    ways = np.cumsum([0.0, *[before * PERIOD], *[after * PERIOD] * 8])
+    found = velocities(library, hides(ways, 2), FITTED, 0.0)
+    np.testing.assert_allclose(found[1:], [before] * 9, atol=0.5)
+
+
+def test_a_sensor_that_turns_sees_the_same_velocities(library: Library) -> None:
+    """Of what drives for five scans, and is hidden when it stops; it takes scans to doubt that."""
+    ways = np.minimum(np.arange(20), 4) * 0.5
+    still, turning = (velocities(library, hides(ways, 5), FITTED, spin) for spin in (0.0, 1.0))
+    np.testing.assert_allclose(turning, still, atol=0.05)
+    assert abs(still[4] - 5.0) < 0.2
+    assert np.flatnonzero(np.abs(still) < 1e-9)[1] == 10
+
+
+def wall(start: tuple[float, float], end: tuple[float, float]) -> Array:
+    """Points of an upright surface from one place to the other, shape (point, 3)."""
+    part = np.linspace(0.0, 1.0, 40)[:, None]
+    line = np.array(start) + part * (np.array(end) - start)
+    return np.concatenate([np.column_stack([line, np.full(40, z)]) for z in (0.3, 0.6, 1.0)])
+
+
+def test_a_box_whose_angle_was_wrong_did_not_move(library: Library) -> None:
+    """A part of a car that stands looks askew; then both its faces are seen."""
+    askew = wall((10.0, -0.9), (11.2, 0.3))
+    faces = np.concatenate([wall((10.0, -0.9), (10.0, 0.9)), wall((10.0, 0.9), (14.4, 0.9))])
+    found = []
+    with Perception(library) as unit:
+        for k, points in enumerate([askew, faces, faces, faces]):
+            (one,) = unit.step(cloud(Scan(vehicle=EGO, points=points, time=k * 10**8))).objects
+            found.append((int(one["instance"]), np.degrees(one["angle"]), *one["velocity"]))
+    assert found[0][1] == pytest.approx(45.0, abs=0.2)
+    for number, angle, *velocity in found[1:]:
+        assert number == found[0][0]
+        assert angle == pytest.approx(0.0, abs=0.2)
+        np.testing.assert_allclose(velocity, [0.0, 0.0], atol=1e-9)
+
+
+def test_what_does_not_turn_has_one_angle_in_spite_of_the_noise(library: Library) -> None:
+    rng, angles = np.random.default_rng(2), []
+    with Perception(library) as unit:
+        for k in range(30):
+            scan = look(EGO, (0.0, 0.0), [car(5, 12.0, 6.0)], time=k * 10**8)
+            scan.points[:] += 0.02 * rng.standard_normal(scan.points.shape)
+            (one,) = unit.step(cloud(scan)).objects
+            angles.append((float(one["angle"]) + 0.1) % (np.pi / 2) - 0.1)
+    assert len(set(np.round(angles, 9))) <= 2
+    assert abs(angles[-1]) < np.radians(1.5)
