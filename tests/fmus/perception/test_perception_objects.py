@@ -441,3 +441,73 @@ def test_what_does_not_turn_has_one_angle_in_spite_of_the_noise(library: Library
             angles.append((float(one["angle"]) + 0.1) % (np.pi / 2) - 0.1)
     assert len(set(np.round(angles, 9))) <= 2
     assert abs(angles[-1]) < np.radians(1.5)
+
+
+def box(center: tuple[float, float], angle: float, size: tuple[float, float]) -> Array:
+    """Points of an upright box whose first side is at that angle, shape (point, 3)."""
+    axes = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    corners = 0.5 * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * size @ axes + center
+    return np.concatenate([wall(corners[k - 1], corners[k]) for k in range(4)])
+
+
+def angles(library: Library, scans: list[list[Array]], segmentation: int) -> list[list[float]]:
+    """Those of the objects in every scan, by how far east they are [degrees]."""
+    found = []
+    with Perception(library, segmentation=segmentation) as unit:
+        for k, bodies in enumerate(scans):
+            labels = np.repeat(2 + np.arange(len(bodies)), [len(body) for body in bodies])
+            scan = Scan(
+                vehicle=EGO, points=np.concatenate(bodies), instances=labels, time=k * 10**8
+            )
+            objects = unit.step(cloud(scan)).objects
+            assert len(objects) == len(bodies)
+            order = np.argsort(objects["position"][:, 0])
+            found.append(np.degrees(objects["angle"][order]).round(6).tolist())
+    return found
+
+
+SMALL = (0.9, 0.6)
+"""Sides of a body that has no clear direction [m]."""
+
+
+@pytest.mark.parametrize("segmentation", [CLUSTERS, LABELS])
+def test_a_small_body_keeps_the_angle_that_it_had_first(
+    library: Library, segmentation: int
+) -> None:
+    """Each its own, also of two that stand side by side; a large one takes what fits."""
+    first = [box((8.0, 3.0), 0.4, SMALL), box((10.5, 3.0), 1.0, SMALL)]
+    then = [box((8.0, 3.0), 0.9, SMALL), box((10.5, 3.0), 0.2, SMALL)]
+    large = [box((14.0, -6.0), angle, (4.5, 1.8)) for angle in (0.3, 0.9)]
+    scans = [[*first, large[0]], [*then, large[1]], [*then[::1], large[1]]]
+    before, *after = angles(library, scans, segmentation)
+    assert before == pytest.approx(np.degrees([0.4, 1.0, 0.3]), abs=2.0)
+    for each in after:
+        assert each[:2] == before[:2]
+        assert each[2] == pytest.approx(np.degrees(0.9), abs=0.2)
+
+
+def test_a_body_beyond_the_gate_has_an_angle_of_its_own(library: Library) -> None:
+    first, far = box((8.0, 3.0), 0.4, SMALL), box((13.0, 3.0), 1.0, SMALL)
+    _, (near, found) = angles(library, [[first], [first, far]], CLUSTERS)
+    assert near == pytest.approx(np.degrees(0.4), abs=2.0)
+    assert found == pytest.approx(np.degrees(1.0), abs=2.0)
+
+
+@pytest.mark.parametrize("heading", [0.3, -0.7, 2.1])
+def test_what_comes_apart_from_a_body_has_its_velocity(library: Library, heading: float) -> None:
+    """A part inside the box of a truck that drives in any direction, itself of another angle."""
+    ahead = np.array([np.cos(heading), np.sin(heading)])
+    velocity = 9.0 * ahead
+    with Perception(library, segmentation=LABELS) as unit:
+        for k in range(6):
+            middle = 15.0 * np.array([-ahead[1], ahead[0]]) + velocity * PERIOD * k
+            truck = box(tuple(middle), heading, (10.0, 3.0))
+            part = box(tuple(middle + 3.0 * ahead), heading + 0.5, (1.0, 0.5))
+            scan = Scan(
+                vehicle=EGO,
+                points=np.concatenate([truck, part] if k == 5 else [truck]),
+                instances=np.repeat([2, 3], [len(truck), len(part) if k == 5 else 0]),
+                time=k * 10**8,
+            )
+            found = unit.step(cloud(scan)).objects
+    np.testing.assert_allclose(found["velocity"], [velocity, velocity], atol=0.2)

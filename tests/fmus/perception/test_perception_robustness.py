@@ -2,6 +2,7 @@
 
 import contextlib
 import re
+import struct
 
 import numpy as np
 import pytest
@@ -93,18 +94,43 @@ def fnv(data: bytes) -> int:
     return value
 
 
-def test_damaged_states_are_refused_or_harmless(library: Library) -> None:
+HEADER = 40
+"""What a state begins with [byte]."""
+TRACK = 168
+"""A track in a state [byte]: sensor, number, time, then 14 numbers, then counts."""
+
+
+def sealed(state: bytes, place: int, piece: bytes) -> bytes:
+    """The state with other bytes from `place` on, and the checksum that fits."""
     envelope = 24  # magic, checksum, size
+    body = bytearray(state[envelope:])
+    body[place - envelope : place - envelope + len(piece)] = piece
+    return state[:8] + fnv(bytes(body)).to_bytes(8, "little") + state[16:envelope] + bytes(body)
+
+
+@pytest.mark.parametrize("number", range(14))
+def test_a_state_whose_tracks_are_no_numbers_is_refused(library: Library, number: int) -> None:
+    """Axis, sides, velocity, travel, strayed sides; an axis of another length is none."""
+    with Perception(library) as unit:
+        advance(unit, range(3))
+        good = unit.save()
+        place = good.index(b"PRCP") + HEADER + 24 + 8 * number
+        for value in (np.nan, np.inf, *([2.0] if number < 2 else [])):
+            with Perception(library) as other:
+                other.begin()
+                other.restore(good)
+                with pytest.raises(Refused):
+                    other.restore(sealed(good, place, struct.pack("<d", value)))
+
+
+def test_damaged_states_are_refused_or_harmless(library: Library) -> None:
     with Perception(library, layer=False, rows=2, columns=2) as unit:
         advance(unit, range(3))
         good = unit.save()
         start = good.index(b"PRCP")
-        header, track = range(start, start + 32), range(start + 32, start + 152)
-        for place in [*header, *track, *range(start + 152, len(good), 23)]:
-            body = bytearray(good[envelope:])
-            body[place - envelope] ^= 0x81
-            seal = fnv(bytes(body)).to_bytes(8, "little")
-            damaged = good[:8] + seal + good[16:envelope] + bytes(body)
+        end = start + HEADER + TRACK
+        for place in [*range(start, end), *range(end, len(good), 23)]:
+            damaged = sealed(good, place, bytes([good[place] ^ 0x81]))
             with Perception(library, layer=False, rows=2, columns=2) as other:
                 other.begin()
                 with contextlib.suppress(Refused):
