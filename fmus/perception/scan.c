@@ -121,6 +121,8 @@ static int is_in_front(const Nearest *nearest, const Patch *patch, uint32_t clus
 /* Boxes of the clusters, and what stands in front in each direction. */
 static void measure(Scan *scan, const Patch *patches, const uint32_t *cluster_of, size_t count) {
     scan->parts = patches;
+    scan->of_part = cluster_of;
+    scan->part_count = count;
     for (size_t i = 0; i < BEARINGS; i++)
         scan->nearest[i] = (Nearest){INFINITY, -INFINITY, NO_CLUSTER};
     for (size_t i = 0; i < count; i++) {
@@ -292,6 +294,78 @@ int scan_take(Scan *scan, const ScanSettings *settings, const Cloud *cloud, cons
     return 0;
 }
 
+/* ---- sight ---------------------------------------------------------------------------------- */
+
+/* What an obstacle in front leaves to see of a body `range` away [m]: slopes are those of the lines
+ * of sight to the highest point of each, and to the foot of the body. */
+static Sight sight_past(const Scan *scan, const Nearest *front, const Cluster *body,
+                        double range) {
+    double sensor = scan->pose.position[2];
+    double front_slope = (front->height - sensor) / sqrt(front->range2);
+    if (front_slope >= (body->height - sensor) / range - 0.01) return HIDDEN;
+    return front_slope >= -sensor / range ? PARTLY_HIDDEN : CLEAR;
+}
+
+/* How much of a body an obstacle may hide that is in front of a place of it. */
+static Sight sight_at(const Scan *scan, size_t cluster, double range2, uint32_t direction) {
+    enum { NEIGHBOURS = 2 };      /* bearings to either side that count as adjacent */
+    const double clearance = 0.5; /* [m] by which an obstacle must be nearer to be in front */
+    const Cluster *body = &scan->clusters[cluster];
+    double range = sqrt(range2);
+    if (range <= clearance) return CLEAR;
+    Sight worst = CLEAR;
+    for (uint32_t step = 0; step <= 2 * NEIGHBOURS; step++) {
+        const Nearest *front =
+            &scan->nearest[(direction / 2 + BEARINGS - NEIGHBOURS + step) % BEARINGS];
+        if (front->cluster == cluster || !(front->range2 > 0.0)
+            || !(front->range2 < (range - clearance) * (range - clearance)))
+            continue;
+        Sight sight = sight_past(scan, front, body, range);
+        if (sight < worst) worst = sight;
+    }
+    return worst;
+}
+
+Sight scan_sight(const Scan *scan, size_t cluster, int side) {
+    const Cluster *body = &scan->clusters[cluster];
+    Sight sight = body->is_open[side]
+                      ? HIDDEN
+                      : sight_at(scan, cluster, body->range2[side], body->direction[side]);
+    return sight > body->face[side] ? sight : (Sight)body->face[side];
+}
+
+/* How far a place is inside the side that faces the sensor, along one axis, levelled frame [m]; infinite
+ * if the sensor is beside neither. `*side` is which one. */
+static double behind_face(const Cluster *cluster, int axis, double at, int *side) {
+    const double low = cluster->side[2 * axis], high = cluster->side[2 * axis + 1];
+    *side = 2 * axis + (high < 0.0);
+    return low > 0.0 ? at - low : high < 0.0 ? high - at : INFINITY;
+}
+
+/* A side that faces the sensor is a face of the body, wherever one sees it: it is as clear as the
+ * clearest patch that lies on it and not on the flank, where a shadow may have cut it off. */
+static void find_faces(Scan *scan, const double (*axes)[2]) {
+    const double thick = 0.15, aside = 0.3; /* [m] */
+    for (size_t i = 0; i < scan->part_count; i++) {
+        const uint32_t k = scan->of_part[i];
+        if (k == NO_CLUSTER) continue;
+        const Patch *patch = &scan->parts[i];
+        Cluster *cluster = &scan->clusters[k];
+        const double *axis = axes[k], x = patch->place[0], y = patch->place[1];
+        const double at[2] = {axis[0] * x + axis[1] * y, axis[0] * y - axis[1] * x};
+        int side[2];
+        const double behind[2] = {behind_face(cluster, 0, at[0], &side[0]),
+                                  behind_face(cluster, 1, at[1], &side[1])};
+        for (int own = 0; own < 2; own++) {
+            uint32_t *face = &cluster->face[side[own]];
+            if (behind[own] > thick || behind[!own] < aside || *face == CLEAR) continue;
+            if (has_segments(scan) && is_open(scan->segments.search.around, (uint32_t)i)) continue;
+            Sight sight = sight_at(scan, k, patch->range2, patch->direction);
+            if (sight > *face) *face = sight;
+        }
+    }
+}
+
 /* The sides in the world of a cluster that has those of the levelled frame. */
 static void shift_sides(Cluster *cluster, const Pose *pose) {
     const double *axis = cluster->axis;
@@ -306,7 +380,10 @@ void scan_turn(Scan *scan, const double (*axes)[2]) {
         Cluster *cluster = &scan->clusters[k];
         cluster->axis[0] = pose->cosine * axes[k][0] - pose->sine * axes[k][1];
         cluster->axis[1] = pose->sine * axes[k][0] + pose->cosine * axes[k][1];
-        for (int side = 0; side < SIDES; side++) cluster->side[side] = side % 2 ? -INFINITY : INFINITY;
+        for (int side = 0; side < SIDES; side++) {
+            cluster->side[side] = side % 2 ? -INFINITY : INFINITY;
+            cluster->face[side] = HIDDEN;
+        }
     }
     for (size_t i = 0; i < scan->spot_count; i++) {
         const Spot *spot = &scan->spots[i];
@@ -318,40 +395,9 @@ void scan_turn(Scan *scan, const double (*axes)[2]) {
         if (u > side[0] && u < side[1] && v > side[2] && v < side[3]) continue; /* as most are */
         reach(cluster, &scan->parts[spot->part], spot->part, (double[SIDES]){u, u, v, v});
     }
+    find_faces(scan, axes);
     for (size_t k = 0; k < scan->cluster_count; k++) shift_sides(&scan->clusters[k], pose);
     if (has_segments(scan)) find_open(scan);
-}
-
-/* ---- sight ---------------------------------------------------------------------------------- */
-
-/* What an obstacle in front leaves to see of a body `range` away [m]: slopes are those of the lines
- * of sight to the highest point of each, and to the foot of the body. */
-static Sight sight_past(const Scan *scan, const Nearest *front, const Cluster *body,
-                        double range) {
-    double sensor = scan->pose.position[2];
-    double front_slope = (front->height - sensor) / sqrt(front->range2);
-    if (front_slope >= (body->height - sensor) / range - 0.01) return HIDDEN;
-    return front_slope >= -sensor / range ? PARTLY_HIDDEN : CLEAR;
-}
-
-Sight scan_sight(const Scan *scan, size_t cluster, int side) {
-    enum { NEIGHBOURS = 2 };      /* bearings to either side that count as adjacent */
-    const double clearance = 0.5; /* [m] by which an obstacle must be nearer to be in front */
-    const Cluster *body = &scan->clusters[cluster];
-    if (body->is_open[side]) return HIDDEN;
-    double range = sqrt(body->range2[side]);
-    if (range <= clearance) return CLEAR;
-    Sight worst = CLEAR;
-    for (uint32_t step = 0; step <= 2 * NEIGHBOURS; step++) {
-        const Nearest *front =
-            &scan->nearest[(body->direction[side] / 2 + BEARINGS - NEIGHBOURS + step) % BEARINGS];
-        if (front->cluster == cluster || !(front->range2 > 0.0)
-            || !(front->range2 < (range - clearance) * (range - clearance)))
-            continue;
-        Sight sight = sight_past(scan, front, body, range);
-        if (sight < worst) worst = sight;
-    }
-    return worst;
 }
 
 void scan_free(Scan *scan) {

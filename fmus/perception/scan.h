@@ -40,6 +40,7 @@ typedef struct {
     uint32_t direction[SIDES]; /* of the patch */
     uint32_t patch[SIDES];
     int is_open[SIDES];       /* the surface may go on beyond: it is seen along, in large steps */
+    uint32_t face[SIDES];     /* the clearest Sight of a patch that lies on it; after scan_turn */
     double height;            /* of the highest point above the ground [m] */
 } Cluster;
 
@@ -76,6 +77,8 @@ typedef struct {
     uint8_t *is_static;   /* of each sorted patch: whether the map has a building there */
     uint32_t *of_sorted;  /* cluster of each sorted patch */
     const Patch *parts;   /* the patches that clusters are made of: sorted, or as they were met */
+    const uint32_t *of_part; /* cluster of each part */
+    size_t part_count;
     uint32_t *slots;      /* hash table of labels: index into clusters + 1, or 0 */
     size_t cell_capacity, cluster_count, cluster_capacity, hit_count, hit_capacity, spot_count,
         spot_capacity, cluster_of_capacity, is_static_capacity, of_sorted_capacity, slot_count,

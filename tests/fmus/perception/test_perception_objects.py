@@ -511,3 +511,21 @@ def test_what_comes_apart_from_a_body_has_its_velocity(library: Library, heading
             )
             found = unit.step(cloud(scan)).objects
     np.testing.assert_allclose(found["velocity"], [velocity, velocity], atol=0.2)
+
+
+@pytest.mark.parametrize(("boxes", "speed"), [(FITTED, 8.0), (ALONG_AXES, 0.0)])
+def test_a_face_is_in_sight_though_a_shadow_lies_on_its_edge(
+    library: Library, boxes: int, speed: float
+) -> None:
+    """Of a car that comes past a van, whose shadow hides its flank and 0.15 m of its front."""
+    found = []
+    with Perception(library, boxes=boxes) as unit:
+        for k in range(8):
+            front = 27.0 - 8.0 * PERIOD * k
+            one = Box(instance=5, low=(front, 3.0), high=(front + 4.5, 4.8))
+            van = Box(instance=6, low=(10.0, -2.0), high=(10.2, 31.5 / front), height=2.6)
+            scan = look(EGO, (0.0, 0.0), [van, one], time=k * 10**8)
+            objects = unit.step(cloud(scan)).objects
+            (seen,) = objects[objects["position"][:, 0] > 15.0]
+            found.append(seen["velocity"])
+    np.testing.assert_allclose(found[-1], [-speed, 0.0], atol=0.4)
