@@ -359,7 +359,6 @@ static void find_faces(Scan *scan, const double (*axes)[2]) {
         for (int own = 0; own < 2; own++) {
             uint32_t *face = &cluster->face[side[own]];
             if (behind[own] > thick || behind[!own] < aside || *face == CLEAR) continue;
-            if (has_segments(scan) && is_open(scan->segments.search.around, (uint32_t)i)) continue;
             Sight sight = sight_at(scan, k, patch->range2, patch->direction);
             if (sight > *face) *face = sight;
         }
@@ -380,10 +379,8 @@ void scan_turn(Scan *scan, const double (*axes)[2]) {
         Cluster *cluster = &scan->clusters[k];
         cluster->axis[0] = pose->cosine * axes[k][0] - pose->sine * axes[k][1];
         cluster->axis[1] = pose->sine * axes[k][0] + pose->cosine * axes[k][1];
-        for (int side = 0; side < SIDES; side++) {
+        for (int side = 0; side < SIDES; side++)
             cluster->side[side] = side % 2 ? -INFINITY : INFINITY;
-            cluster->face[side] = HIDDEN;
-        }
     }
     for (size_t i = 0; i < scan->spot_count; i++) {
         const Spot *spot = &scan->spots[i];
