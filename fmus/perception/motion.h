@@ -18,7 +18,7 @@ typedef struct {
     double axis[2];       /* along which and across which its sides are: a unit vector, world frame */
     double side[SIDES];   /* filtered coordinates along the axes [m] */
     double velocity[2];   /* along the axes [m/s] */
-    double travel[2];      /* since the velocity was measured, if that is right [m] */
+    double travel[2];     /* since the velocity was measured, if that is right [m] */
     double strayed[SIDES]; /* from where that brings the sides [m] */
     uint32_t sight[SIDES]; /* of each side in the last scan, a Sight */
     uint32_t scans[2];    /* that the velocity along each axis is based on */
