@@ -363,3 +363,28 @@ def test_a_blind_zone_is_a_square_along_the_heading(
     axes = [[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]]
     expected = half * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
     np.testing.assert_allclose(offset @ axes, expected, atol=1e-9 * (1e4 + half))
+
+
+ZONES = """
+(() => {
+  const drawn = [];
+  const ignore = () => {};
+  const context = { beginPath: ignore, closePath: ignore, fill: ignore, stroke: ignore, lineTo: (...place) => drawn.push(place) };
+  const zones = [{ name: "zones", times: [0, 1], ends: [1, 3], center: [9, 9, 3, 4, 5, 6], range: [9, 2, 1] }];
+  const sensing = Object.assign(Object.create(NLOSIM.Sensing.prototype), { zones });
+  const crowd = { at: () => ({ row: [-1, 0], heading: [heading] }) };
+  const view = { camera: { apply: ignore, scale: 1 }, belongs: () => true, observer, crowd };
+  sensing.drawZones(context, view, 1.5);
+  return [drawn, [NLOSIM.square(3, 4, 2, shown), NLOSIM.square(5, 6, 1, shown)].flat()];
+})()
+"""  # noqa: E501 - a script
+
+
+@pytest.mark.parametrize(("observer", "heading", "shown"), [(1, 0.7, 0.7), (0, 0.7, 0), (-1, 2, 0)])
+def test_blind_zones_are_drawn_along_the_heading_of_whoever_observes(
+    view: Engine, observer: int, heading: float, shown: float
+) -> None:
+    """Those of the newest look alone; who is not there any more has none."""
+    drawn, expected = view.value(ZONES, observer=observer, heading=heading, shown=shown)
+    assert drawn == expected
+    assert len(drawn) == 8
