@@ -57,6 +57,11 @@ class Checkpoints(abc.ABC):
     def spent(self) -> Spent:
         """The wall time of what lies before the point where the run begins."""
 
+    @property
+    @abc.abstractmethod
+    def are_wanted(self) -> bool:
+        """Whether some are to be written, if that is possible."""
+
     @abc.abstractmethod
     def begin(self, standing: Standing) -> Time:
         """Bring a run from its start to where it begins; that point [ns]."""
@@ -86,6 +91,11 @@ class NoCheckpoints(Checkpoints):
     @override
     def spent(self) -> Spent:
         return Spent()
+
+    @property
+    @override
+    def are_wanted(self) -> bool:
+        return False
 
     @override
     def begin(self, standing: Standing) -> Time:

@@ -9,8 +9,11 @@ import enum
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from orchestrator.signal import Signal, Signals
+import numpy as np
+
+from orchestrator.signal import Array, Signal, Signals
 from orchestrator.timebase import Duration, Time
 
 
@@ -62,8 +65,10 @@ class NativeVariable:
 class NativeUnit:
     """The functions of one running instance, and its variables; addresses are whole numbers.
 
+    A component in another process has no functions that could be called, but a link.
+
     Attributes:
-        version: of FMI: 2 or 3, which says how functions are called.
+        version: of FMI: 2 or 3, which says how functions are called; 0 where there is a link.
         instance: the first argument of all functions.
         step: of `fmi2DoStep` or `fmi3DoStep`.
         keeps_state: no stored state will be asked back.
@@ -73,6 +78,7 @@ class NativeUnit:
         getters: by FMI type.
         variables: inputs and outputs, by name of the connector.
         owner: takes over where the engine stops.
+        link: to another process, where the component is in one. Each input is of a type of its own.
     """
 
     version: int
@@ -85,6 +91,23 @@ class NativeUnit:
     getters: Mapping[str, int]
     variables: Mapping[str, NativeVariable]
     owner: "NativeOwner"
+    link: "NativeLink | None" = None
+
+
+@dataclass(frozen=True, slots=True)
+class NativePlace:
+    """Where a signal lies.
+
+    Attributes:
+        offset: from the start of the memory [byte].
+        size: [byte].
+        dtype, shape: of the array.
+    """
+
+    offset: int
+    size: int
+    dtype: "np.dtype[Any]"
+    shape: tuple[int, ...]
 
 
 class NativeOwner(abc.ABC):
@@ -139,4 +162,46 @@ class NativeOwner(abc.ABC):
 
         Raises:
             Exception: see `setting_failed`.
+        """
+
+
+class NativeLink(NativeOwner):
+    """The way to a component in another process, and the memory that both see.
+
+    Its `complete_step` lets the dialogue with the component go on from what was said and heard.
+
+    Attributes:
+        address: of what the engine knows of it (`link.h`).
+        inputs: the address where each input is to be written, by name.
+    """
+
+    address: int
+    inputs: Mapping[str, int]
+
+    @abc.abstractmethod
+    def lay_out(self, outputs: "Mapping[str, NativePlace]", size: int) -> Sequence[Array]:
+        """Have the outputs written as they lie in the memory of the engine.
+
+        Args:
+            outputs: where each is, by name.
+            size: of all [byte].
+
+        Returns:
+            Two blocks, in which they are in turn; read-only, shape (size,).
+        """
+
+    @abc.abstractmethod
+    def enter(self, *, is_begun: bool) -> None:
+        """The engine takes over.
+
+        Args:
+            is_begun: whether a step is under way that was begun in Python.
+        """
+
+    @abc.abstractmethod
+    def leave(self) -> tuple[Time, Duration] | None:
+        """Python takes over, also the waiting for a step that is under way.
+
+        Returns:
+            Where that starts, and its length [ns]; `None` if there is none.
         """

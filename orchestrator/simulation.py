@@ -99,6 +99,7 @@ def simulate(
                 start=start,
                 until=until,
                 last_call=last_call,
+                are_kept=checkpoints.are_wanted,
             )
         standing = Standing(
             system=system,

@@ -67,9 +67,16 @@ class ZenohLink(ProcessLink):
             raise LinkLostError(self._obituary)
         self._line.send(message)
 
+    @property
+    @override
+    def packs(self) -> bool:
+        return True
+
     @override
     def receive(self, timeout: float) -> bytes:
         deadline = monotonic() + timeout
+        if self._obituary:
+            raise LinkLostError(self._obituary)
         while True:
             event, payload = self._check(self._line.next(deadline - monotonic()))
             if event is News.REPLY:

@@ -1,7 +1,10 @@
 """A member of the ring as a component."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter_ns
 
 import numpy as np
 from typing_extensions import override
@@ -23,8 +26,11 @@ class Member(Component):
         number: int = parameter(doc="of the member, from 0 on")
         members: int = parameter(doc="how many there are")
         size: int = parameter(doc="of the array [byte]")
+        stamps: str = parameter("", doc="the file for when its steps began, and the last one ended")
 
     def __init__(self, parameters: Parameters) -> None:
+        self._file = parameters.stamps
+        self._stamps: list[int] = []
         ring = Ring(parameters.size, PARALLEL, parameters.members)
         self._y = ring.start(parameters.number)
         shape = (ring.length,)
@@ -44,8 +50,14 @@ class Member(Component):
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
+        self._stamps.append(perf_counter_ns())
         self._y = np.asarray(inputs["u"]) + 1.0
 
     @override
     def outputs(self) -> Signals:
         return {"y": self._y}
+
+    @override
+    def close(self) -> None:
+        if self._file:
+            Path(self._file).write_text(json.dumps([*self._stamps, perf_counter_ns()]))

@@ -27,7 +27,7 @@ ENGINE_FOLDER: Final = _ROOT / "orchestrator" / "plan"
 """The folder of the sources of the engine, and of what is made of them."""
 
 _SOURCES: Final = (ENGINE_FOLDER / "engine.c", ENGINE_FOLDER.parent / "recording" / "planes.c")
-_HEADERS: Final = ("bytes.h", "grid.h", "mixing.h", "numbers.h")
+_HEADERS: Final = ("bytes.h", "grid.h", "link.h", "mixing.h", "numbers.h")
 _HEADLESS: Final = _ROOT / "adapters" / "sumo" / "headless"
 _STAND_INS: Final[Mapping[str, str]] = {
     "libX11.so.6": "x11.h",

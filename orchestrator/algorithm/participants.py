@@ -92,6 +92,31 @@ class ConcurrentParticipant(Participant):
         self._read_until = (*((each, 0) for each in leaders), *((each, 1) for each in followers))
 
     @override
+    def native(self) -> NativeUnit | None:
+        return self._component.native()
+
+    @override
+    def go_on_waiting(self, published: Signals, t: Time, h: Duration, spent_ns: int) -> None:
+        self.published.update(published)
+        self.wall_time_ns += spent_ns
+        self._be_begun(t, h)
+
+    @override
+    def wait_for(self, t: Time, h: Duration) -> None:
+        spent = self.wall_time_ns
+        self._be_begun(t, h)
+        self._complete()
+        self.wall_time_ns = spent
+
+    def _be_begun(self, t: Time, h: Duration) -> None:
+        """Know of a step that was begun, if it was not here."""
+        if not self.is_begun:
+            self.is_begun = self._is_stepping = True
+            # by turns it is no matter of the run before its turn has come
+            self._is_ahead = self._read_until is not None
+            self._begun_at, self._reached = t, t + h
+
+    @override
     def begin(self, t: Time, h: Duration | None = None) -> None:
         self._begin(t, h)
 

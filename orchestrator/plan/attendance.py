@@ -1,13 +1,17 @@
 """What a step says beyond that it was made: Python makes the rest of it, and the engine goes on."""
 
 import ctypes
+from collections.abc import Callable
 from typing import Any
+
+from typing_extensions import override
 
 from orchestrator.algorithm.participant import Participant
 from orchestrator.errors import ComponentError
-from orchestrator.native import NativeOwner
+from orchestrator.native import NativeLink, NativeOwner
 from orchestrator.plan import layouts
-from orchestrator.timebase import Time
+from orchestrator.signal import Signals
+from orchestrator.timebase import Duration, Time
 
 
 class Attendance:
@@ -58,9 +62,36 @@ class Attendance:
         """Make the rest of the step from `t` [ns], whose call returned `status`."""
         h = self._participant.grid.after(t) - t
         try:
-            self._owner.complete_step(status, t, h)
-            self._participant.asking.is_within(t + h)
+            self._complete(status, t, h)
         except BaseException as error:
             self._raised = error
             return layouts.HAS_FAILED
         return self.ending
+
+    def _complete(self, status: int, t: Time, h: Duration) -> None:
+        self._owner.complete_step(status, t, h)
+        self._participant.asking.is_within(t + h)
+
+
+class LinkAttendance(Attendance):
+    """Waits for the steps of a unit in another process.
+
+    Args:
+        participant: the unit among all.
+        link: to it.
+        adopt: takes outputs, which the engine cannot get.
+    """
+
+    def __init__(
+        self, participant: Participant, link: NativeLink, adopt: Callable[[Signals], None]
+    ) -> None:
+        super().__init__(participant, link)
+        self._link = link
+        self._adopt = adopt
+
+    @override
+    def _complete(self, status: int, t: Time, h: Duration) -> None:
+        self._link.complete_step(status, t, h)
+        self._participant.wait_for(t, h)
+        if not self._participant.asking.has_ended:
+            self._adopt(self._participant.pending)

@@ -1,4 +1,4 @@
-/* Steps FMUs from communication point to communication point without Python in between.
+/* Steps FMUs, and components in other processes, from communication point to communication point without Python in between.
  *
  * A plan is a table of units and of what is to be called for each of them at a step: values that are
  * set, the step, values that are got. `plan_run` works through it until the end of a stretch, and
@@ -13,6 +13,7 @@
 
 #include "bytes.h"
 #include "grid.h"
+#include "link.h"
 #include "mixing.h"
 
 #if defined(_WIN32)
@@ -81,6 +82,12 @@ typedef struct {
     Bytes bytes; /* of Binary, one after the other */
 } Track;
 
+/* A unit that another one reads. */
+typedef struct {
+    size_t unit;
+    int64_t leads; /* its turn comes first */
+} Read;
+
 typedef struct {
     void *instance, *step;
     int32_t version; /* of FMI */
@@ -112,6 +119,11 @@ typedef struct {
     bool *flag[3];    /* results of a step, FMI 3.0: event, end, early return */
     double *last_time;
     Attend attend; int64_t ending; /* what the last step asks for, an `Ending` */
+    Link *link; /* of one in another process; NULL: it is an FMU */
+    const Read *read; /* by turns: what a unit in another process reads; none where that is made at the time of the step */
+    size_t reads;
+    size_t early;  /* by turns: all that it reads is published when the turn of this unit comes; `SIZE_MAX`: nobody knows */
+    size_t onward; /* likewise: when this unit has published, as far as those are concerned that are due with it */
 } Unit;
 
 /* `attend`: the step was made; and the run ends behind it; it was not made, and the run ends before it; it failed. */
@@ -124,6 +136,7 @@ typedef struct {
     size_t units;
     int32_t is_parallel; /* Jacobi: steps start at a point and are published where they end */
     int32_t is_departed; /* steps that start at `now` have been begun */
+    int64_t has_links;   /* some units are in other processes */
     int64_t start;          /* of the run [ns] */
     Source until;           /* a Boolean that ends the run; without base: none */
     /* of one stretch */
@@ -195,6 +208,7 @@ APART static int set_binary(const Unit *u, Setting *s) {
 }
 
 static int set(const Unit *u, Setting *s) {
+    if (u->link) return link_changed(u->link, s->reference, s->references);
     if (s->is_binary) return set_binary(u, s);
     const void *elements = s->elements ? s->elements : seen_at(&s->copy->from);
     if (u->version == 2) return ((Set2)s->function)(u->instance, s->reference, s->references, elements);
@@ -261,18 +275,18 @@ static Outcome stopped(Plan *p, size_t call, Outcome outcome) {
     return outcome;
 }
 
-/* Let a unit step from `from`; its outputs are pending then. */
-static Outcome make_step(Plan *p, Unit *u, int64_t from) {
+/* Let a unit have what it reads in a step. */
+static Outcome show_inputs(Plan *p, Unit *u) {
     for (size_t k = 0; k < u->mixes; k++)
         if (!mix(&u->mix[k], p->point, p->start)) return stopped(p, k, MIX_NOT_FINITE);
     for (size_t k = 0; k < u->settings; k++) {
         Setting *s = &u->setting[k];
         if (gather(s) && is_failure(p, u, set(u, s))) return stopped(p, k, SET_FAILED);
     }
-    u->ending = is_failure(p, u, step(u)) ? u->attend(p->status, from) : GOES_ON;
-    if (u->ending >= ENDS_WITHIN) return u->ending == HAS_FAILED ? STEP_FAILED : ALL_DONE; /* no outputs */
-    for (size_t k = 0; k < u->gettings; k++)
-        if (is_failure(p, u, get(u, &u->getting[k]))) return stopped(p, k, GET_FAILED);
+    return ALL_DONE;
+}
+
+static Outcome adopt_all(Plan *p, Unit *u) {
     for (size_t k = 0; k < u->gettings; k++) {
         if (u->getting[k].kind == PLAIN) continue;
         Outcome outcome = adopt(u, &u->getting[k]);
@@ -281,10 +295,41 @@ static Outcome make_step(Plan *p, Unit *u, int64_t from) {
     return ALL_DONE;
 }
 
-static Outcome make_timed_step(Plan *p, Unit *u, int64_t from, bool is_sample, double weight) {
-    if (!is_sample) return make_step(p, u, from);
+/* Let a unit step from `from`; its outputs are pending then. */
+static Outcome make_step(Plan *p, Unit *u, int64_t from) {
+    Outcome outcome = show_inputs(p, u);
+    if (outcome != ALL_DONE) return outcome;
+    u->ending = is_failure(p, u, step(u)) ? u->attend(p->status, from) : GOES_ON;
+    if (u->ending >= ENDS_WITHIN) return u->ending == HAS_FAILED ? STEP_FAILED : ALL_DONE; /* no outputs */
+    for (size_t k = 0; k < u->gettings; k++)
+        if (is_failure(p, u, get(u, &u->getting[k]))) return stopped(p, k, GET_FAILED);
+    return adopt_all(p, u);
+}
+
+/* Let a unit in another process begin its step from `from`. */
+static Outcome begin_step(Plan *p, Unit *u, int64_t from) {
+    Outcome outcome = show_inputs(p, u);
+    if (outcome == ALL_DONE) link_begin(u->link, from, u->due - from, u->published);
+    return outcome;
+}
+
+static inline bool may_begin(const Unit *u) { return u->link && !u->link->is_begun; }
+
+/* Wait for the end of the step that was begun at `from`; its outputs are pending then. */
+static Outcome end_step(Plan *p, Unit *u, int64_t from) {
+    uint8_t *outputs = link_end(u->link);
+    if (outputs) u->pending = outputs;
+    u->ending = outputs ? GOES_ON : u->attend(-1, from);
+    if (u->ending >= ENDS_WITHIN) return u->ending == HAS_FAILED ? STEP_FAILED : ALL_DONE;
+    return adopt_all(p, u);
+}
+
+typedef Outcome (*Work)(Plan *p, Unit *u, int64_t from);
+
+static inline Outcome timed(Work work, Plan *p, Unit *u, int64_t from, bool is_sample, double weight) {
+    if (!is_sample) return work(p, u, from);
     double before = clock_ns();
-    Outcome outcome = make_step(p, u, from);
+    Outcome outcome = work(p, u, from);
     u->spent += (clock_ns() - before) * weight;
     return outcome;
 }
@@ -377,24 +422,75 @@ static Outcome depart(Plan *p, int64_t t, bool is_sample, double weight) {
         Unit *u = &p->unit[p->failed];
         if (u->from != t) continue;
         p->failed_from = t;
-        Outcome outcome = make_timed_step(p, u, t, is_sample, weight);
+        Outcome outcome = timed(u->link ? begin_step : make_step, p, u, t, is_sample, weight);
         if (outcome != ALL_DONE) return outcome;
     }
     return ALL_DONE;
 }
 
-/* Complete the steps that end at `t`. */
-static Outcome arrive(Plan *p, int64_t t, bool is_sample, double weight) {
-    p->point = t;
+/* Complete the steps that end at `t`, which all have begun; then publish. */
+static Outcome arrive_together(Plan *p, int64_t t, bool is_sample, double weight) {
     for (p->failed = 0; p->failed < p->units; p->failed++) {
         Unit *u = &p->unit[p->failed];
         if (u->due != t) continue;
         p->failed_from = u->from;
-        Outcome outcome =
-            p->is_parallel ? ALL_DONE : make_timed_step(p, u, u->from, is_sample, weight);
+        Outcome outcome = u->link && u->link->is_begun ? timed(end_step, p, u, u->from, is_sample, weight) : ALL_DONE;
+        if (outcome == ALL_DONE && u->ending == ENDS_WITHIN) outcome = RUN_ENDED;
+        if (outcome != ALL_DONE) return outcome;
+    }
+    for (size_t k = 0; k < p->units; k++)
+        if (p->unit[k].due == t) publish(&p->unit[k], t);
+    return ALL_DONE;
+}
+
+/* Whether all that a unit reads in its step to `due` is published at `t`. */
+static bool sees_all(const Plan *p, const Unit *u, int64_t t, int64_t due) {
+    for (size_t k = 0; k < u->reads; k++) {
+        const Unit *source = &p->unit[u->read[k].unit];
+        int64_t next = source->due > t ? source->due : point_of(&source->grid, source->number + 1);
+        if (u->read[k].leads ? next <= due : next < due) return false;
+    }
+    return true;
+}
+
+/* Units in other processes need not wait for their turn to begin: when that of unit `turn` comes, and all they read is there, */
+static Outcome begin_early(Plan *p, size_t turn, int64_t t, bool is_sample, double weight) {
+    for (size_t k = turn; k < p->units; k++) {
+        Unit *u = &p->unit[k];
+        if (u->due != t || u->early > turn || !may_begin(u)) continue;
+        Outcome outcome = timed(begin_step, p, u, u->from, is_sample, weight);
+        if (outcome != ALL_DONE) return outcome;
+    }
+    return ALL_DONE;
+}
+
+/* and when it has published, with their next step. */
+static Outcome begin_ahead(Plan *p, size_t turn, int64_t t) {
+    for (size_t k = 0; k <= turn; k++) {
+        Unit *u = &p->unit[k];
+        if (u->due != t || u->onward != turn || !may_begin(u)) continue;
+        int64_t due = point_of(&u->grid, u->number + 1);
+        if (due > p->end || !sees_all(p, u, t, due)) continue;
+        Outcome outcome = show_inputs(p, u);
+        if (outcome != ALL_DONE) return outcome;
+        link_begin(u->link, t, due - t, u->published);
+    }
+    return ALL_DONE;
+}
+
+/* Make and publish the steps that end at `t`, one after the other. */
+static Outcome arrive_in_turn(Plan *p, int64_t t, bool is_sample, double weight) {
+    for (p->failed = 0; p->failed < p->units; p->failed++) {
+        Unit *u = &p->unit[p->failed];
+        Outcome outcome = p->has_links ? begin_early(p, p->failed, t, is_sample, weight) : ALL_DONE;
+        if (u->due != t) continue;
+        p->failed_from = u->from;
+        if (outcome == ALL_DONE && may_begin(u)) outcome = begin_step(p, u, u->from);
+        if (outcome == ALL_DONE) outcome = timed(u->link ? end_step : make_step, p, u, u->from, is_sample, weight);
         if (outcome == ALL_DONE && u->ending == ENDS_WITHIN) outcome = RUN_ENDED;
         if (outcome != ALL_DONE) return outcome;
         publish(u, t);
+        if (p->has_links && (outcome = begin_ahead(p, p->failed, t)) != ALL_DONE) return outcome;
     }
     return ALL_DONE;
 }
@@ -409,7 +505,9 @@ static Outcome go_on(Plan *p) {
         p->is_departed = false;
         if (outcome != ALL_DONE) return outcome;
         int64_t t = next_point(p);
-        if ((outcome = arrive(p, t, is_sample, weight)) != ALL_DONE) return outcome;
+        p->point = t;
+        outcome = (p->is_parallel ? arrive_together : arrive_in_turn)(p, t, is_sample, weight);
+        if (outcome != ALL_DONE) return outcome;
         bool ends = false;
         for (size_t k = 0; k < p->units; k++) {
             Unit *u = &p->unit[k];
@@ -430,7 +528,7 @@ static Outcome go_on(Plan *p) {
 EXPORT int plan_fits(const size_t *sizes) {
     static const size_t own[] = {sizeof(Plan),   sizeof(Unit),   sizeof(Setting), sizeof(Getting),
                                  sizeof(Track),  sizeof(Copy),   sizeof(Mix),     sizeof(Part),
-                                 sizeof(Term),   sizeof(Past),   sizeof(Bytes),   0};
+                                 sizeof(Term),   sizeof(Past),   sizeof(Bytes),   sizeof(Link), sizeof(Read),   0};
     return memcmp(own, sizes, sizeof own) == 0;
 }
 

@@ -1,8 +1,8 @@
-"""The structures of `engine.c`, `mixing.h` and `numbers.h`, and the engine itself."""
+"""The structures of `engine.c`, `link.h`, `mixing.h` and `numbers.h`, and the engine itself."""
 
 import ctypes
 import functools
-from ctypes import POINTER, c_double, c_int, c_int32, c_int64, c_size_t, c_uint64, c_void_p
+from ctypes import POINTER, c_double, c_int, c_int32, c_int64, c_size_t, c_uint8, c_uint64, c_void_p
 from typing import Any, Final
 
 import numpy as np
@@ -131,6 +131,39 @@ class Grid(ctypes.Structure):
     _fields_ = (("start", c_int64), ("numerator", c_int64), ("denominator", c_int64))
 
 
+REPLY: Final = 56
+"""A usual reply, with its length in front of it [byte]."""
+
+
+Say = ctypes.CFUNCTYPE(None)
+"""Sends the command of a link."""
+
+Hear = ctypes.CFUNCTYPE(c_int32)
+"""Waits for a reply for some time; whether it was the usual one."""
+
+
+class Link(ctypes.Structure):
+    """The way to a component in another process."""
+
+    _fields_ = (
+        ("say", c_void_p), ("hear", c_void_p), ("command", c_void_p), ("size", c_size_t),
+        ("inputs", c_size_t), ("slot", c_void_p * 2),
+        ("sequence", c_uint64), ("came", c_size_t), ("reply", c_uint8 * REPLY),
+        ("usual", c_uint8 * REPLY), ("descriptor", c_int32), ("is_begun", c_int32),
+        ("is_handed", c_int32), ("pad", c_int32),
+    )  # fmt: skip
+
+
+class Read(ctypes.Structure):
+    """A unit that another one reads."""
+
+    _fields_ = (("unit", c_size_t), ("leads", c_int64))
+
+
+NEVER: Final = ctypes.c_size_t(-1).value
+"""What stands for a turn that does not come."""
+
+
 class Unit(ctypes.Structure):
     """An instance, its calls and its outputs."""
 
@@ -145,7 +178,8 @@ class Unit(ctypes.Structure):
         ("step_size", c_double), ("records_apart", c_int64), ("number", c_int64),
         ("from_", c_int64), ("due", c_int64), ("rows", c_size_t), ("publications", c_uint64),
         ("calls", c_uint64), ("spent", c_double), ("flag", c_void_p * 3), ("last_time", c_void_p),
-        ("attend", c_void_p), ("ending", c_int64),
+        ("attend", c_void_p), ("ending", c_int64), ("link", POINTER(Link)),
+        ("read", POINTER(Read)), ("reads", c_size_t), ("early", c_size_t), ("onward", c_size_t),
     )  # fmt: skip
 
 
@@ -154,7 +188,8 @@ class Plan(ctypes.Structure):
 
     _fields_ = (
         ("unit", POINTER(Unit)), ("units", c_size_t), ("is_parallel", c_int32),
-        ("is_departed", c_int32), ("start", c_int64), ("until", Source), ("now", c_int64),
+        ("is_departed", c_int32), ("has_links", c_int64), ("start", c_int64),
+        ("until", Source), ("now", c_int64),
         ("point", c_int64), ("end", c_int64), ("most", c_size_t), ("points", c_size_t),
         ("failed", c_size_t), ("call", c_size_t), ("failed_from", c_int64), ("status", c_int32),
         ("pad", c_int32),
@@ -162,7 +197,7 @@ class Plan(ctypes.Structure):
 
 
 STRUCTURES: Final = (
-    Plan, Unit, Setting, Getting, Track, Copy, Mix, Part, Term, Past, Bytes
+    Plan, Unit, Setting, Getting, Track, Copy, Mix, Part, Term, Past, Bytes, Link, Read
 )  # fmt: skip
 """Those whose sizes the engine is asked for."""
 

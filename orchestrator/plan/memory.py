@@ -3,11 +3,11 @@
 import ctypes
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
+from orchestrator.native import NativePlace
 from orchestrator.plan.layouts import Bytes, Source
 from orchestrator.signal import Array, Connector, Signal, Signals
 
@@ -16,28 +16,13 @@ _SMALL: Final = 256
 """So many bytes are copied once more sooner than looked at in place."""
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
-    """Where a signal lies.
-
-    Attributes:
-        offset: from the start of the memory [byte].
-        size: [byte].
-        dtype, shape: of the array.
-    """
-
-    offset: int
-    size: int
-    dtype: "np.dtype[Any]"
-    shape: tuple[int, ...]
-
-
 class Outputs:
     """The outputs of one unit.
 
     Args:
         connectors: the outputs, in the order in which they lie in memory.
         shapes: of those that are arrays, over the whole run.
+        block: memory for the arrays; without, it is made here.
 
     Attributes:
         places: of the outputs that are arrays.
@@ -48,9 +33,12 @@ class Outputs:
     """
 
     def __init__(
-        self, connectors: Mapping[str, Connector], shapes: Mapping[str, tuple[int, ...]]
+        self,
+        connectors: Mapping[str, Connector],
+        shapes: Mapping[str, tuple[int, ...]],
+        block: Array | None = None,
     ) -> None:
-        self.places: dict[str, Place] = {}
+        self.places: dict[str, NativePlace] = {}
         self.binaries = [name for name, c in connectors.items() if c.is_binary]
         end = 0
         for name, connector in connectors.items():
@@ -60,9 +48,10 @@ class Outputs:
             shape = shapes[name]
             offset = -(-end // dtype.itemsize) * dtype.itemsize
             size = dtype.itemsize * math.prod(shape)
-            self.places[name] = Place(offset, size, dtype, shape)
+            self.places[name] = NativePlace(offset, size, dtype, shape)
             end = offset + size
-        self.block: Array = np.zeros(-(-max(end, 1) // 8) * 8, np.uint8)
+        size = -(-max(end, 1) // 8) * 8
+        self.block: Array = np.zeros(size, np.uint8) if block is None else block
         self._view = self.block.data
         self.bytes = (Bytes * max(len(self.binaries), 1))()
         self.bases = (ctypes.c_void_p * 2)(self.block.ctypes.data, ctypes.addressof(self.bytes))

@@ -17,6 +17,7 @@ from orchestrator.algorithm.base import Pattern
 from orchestrator.algorithm.exchange import Exchange
 from orchestrator.algorithm.jacobi import is_renewed
 from orchestrator.algorithm.requests import Asking
+from orchestrator.capabilities import PortableState
 from orchestrator.last_call import LastCall
 from orchestrator.native import NativeUnit
 from orchestrator.plan import layouts
@@ -61,6 +62,7 @@ def plan_of(
     start: Time,
     until: Endpoint | None,
     last_call: LastCall,
+    are_kept: bool = False,
 ) -> "RunPlan | None":
     """The plan of a run whose components are initialised; `None` where there is nothing to gain.
 
@@ -73,6 +75,7 @@ def plan_of(
         start: of the run [ns].
         until: the output that ends the run.
         last_call: where the engine notes what it calls.
+        are_kept: whether checkpoints are written.
     """
     library = layouts.engine()
     if library is None or pattern is None:
@@ -84,6 +87,7 @@ def plan_of(
         and _may_change(system, name)
         and is_countable(exchange.participants[name].grid)
         and not (pattern is Pattern.PARALLEL and is_renewed(system, exchange, name))
+        and (unit.link is None or not are_kept or _is_portable(system, name))
     }
     while unsuited := [name for name in units if not _suits(system, name, units)]:
         for name in unsuited:
@@ -109,6 +113,11 @@ def _may_change(system: System, name: str) -> bool:
         c.causality is Causality.OUTPUT and c.variability is Variability.FIXED
         for c in system.connectors[name].values()
     )
+
+
+def _is_portable(system: System, name: str) -> bool:
+    """Whether its state can be saved: the steps of others are written down for checkpoints."""
+    return system.components[name].capability(PortableState) is not None  # type: ignore[type-abstract]
 
 
 def _suits(system: System, name: str, units: Mapping[str, NativeUnit]) -> bool:
@@ -181,10 +190,13 @@ class RunPlan:
         for name, each in self._units.items():
             each.remember(exchange.sources.histories_of(name))
         self._sources = Sources(system, self._units, exchange.sources, library)
+        names = list(self._units)
         for each in self._units.values():
             each.connect(self._sources)
+            each.take_turns(names)
         self._mixing = exchange.sources
-        self._most = 64
+        has_links = any(unit.link is not None for unit in natives.values())
+        self._most = 4 if has_links else 64  # a step in another process may take long
         self._failure: BaseException | None = None
         self._ended: Asking | None = None
         # the engine has there which unit it calls, and from when
@@ -193,6 +205,7 @@ class RunPlan:
             list(natives), layouts.Plan.failed.offset, layouts.Plan.failed_from.offset
         )
         self._plan.unit, self._plan.units = self._table, len(natives)
+        self._plan.has_links = has_links
         self._plan.is_parallel, self._plan.start = pattern is Pattern.PARALLEL, start
         if until is not None and until.component in natives:
             self._plan.until = self._sources.of(until.component, until.connector)

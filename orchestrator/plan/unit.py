@@ -13,7 +13,7 @@ from orchestrator.algorithm.participant import Participant
 from orchestrator.errors import ComponentError, defects
 from orchestrator.native import NativeKind, NativeUnit, NativeVariable
 from orchestrator.plan import layouts
-from orchestrator.plan.attendance import Attendance
+from orchestrator.plan.attendance import Attendance, LinkAttendance
 from orchestrator.plan.copies import Driven, are_adjacent
 from orchestrator.plan.memory import Outputs
 from orchestrator.plan.mixes import UnitMixes
@@ -75,7 +75,12 @@ class UnitPlan(Readable):
         own = {name: connectors[name] for name in names}
         shapes = {name: unit.variables[name].shape for name in names}
         first = Outputs(own, shapes)
-        self._outputs = (first, Outputs(own, shapes) if is_parallel else first)
+        self._link = unit.link
+        has_two = is_parallel or self._link is not None
+        self._outputs = (first, Outputs(own, shapes) if has_two else first)
+        rooms = self._link.lay_out(first.places, len(first.block)) if self._link else ()
+        theirs = [Outputs(own, shapes, room) for room in rooms]
+        self._blocks = {each.bases[0]: each for each in (*self._outputs, *theirs)}
         self._is_parallel = is_parallel
         inputs = {feed.input: unit.variables[feed.input].shape for feed in feeds}
         inputs |= {
@@ -94,7 +99,11 @@ class UnitPlan(Readable):
         self._binary_rings: dict[str, tuple[layouts.Track, Array]] = {}
         self._sampled = 0  # samples that lie in `_rows`
         self._rows: dict[str, Rows] = {}
-        self._attendance = Attendance(participant, unit.owner)
+        self._attendance = (
+            Attendance(participant, unit.owner)
+            if self._link is None
+            else LinkAttendance(participant, self._link, self._adopt)
+        )
         self._describe(table, unit)
         unit.owner.count_calls(ctypes.addressof(table) + layouts.Unit.calls.offset)
 
@@ -111,11 +120,11 @@ class UnitPlan(Readable):
     @property
     def published(self) -> Outputs:
         """The outputs that others see; by Jacobi, they and the pending ones change places."""
-        return self._outputs[self._table.published != self._outputs[0].bases[0]]
+        return self._blocks[self._table.published]
 
     @property
     def _pending(self) -> Outputs:
-        return self._outputs[self._table.pending != self._outputs[0].bases[0]]
+        return self._blocks[self._table.pending]
 
     @override
     def source(self, output: str) -> layouts.Source:
@@ -150,6 +159,8 @@ class UnitPlan(Readable):
         table.flag = (ctypes.c_void_p * 3)(*unit.flags)
         table.last_time = unit.last_time
         table.attend = self._attendance.address
+        if self._link is not None:
+            table.link = ctypes.cast(self._link.address, ctypes.POINTER(layouts.Link))
         gettings = [self._getting(type_, names) for type_, names in self._groups.items()]
         table.getting = self._kept((layouts.Getting * len(gettings))(*gettings))
         table.gettings = len(gettings)
@@ -247,7 +258,10 @@ class UnitPlan(Readable):
             copy.source = sources[name]
             copy.size = count if kind is NativeKind.BOOLEAN32 else count * dtype.itemsize
             self._driven.append(Driven.of(name, feeds.get(name), copy))
-        if kind in _BYTES:
+        if self._link is not None:
+            (name,) = names  # each is of its own type
+            call.elements = copies[0].to = self._link.inputs[name]
+        elif kind in _BYTES:
             call.is_binary = True
             call.elements = self._kept(np.zeros(2 * len(names), np.uintp)).ctypes.data
         elif kind is NativeKind.BOOLEAN32 or not are_adjacent(copies):
@@ -256,6 +270,26 @@ class UnitPlan(Readable):
             for copy, count in zip(copies, counts, strict=True):
                 copy.to, to = to, to + count * dtype.itemsize
         return call
+
+    def take_turns(self, names: Sequence[str]) -> None:
+        """Know when it may begin its steps before its turn, if it is in another process.
+
+        Args:
+            names: of all units, in the order of their turns.
+        """
+        table = self._table
+        if self._link is None:
+            return
+        own = names.index(self.participant.name)
+        read = sorted(names.index(each) for each in self.participant.sources if each in names)
+        reads = [layouts.Read(index, index < own) for index in read]
+        table.read, table.reads = self._kept((layouts.Read * len(reads))(*reads)), len(reads)
+        # what is made of several outputs, or late, is made in its turn
+        is_known = not self._mixes.inputs
+        table.early = (
+            1 + max((k for k in read if k < own), default=-1) if is_known else layouts.NEVER
+        )
+        table.onward = max([own, *read]) if is_known else layouts.NEVER
 
     # ---- stretches ----
 
@@ -285,6 +319,8 @@ class UnitPlan(Readable):
     def enter(self, t: Time, published: Mapping[str, Signals]) -> None:
         """Take over what Python did since the last stretch."""
         self._table.ending = self._attendance.ending
+        if self._link is not None:
+            self._link.enter(is_begun=self.participant.is_begun)
         if t != self._left:
             self._take_over(t, published)
         self._mixes.enter()
@@ -293,13 +329,14 @@ class UnitPlan(Readable):
 
     def _take_over(self, t: Time, published: Mapping[str, Signals]) -> None:
         """Bring in the values of all signals; those before `t` were not the engine's."""
+        if self.published not in self._outputs:  # where the engine cannot write
+            self._table.published, self._shown = self._spare().bases[0], {}
         for name, value in self.participant.published.items():
             if value is not self._shown.get(name):
                 self.published.put(name, value, self._library)
                 self._shown[name] = value
-        if self._is_parallel and self._is_under_way(t):
-            for name, value in self.participant.pending.items():
-                self._pending.put(name, value, self._library)
+        if self._is_parallel and self._is_under_way(t) and not self.participant.is_begun:
+            self._adopt(self.participant.pending)
         owner = self._unit.owner
         for each in self._driven:
             feed = each.feed
@@ -307,6 +344,18 @@ class UnitPlan(Readable):
                 each.name, published[feed.component][feed.output]
             )
             each.enter(is_set=is_set)
+
+    def _spare(self) -> Outputs:
+        """Memory that can be written and has neither what is published nor what is pending."""
+        used = self._table.published, self._table.pending
+        return next((o for o in self._outputs if o.bases[0] not in used), self._outputs[0])
+
+    def _adopt(self, outputs: Signals) -> None:
+        """Let these be the pending outputs."""
+        if self._pending not in self._outputs:
+            self._table.pending = self._spare().bases[0]
+        for name, value in outputs.items():
+            self._pending.put(name, value, self._library)
 
     def _is_under_way(self, t: Time) -> bool:
         """Whether a step that was begun before `t` ends behind it."""
@@ -322,11 +371,13 @@ class UnitPlan(Readable):
         """Let Python see what was published up to `t` [ns]; of its time, `scale` is true."""
         if self.rows:
             self._shown = dict(self.published.values())
+        spent = int(self._table.spent * scale)
+        if self._link is not None and (under_way := self._link.leave()) is not None:
+            self.participant.go_on_waiting(self._shown, *under_way, spent)
+            return
         is_ahead = self._is_parallel and self._is_under_way(t)
         pending = dict(self._pending.values()) if is_ahead else self._shown
-        self.participant.go_on(
-            self._shown, pending, self._reached(t), int(self._table.spent * scale)
-        )
+        self.participant.go_on(self._shown, pending, self._reached(t), spent)
 
     def leave(self, t: Time, published: Mapping[str, Signals]) -> None:
         """Let the component go on where the engine was, when all units are shown."""

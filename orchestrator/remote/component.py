@@ -25,12 +25,14 @@ from orchestrator.component import Capability, ConcurrentComponent, WrappedResto
 from orchestrator.course import Course
 from orchestrator.errors import ComponentError
 from orchestrator.limits import Deadlines
+from orchestrator.native import NativeUnit
 from orchestrator.remote.courses import courses_to_document, slopes_from_document
 from orchestrator.remote.declarations import connectors_from_message
 from orchestrator.remote.dialogue import Dialogue, HostLostError, Reply
 from orchestrator.remote.ending import request_from_document
 from orchestrator.remote.journal import Journal, Step
 from orchestrator.remote.kept_state import RemoteState
+from orchestrator.remote.linked_steps import LinkedSteps, can_be_laid_out, linked_steps
 from orchestrator.remote.naming import Origins, Sites
 from orchestrator.remote.protocol import CAPABILITIES, Kind, generator_to_document, grid_to_document
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder
@@ -83,6 +85,7 @@ class RemoteComponent(
         self._is_set_up = False
         self._forgotten: list[int] = []
         self._grid: CommunicationGrid | None = None
+        self._linked: LinkedSteps | None = None
 
     @property
     @override
@@ -103,6 +106,7 @@ class RemoteComponent(
 
     def _set_up(self, start: Time, document: Mapping[str, Any]) -> None:
         self._dialogue.epoch += 1
+        self._linked = None
         memory, outputs = self._dialogue.memory, self._only(Causality.OUTPUT)
         self._origins = self._sites.come_to(self._dialogue.site, self._dialogue.name, outputs)
         name_of = self._origins.name_of if self._dialogue.site else None
@@ -270,6 +274,19 @@ class RemoteComponent(
     def outputs(self) -> Signals:
         return self._values
 
+    @override
+    def native(self) -> NativeUnit | None:
+        if self._renew is not None or not can_be_laid_out(self._connectors):
+            return None
+        self._linked = linked_steps(
+            self._dialogue, self._connectors, deadlines=self._deadlines, accept=self._show
+        )
+        return None if self._linked is None else self._linked.unit()
+
+    def _show(self, values: Signals) -> None:
+        """Have outputs that came without a message, as those of a usual step do."""
+        self._values, self._end_request = values, None
+
     @property
     @override
     def end_request(self) -> EndRequest | None:
@@ -313,6 +330,11 @@ class RemoteComponent(
 
     def _decoded(self, reply: Reply) -> Signals:
         """The outputs in a reply; its host may know them by name from now on."""
+        if self._linked is not None:
+            with self._dialogue.reading():
+                found = self._linked.outputs_in(reply.raw, reply.offset)
+            if found is not None:
+                return found
         values = self._outputs.decode(reply.raw, reply.offset)
         if self._dialogue.site:
             self._origins.note(self._dialogue.name, values, reply.message)

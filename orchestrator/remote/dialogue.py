@@ -5,7 +5,7 @@ looked at, so that one that died is named at once and not when its turn comes.
 """
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from time import monotonic
 from types import MappingProxyType
@@ -89,6 +89,9 @@ class Dialogue:
         awaiting: the command that was not answered yet.
         waited: how long it was waited for [s].
         is_renewable: whether a loss of the host is told in its turn only, not to others.
+        sequence: number of the last command.
+        before_listening: called before others listen to this host: what compiled code has begun
+            there is awaited here from then on, see `carry_on`.
     """
 
     def __init__(self, name: str, link: Link, company: Company) -> None:
@@ -98,11 +101,12 @@ class Dialogue:
         self.waited = 0.0
         self._allowed = 0.0
         self._link = link
-        self._sequence = 0
+        self.sequence = 0
         self._is_over = False
         self._came: Reply | None = None
         self._loss: HostLostError | None = None
         self.is_renewable = False
+        self.before_listening: Callable[[], None] = _nothing
         self._company = company
         company.join(self)
 
@@ -115,6 +119,16 @@ class Dialogue:
     def site(self) -> str:
         """Where the host is, see `Link.site`."""
         return self._link.site
+
+    @property
+    def descriptor(self) -> int | None:
+        """That of the socket to the host, see `Link.descriptor`."""
+        return self._link.descriptor
+
+    @property
+    def packs(self) -> bool:
+        """Whether steps without descriptions are worth while, see `Link.packs`."""
+        return self._link.packs
 
     @property
     def is_over(self) -> bool:
@@ -136,15 +150,55 @@ class Dialogue:
             self._tell_loss()
         if self._is_over:
             raise ComponentError(self.name, None, "its process has ended")
-        self._sequence += 1
-        command = Message(kind, self.epoch, self._sequence, t, h, document)
+        self.sequence += 1
+        command = Message(kind, self.epoch, self.sequence, t, h, document)
         self.awaiting, self._came = command, None
         self.waited, self._allowed = 0.0, within
         try:
             self._link.send(command.encode(block))
         except LinkLostError as error:
             self._fail(command, str(error))
-        return self._sequence
+        return self.sequence
+
+    def carry_on(self, within: float, *, t: Time, h: Duration, sequence: int, came: bytes) -> None:
+        """Await the reply to a step that was begun elsewhere.
+
+        Args:
+            within: how long from now on [s].
+            t: where the step starts [ns].
+            h: its length [ns].
+            sequence: the number of the command.
+            came: what was read of the reply.
+        """
+        self.sequence = sequence
+        self.awaiting = Message(Kind.STEP, self.epoch, sequence, t, h)
+        self._came, self.waited, self._allowed = None, 0.0, within
+        self._link.unread(came)
+
+    def say(self, message: bytes) -> None:
+        """Send a command of who counts them and awaits the reply himself.
+
+        Raises:
+            LinkLostError: the host is gone.
+        """
+        self._link.send(message)
+
+    def hear(self, timeout: float) -> bytes:
+        """The next reply, for who sent the command by `say`.
+
+        Args:
+            timeout: how long to wait [s].
+
+        Raises:
+            TimeoutError: none came in time.
+            LinkLostError: the host is gone.
+        """
+        return self._link.receive(timeout)
+
+    def take_in(self, raw: bytes) -> None:
+        """A reply that `hear` gave is the one that is awaited now; others are dropped."""
+        assert self.awaiting is not None  # noqa: S101 - `carry_on` was called
+        self._sort(self.awaiting, lambda: raw)
 
     def answer(self, timeout: float | None = None) -> Reply:
         """Wait for the reply to the command sent last; raise what the component raised.
@@ -212,6 +266,7 @@ class Dialogue:
             raise loss
 
     def _overhear(self, other: Message) -> None:
+        self.before_listening()
         command = self.awaiting
         if self._came is None:
             self._listen(other if command is None else command, 0.0)
@@ -233,8 +288,11 @@ class Dialogue:
 
     def _listen(self, command: Message, timeout: float) -> None:
         """Wait up to `timeout` [s] for the reply to `command`; others are dropped."""
+        self._sort(command, lambda: self._link.receive(timeout))
+
+    def _sort(self, command: Message, receive: Callable[[], bytes]) -> None:
         try:
-            raw = self._link.receive(timeout)
+            raw = receive()
             message, offset = Message.decode(raw)
         except TimeoutError:
             return
@@ -293,6 +351,10 @@ class Dialogue:
         time = _time_of(command) if failure["time"] is None else failure["time"]
         component = failure["component"] or self.name
         raise ComponentError(component, time, failure["text"], failure.get("where", ""))
+
+
+def _nothing() -> None:
+    pass
 
 
 def _time_of(command: Message) -> Time | None:

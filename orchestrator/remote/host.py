@@ -35,8 +35,11 @@ from orchestrator.remote.block import WireError
 from orchestrator.remote.courses import courses_from_document, slopes_to_document
 from orchestrator.remote.declarations import connectors_to_message
 from orchestrator.remote.ending import request_to_document
+from orchestrator.remote.laid_out import InMemory, LaidOut, Packed
 from orchestrator.remote.protocol import (
     CAPABILITIES,
+    SEQUENCE,
+    STEP,
     Kind,
     Message,
     generator_from_document,
@@ -45,7 +48,7 @@ from orchestrator.remote.protocol import (
 from orchestrator.remote.sharing import NOTHING_SHARED, SharedMemory
 from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.wire import SignalDecoder, SignalEncoder
-from orchestrator.signal import Causality, Connector, Signals
+from orchestrator.signal import Causality, Connector, Signal, Signals
 
 _log = logging.getLogger(__name__)
 
@@ -123,6 +126,8 @@ class ComponentHost:
         self._connectors: dict[Causality, dict[str, Connector]] = {}
         self._inputs = SignalDecoder({})
         self._outputs = SignalEncoder({})
+        self._known: dict[str, Signal] = {}
+        self._laid_out: LaidOut | None = None
         self._actions: Final[Mapping[Kind, Callable[[Message, bytes, int], bytes]]] = {
             Kind.CREATE: self._create,
             Kind.SETUP: self._setup,
@@ -136,6 +141,8 @@ class ComponentHost:
             Kind.LOAD: self._load,
             Kind.SLOPES: self._slopes,
             Kind.SELECT: self._select,
+            Kind.LAY_OUT: self._lay_out,
+            Kind.STEP_LAID_OUT: self._not_laid_out,
         }
 
     def handle(self, message: bytes) -> bytes:
@@ -144,15 +151,19 @@ class ComponentHost:
         Raises:
             WireError: `message` is not a message.
         """
+        laid_out = self._laid_out
+        if laid_out is not None and message.startswith(laid_out.head):
+            return self._step_laid_out(laid_out, message)
         command, offset = Message.decode(message)
         try:
             return self._actions[command.kind](command, message, offset)
         except defects() as error:
-            document = {
-                "failure": describe_failure(error, type(self._component)),
-                **self._log_document(),
-            }
-            return command.reply(Kind.FAILED, document).encode()
+            return self._failure(command, error)
+
+    def _failure(self, command: Message, error: BaseException) -> bytes:
+        failure = describe_failure(error, type(self._component))
+        document = {"failure": failure, **self._log_document()}
+        return command.reply(Kind.FAILED, document).encode()
 
     def close(self) -> None:
         """Close the component if nobody has done so; there is nobody left to tell of errors."""
@@ -195,6 +206,7 @@ class ComponentHost:
         # a new run: neither end remembers values of the one before
         self._inputs = SignalDecoder(self._connectors[Causality.INPUT], self._memory)
         self._outputs = SignalEncoder(self._connectors[Causality.OUTPUT], self._memory)
+        self._known, self._laid_out = {}, None
         self._states.clear()
         document = command.document
         self._needs_close = True
@@ -205,7 +217,7 @@ class ComponentHost:
         return self._done(command).encode()
 
     def _initialise(self, command: Message, message: bytes, offset: int) -> bytes:
-        self._created().initialise(self._inputs.decode(message, offset))
+        self._created().initialise(self._read(message, offset))
         return self._reached(command).encode(self._output_block())
 
     def _evaluate(self, command: Message, message: bytes, offset: int) -> bytes:
@@ -213,7 +225,7 @@ class ComponentHost:
         evaluation = component.capability(InitialEvaluation)  # type: ignore[type-abstract]
         if evaluation is None:
             raise WireError("the component cannot be evaluated before it is initialised")
-        outputs = evaluation.evaluate(self._inputs.decode(message, offset))
+        outputs = evaluation.evaluate(self._read(message, offset))
         return self._done(command).encode(self._block(outputs))
 
     def _slopes(self, command: Message, message: bytes, offset: int) -> bytes:
@@ -239,8 +251,42 @@ class ComponentHost:
                 raise WireError("the component's inputs cannot change over a step")
             follower.follow(courses_from_document(courses))
         component = self._created()
-        component.step(self._inputs.decode(message, offset), command.t, command.h)
+        component.step(self._read(message, offset), command.t, command.h)
         return self._reached(command).encode(self._block(component.outputs()))
+
+    def _lay_out(self, command: Message, message: bytes, offset: int) -> bytes:
+        del message, offset
+        inputs, outputs = (self._connectors[c] for c in (Causality.INPUT, Causality.OUTPUT))
+        self._laid_out = (
+            InMemory(command, inputs, outputs, self._known, self._memory)
+            if "place" in command.document
+            else Packed(command, inputs, outputs, self._known)
+        )
+        said = {**self._laid_out.reply, **self._log_document()}
+        return command.reply(Kind.DONE, said).encode()
+
+    def _not_laid_out(self, command: Message, message: bytes, offset: int) -> bytes:
+        raise WireError("nobody said where the values of a step are")
+
+    def _step_laid_out(self, laid_out: LaidOut, message: bytes) -> bytes:
+        component = self._created()
+        t, h = STEP.unpack_from(message, SEQUENCE + 8)
+        try:
+            component.step(laid_out.inputs(message), t, h)
+            outputs, said = component.outputs(), self._said()
+            reply = None if said else laid_out.answer(message, outputs)
+            if reply is not None:
+                return reply
+            command, _ = Message.decode(message)
+            return command.reply(Kind.DONE, said).encode(self._block(outputs))
+        except defects() as error:
+            return self._failure(Message.decode(message)[0], error)
+
+    def _read(self, message: bytes, offset: int) -> dict[str, Signal]:
+        """The inputs in a message; they are known from now on."""
+        inputs = self._inputs.decode(message, offset)
+        self._known.update(inputs)
+        return inputs
 
     def _close(self, command: Message, message: bytes, offset: int) -> bytes:
         del message, offset
@@ -310,10 +356,14 @@ class ComponentHost:
 
     def _reached(self, command: Message) -> Message:
         """`_done` behind a step, with what the component asks for."""
+        return command.reply(Kind.DONE, self._said())
+
+    def _said(self) -> dict[str, Any]:
+        """What was logged in a step, and what the component asks for."""
         document = self._log_document()
         if self._asking is not None:
             document |= request_to_document(self._asking.end_request)
-        return command.reply(Kind.DONE, document)
+        return document
 
     def _log_document(self) -> dict[str, Any]:
         records = self._logs()

@@ -121,9 +121,8 @@ class _Messages:
             EOFError: the other end is gone.
             OSError: the other end is gone.
         """
-        if deadline is not None and not self._is_limited:
-            _limit(self._socket, socket.SO_RCVTIMEO, _SLICE)
-            self._is_limited = True
+        if deadline is not None:
+            self.limit()
         if self._length is None and not self._got:
             start = self._next(_SMALL, deadline)
             whole = self._whole(start)
@@ -141,6 +140,16 @@ class _Messages:
         came, self._length = b"".join(self._pieces), None
         self._keep(came[length:])
         return came if len(came) == length else came[:length]
+
+    def limit(self) -> None:
+        """Have reading wait no longer than `_SLICE` at a time."""
+        if not self._is_limited:
+            _limit(self._socket, socket.SO_RCVTIMEO, _SLICE)
+            self._is_limited = True
+
+    def unread(self, came: bytes) -> None:
+        """Begin the next message with these bytes."""
+        self._keep(came)
 
     def _whole(self, start: bytes) -> bytes | None:
         """The message, if that is what `start` is: most are alone, and come at once."""
@@ -300,6 +309,23 @@ class LocalLink(ProcessLink):
     @override
     def memory(self) -> SharedMemory:
         return self._memory
+
+    @property
+    @override
+    def descriptor(self) -> int | None:
+        if self._memory is NOTHING_SHARED or self._obituary:
+            return None
+        self._messages.limit()
+        return self._socket.fileno()
+
+    @property
+    @override
+    def packs(self) -> bool:
+        return True
+
+    @override
+    def unread(self, came: bytes) -> None:
+        self._messages.unread(came)
 
     @override
     def send(self, message: bytes) -> None:

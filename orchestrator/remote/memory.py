@@ -4,6 +4,9 @@ Every process writes into an arena of its own. What another process gets of it i
 end is noticed: the hosts tell the orchestrator with their next reply, and the orchestrator tells
 the owner with its next command. The orchestrator forwards what one host made to others by its
 place, and nothing is copied on the way.
+
+Beside its arena, each end of a link may have memory that it writes anew in every step: it is in a
+segment of its own, which goes to the other end and to nobody else.
 """
 
 import weakref
@@ -21,6 +24,37 @@ _LEAST: Final = 1 << 16
 """Values smaller than this travel: a place costs more than copying them [byte]."""
 
 _OWNER_BITS: Final = OFFSET_BITS + 12
+_TO_HOSTS: Final = 1 << 11
+"""What is reserved for a host belongs to its number and this; so many hosts a run has at most."""
+
+
+class _Reserved:
+    """Segments that are written again and again; their numbers count down from the last one.
+
+    Args:
+        owner: as of an `Arena`.
+    """
+
+    def __init__(self, owner: int) -> None:
+        self._next = (owner << 12) + (1 << 12) - 1
+        self._fresh: list[Segment] = []
+        self._all: list[Segment] = []
+
+    def reserve(self, size: int) -> tuple[int, Array]:
+        segment = Segment.create(self._next, size)
+        self._next -= 1
+        self._fresh.append(segment)
+        self._all.append(segment)
+        return segment.number << OFFSET_BITS, np.frombuffer(segment.memory, np.uint8, size)
+
+    def leave(self) -> Sequence[Segment]:
+        """Those that the peer does not know yet."""
+        fresh, self._fresh = self._fresh, []
+        return fresh
+
+    def close(self) -> None:
+        while self._all:
+            self._all.pop().close()
 
 
 class _Held(weakref.ref[Array]):
@@ -69,6 +103,10 @@ class _Views:
         held = self._held.get(id(array))
         return None if held is None else held.place
 
+    def mapped(self, place: int, size: int) -> Array:
+        """A view that nobody counts."""
+        return self.segment(place).array(place, (size,), np.dtype(np.uint8))
+
     def close(self) -> None:
         """Close the descriptors; whoever has a view keeps it."""
         while self._segments:
@@ -91,6 +129,7 @@ class HostMemory(SharedMemory):
 
     def __init__(self, owner: int) -> None:
         self._arena = Arena(owner)
+        self._reserved = _Reserved(owner)
         self._announced = 0
         self._ended: list[int] = []
         self._views = _Views(self._ended.append)
@@ -111,6 +150,14 @@ class HostMemory(SharedMemory):
         return value
 
     @override
+    def reserve(self, size: int) -> tuple[int, Array]:
+        return self._reserved.reserve(size)
+
+    @override
+    def mapped(self, place: int, size: int) -> Array:
+        return self._views.mapped(place, size)
+
+    @override
     def arrive(self, places: Sequence[int], segments: Sequence[tuple[int, int, int]]) -> None:
         for place in places:
             self._arena.free(place)
@@ -123,7 +170,7 @@ class HostMemory(SharedMemory):
         del self._ended[: len(ended)]
         fresh = self._arena.segments[self._announced :]
         self._announced += len(fresh)
-        return ended, fresh
+        return ended, [*fresh, *self._reserved.leave()]
 
 
 class Exchange:
@@ -136,6 +183,7 @@ class Exchange:
         self._segments: dict[int, Segment] = {}
         self._returned: dict[int, list[int]] = {}
         self._copies: dict[int, tuple[bytes, int]] = {}
+        self._reserved: list[_Reserved] = []
 
     def offer(self, value: Array | bytes) -> int:
         """The place of an array of any shape, or of bytes, that one more host will have."""
@@ -164,6 +212,22 @@ class Exchange:
         """What `read` gave is not offered any more."""
         _, place = self._copies.pop(id(value))
         self._forget(place)
+
+    def mapped(self, place: int, size: int) -> Array:
+        """What a host has reserved: uint8, shape (size,)."""
+        return self._views.mapped(place, size)
+
+    def reserved(self, host: int) -> _Reserved:
+        """What is reserved for a host.
+
+        Raises:
+            PlaceError: there are too many hosts.
+        """
+        if host >= _TO_HOSTS:
+            raise PlaceError(f"host {host} is one too many")
+        found = _Reserved(host | _TO_HOSTS)
+        self._reserved.append(found)
+        return found
 
     def segment(self, place: int) -> Segment:
         """That of `place`, to be handed on."""
@@ -201,6 +265,8 @@ class Exchange:
         self._segments.clear()
         self._views.close()
         self._arena.close()
+        while self._reserved:
+            self._reserved.pop().close()
 
     def _copied(self, value: bytes) -> int | None:
         found = self._copies.get(id(value))
@@ -248,6 +314,20 @@ class LinkMemory(SharedMemory):
         self._copies: dict[int, bytes] = {}
         self._seen: set[int] = set()
         self._fresh: list[Segment] = []
+        self._reserved: _Reserved | None = None
+
+    @override
+    def reserve(self, size: int) -> tuple[int, Array]:
+        if self._reserved is None:
+            self._reserved = self._exchange.reserved(self._owner)
+        place, memory = self._reserved.reserve(size)
+        self._fresh += self._reserved.leave()
+        return place, memory
+
+    @override
+    def mapped(self, place: int, size: int) -> Array:
+        self._check(place)
+        return self._exchange.mapped(place, size)
 
     @override
     def place(self, value: Array | bytes) -> int:

@@ -1,7 +1,8 @@
 """What the orchestrator and the host of a component say to each other.
 
 One command, one reply. A message is a header, a JSON document (empty in most steps) and a
-block of signals: the inputs travel inside the step command, the outputs inside its reply.
+block of signals: the inputs travel inside the step command, the outputs inside its reply. Numbers
+of fixed size may be laid out once and not described any more (`orchestrator.remote.laid_out`).
 
     header: magic 4 bytes | version u16 | kind u16 | epoch u32 | document length u32
             sequence u64 | t i64 | h i64 | 8 bytes zero
@@ -34,8 +35,13 @@ from orchestrator.remote.block import WireError, padding
 from orchestrator.timebase import CommunicationGrid, as_step_size
 
 _HEADER: Final = struct.Struct("<4sHHIIQqq8x")
+HEADER_SIZE: Final = _HEADER.size
+SEQUENCE: Final = 16
+STEP: Final = struct.Struct("<qq")
+"""The communication point and the step size of a command, behind its sequence number."""
+
 _MAGIC: Final = b"NLOS"
-VERSION: Final = 4
+VERSION: Final = 5
 """The version of messages; both ends must have the same."""
 
 CAPABILITIES: Final[Mapping[str, type]] = {
@@ -69,6 +75,8 @@ class Kind(enum.IntEnum):
     LOAD = 10
     SLOPES = 11
     SELECT = 12
+    LAY_OUT = 13
+    STEP_LAID_OUT = 14
     DONE = 16
     FAILED = 17
 

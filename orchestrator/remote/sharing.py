@@ -50,6 +50,29 @@ class SharedMemory(abc.ABC):
         """
 
     @abc.abstractmethod
+    def reserve(self, size: int) -> tuple[int, Array]:
+        """Memory that the peer sees, and nobody else, as long as both live.
+
+        Args:
+            size: how much [byte].
+
+        Returns:
+            Its place, and the memory itself, to be written at any time: uint8, shape (size,).
+        """
+
+    @abc.abstractmethod
+    def mapped(self, place: int, size: int) -> Array:
+        """What the peer has reserved: uint8, shape (size,), read-only; it changes.
+
+        Args:
+            place: where it is.
+            size: [byte].
+
+        Raises:
+            PlaceError: there is no such place.
+        """
+
+    @abc.abstractmethod
     def arrive(self, places: Sequence[int], segments: Sequence[tuple[int, int, int]]) -> None:
         """Take what came beside a message.
 
@@ -93,6 +116,14 @@ class NothingShared(SharedMemory):
 
     @override
     def array(self, place: int, shape: tuple[int, ...], dtype: "np.dtype[Any]") -> Array:
+        raise PlaceError("no memory is shared with the peer")
+
+    @override
+    def reserve(self, size: int) -> tuple[int, Array]:
+        raise PlaceError("no memory is shared with the peer")
+
+    @override
+    def mapped(self, place: int, size: int) -> Array:
         raise PlaceError("no memory is shared with the peer")
 
     @override

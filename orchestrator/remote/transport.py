@@ -44,6 +44,24 @@ class Link(abc.ABC):
         """What is known to be wrong with the link, which may pass; empty if nothing is."""
         return ""
 
+    @property
+    def descriptor(self) -> int | None:
+        """That of a socket to a host that shares memory, for who sends and reads messages himself.
+
+        In front of each is its length, as eight bytes. Reading waits for a short time at most.
+        `None`, the default, if there is none.
+        """
+        return None
+
+    @property
+    def packs(self) -> bool:
+        """Whether the way is so short that it matters how long messages are made and read."""
+        return False
+
+    def unread(self, came: bytes) -> None:
+        """Let the next reply begin with what was read from `descriptor`."""
+        del came
+
     @abc.abstractmethod
     def send(self, message: bytes) -> None:
         """Send a command; do not wait for the reply.

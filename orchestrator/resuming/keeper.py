@@ -70,6 +70,11 @@ class Keeper(Checkpoints):
         run_ns, observers_ns = self._found.content["spent"]
         return Spent(run_ns=run_ns, observers_ns=observers_ns)
 
+    @property
+    @override
+    def are_wanted(self) -> bool:
+        return True
+
     @override
     def begin(self, standing: Standing) -> Time:
         self._standing = standing

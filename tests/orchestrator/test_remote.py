@@ -253,7 +253,7 @@ GOOD = Message(kind=Kind.STEP, epoch=1, sequence=2, t=3, h=4, document={"a": [1]
     [
         (b"", "0 bytes are too short"),
         (b"HTTP/1.1 400 Bad Request" + bytes(40), "starts with b'NLOS', not b'HTTP'"),
-        (GOOD[:4] + b"\x07" + GOOD[5:], "speaks version 7 .* this is version 4; install the same"),
+        (GOOD[:4] + b"\x07" + GOOD[5:], "speaks version 7 .* this is version 5; install the same"),
         (GOOD[:6] + b"\x63" + GOOD[7:], "unknown kind 99"),
         (GOOD[:-16], "ends too early"),
         (GOOD[:48] + b"[" + GOOD[49:], "cannot be read"),

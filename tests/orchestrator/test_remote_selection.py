@@ -26,6 +26,7 @@ from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport, Transport
 from orchestrator.signal import Causality, Connector, Signals
 from orchestrator.simulation import simulate
+from orchestrator.stretch import Stretch
 from orchestrator.system import Endpoint, System
 from orchestrator.timebase import Duration, Time
 
@@ -102,6 +103,12 @@ class Wanting(Observer):
     @override
     def observe(self, t: Time, published: tuple[str, ...], values: Mapping[str, Signals]) -> None:
         self.seen.append(float(np.asarray(values["pair"]["one"])))
+
+    @override
+    def observe_stretch(self, stretch: Stretch) -> None:
+        rows = stretch.samples["pair"].rows
+        assert list(rows) == ["one"]
+        self.seen += np.frombuffer(rows["one"].data).tolist()
 
     @override
     def end(self, result: SimulationResult) -> None:

@@ -17,7 +17,7 @@ def test_both_versions_are_those_of_the_page() -> None:
 
 
 def test_kinds_have_the_numbers_of_the_page() -> None:
-    found = {name: int(number) for name, number in re.findall(r"([A-Z]{3,}) \| (\d+)", PAGE)}
+    found = {name: int(number) for name, number in re.findall(r"([A-Z_]{3,}) \| (\d+)", PAGE)}
     kinds = {kind.name: kind.value for each in (protocol.Kind, stream.Kind) for kind in each}
     assert found == kinds
 

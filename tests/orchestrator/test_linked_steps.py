@@ -1,0 +1,279 @@
+"""Compiled code steps components in other processes as Python does: same bytes, same errors."""
+
+import random
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from orchestrator.algorithm.base import CosimulationAlgorithm
+from orchestrator.algorithm.gauss_seidel import GaussSeidel
+from orchestrator.algorithm.jacobi import Jacobi
+from orchestrator.limits import Deadlines, Limits, OnFailure
+from orchestrator.plan import layouts
+from orchestrator.plan.plan import RunPlan
+from orchestrator.recording.reader import Recording
+from orchestrator.remote.linked_steps import can_be_laid_out
+from orchestrator.remote.protocol import Message
+from orchestrator.remote.segment import can_share
+from orchestrator.remote.transport import Transport
+from orchestrator.signal import Causality, Connector
+from tests.orchestrator.mixers import (
+    DEEDS,
+    IN_TURN,
+    KINDS,
+    MS,
+    Members,
+    Net,
+    check_equal,
+    in_memory,
+    link,
+    packed,
+)
+
+pytestmark = pytest.mark.skipif(
+    not can_share() or layouts.engine() is None, reason="needs shared memory and the engine"
+)
+
+
+def drawn(seed: int) -> Net:
+    """Some members, and what each reads."""
+    dice = random.Random(seed)  # noqa: S311
+    members: Members = [
+        (True, dice.choice((1, 2, 3, 6, 18, 36)), {}) for _ in range(dice.randint(2, 4))
+    ]
+    members += [(False, dice.choice((6, 18, 36)), {}) for _ in range(dice.randint(0, 2))]
+    dice.shuffle(members)
+    ways = []
+    for target in range(len(members)):
+        for kind in KINDS:
+            if dice.random() < 0.8:
+                way: dict[str, Any] = {}
+                if kind in {"scalar", "table"} and dice.random() < 0.4:
+                    way = dice.choice([{"gain": 0.25}, {"offset": 1.5}, {"delay": 3 * MS}])
+                ways.append(link(dice.randrange(len(members)), target, kind, **way))
+    return Net(members, ways)
+
+
+@pytest.fixture
+def decoded(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Messages that Python reads here."""
+    found: list[int] = []
+    decode = Message.decode
+
+    def noting(message: bytes) -> tuple[Message, int]:
+        found.append(len(message))
+        return decode(message)
+
+    monkeypatch.setattr(Message, "decode", noting)
+    return found
+
+
+@pytest.fixture
+def points(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """How many points there are in each stretch."""
+    found: list[int] = []
+    run = RunPlan.run
+
+    def noting(self: RunPlan, *of: Any) -> Any:
+        stretch = run(self, *of)
+        found.append(stretch.count)
+        return stretch
+
+    monkeypatch.setattr(RunPlan, "run", noting)
+    return found
+
+
+FEW = range(4)
+
+
+@pytest.mark.parametrize("seed", [
+    pytest.param(k, marks=[] if k in FEW else [pytest.mark.slow]) for k in range(40)
+])  # fmt: skip
+def test_any_net_gives_the_bytes_of_one_process(seed: int, tmp_path: Path) -> None:
+    """Whether they step at the same time, or in turns."""
+    net = drawn(seed)
+    order = [f"m{k}" for k in range(len(net.members))]
+    random.Random(seed).shuffle(order)  # noqa: S311
+    algorithm: CosimulationAlgorithm = GaussSeidel(tuple(order)) if seed % 2 else Jacobi()
+    here = net.run(tmp_path / "here", elsewhere=False, algorithm=algorithm)
+    assert not here.error
+    for transport in (in_memory, packed):
+        there = net.run(tmp_path / transport.__name__, algorithm=algorithm, transport=transport)
+        check_equal(here, there)
+    check_equal(here, net.run(tmp_path / "plain", compiled=False, algorithm=algorithm))
+
+
+@pytest.mark.parametrize("transport", [in_memory, packed])
+def test_steps_of_one_size_go_without_messages_of_signals(
+    transport: Callable[[], Transport], tmp_path: Path, points: list[int], decoded: list[int]
+) -> None:
+    """Of 72 steps of three processes Python decodes no reply; it does of the calls around them."""
+    ways = [link(k, (k + 1) % 3, kind) for k in range(3) for kind in KINDS]
+    ran = Net([(True, 1, {})] * 3, ways).run(tmp_path / "run", transport=transport)
+    assert (ran.error, ran.time, sum(points)) == ("", 72 * MS, 72)
+    # created, set up, initialised, told of the memory, closed
+    assert len(decoded) == 3 * 5
+
+
+def test_a_slow_step_goes_on_while_others_are_due_and_python_steps_between(
+    tmp_path: Path, points: list[int]
+) -> None:
+    """The slow one is begun by the engine, which leaves five times before it has to be ready."""
+    ways = [link(0, 1, "scalar"), link(1, 0, "scalar"), link(2, 0, "table"), link(0, 2, "table")]
+    members = [(True, 36, {"pause": 0.05}), (True, 1, {}), (False, 6, {})]
+    here = Net(members, ways).run(tmp_path / "here", elsewhere=False)
+    there = Net(members, ways).run(tmp_path / "there")
+    check_equal(here, there)
+    assert sum(points) == 72 - 12
+    assert len(points) == 12
+
+
+@pytest.mark.parametrize("deed", [deed for deed in DEEDS if deed != "hang"])
+@pytest.mark.parametrize(
+    ("who", "algorithm", "transport"),
+    [
+        (0, Jacobi(), in_memory),
+        (1, IN_TURN, packed),
+        pytest.param(0, IN_TURN, in_memory, marks=pytest.mark.slow),
+        pytest.param(1, Jacobi(), packed, marks=pytest.mark.slow),
+    ],
+)
+def test_whatever_a_component_does_is_said_and_recorded_as_by_python(
+    *,
+    deed: str,
+    who: int,
+    algorithm: CosimulationAlgorithm,
+    transport: Callable[[], Transport],
+    tmp_path: Path,
+    caplog: pytest.LogCaptureFixture,
+    points: list[int],
+) -> None:
+    if deed in {"leave", "die"} and who == 0:
+        pytest.skip("when that is noticed depends on the machine")
+    members: Members = [(True, 2, {}), (True, 1, {}), (False, 24, {})]
+    members[who][2].update(deed=deed, at=7)
+    ways = [link(k, (k + 1) % 3, kind) for k in range(3) for kind in KINDS]
+    net = Net(members, ways)
+    runs, logs = [], []
+    for compiled in (False, True):
+        caplog.clear()
+        out = tmp_path / str(compiled)
+        runs.append(net.run(out, compiled=compiled, algorithm=algorithm, transport=transport))
+        logs.append([r.message for r in caplog.records if r.name == "mixer"])
+    check_equal(*runs)
+    assert sum(points) >= 6
+    assert logs[0] == logs[1]
+    assert logs[0] == ([f"at {(2, 1)[who] * 6 * MS}"] if deed == "log" else [])
+    # of seven steps the last one begins at 6 ms or 12 ms, and nothing of its end is recorded
+    step = (2, 1)[who]
+    last = Recording(tmp_path / "True")[f"m{1 - who}.scalar_out"].times[-1]
+    if runs[1].error:
+        begin = f"component `m{who}` at t = {6 * step / 1000:g} s: "
+        assert runs[1].error.startswith(begin)
+        assert last == {0: 13, 1: 6}[who] * MS
+    elif deed == "end":
+        assert last == {0: 14, 1: 6}[who] * MS
+    elif deed == "end_within":
+        assert last == {0: 13, 1: 6}[who] * MS
+    else:
+        assert last == 72 * MS
+
+
+@pytest.mark.parametrize("transport", [in_memory, packed])
+def test_a_process_that_hangs_is_ended_at_its_deadline(
+    transport: Callable[[], Transport], tmp_path: Path
+) -> None:
+    """Of three, while the others wait; what was published until then is recorded."""
+    members: Members = [(True, 1, {}), (True, 1, {"deed": "hang", "at": 9}), (True, 1, {})]
+    before = time.monotonic()
+    ran = Net(members, []).run(tmp_path / "run", transport=transport)
+    assert ran.error.startswith("component `m1` at t = 0.008 s: did not answer within 1 s")
+    assert time.monotonic() - before < 15
+    assert Recording(tmp_path / "run")["m0.scalar_out"].times[-1] == 8 * MS
+
+
+@pytest.mark.parametrize("transport", [in_memory, packed])
+def test_a_death_is_noticed_while_another_one_takes_its_time(
+    transport: Callable[[], Transport], tmp_path: Path
+) -> None:
+    members: Members = [
+        (True, 1, {"pause": 0.9}),
+        (True, 1, {"deed": "die", "at": 1}),
+        (True, 1, {}),
+    ]
+    before = time.monotonic()
+    ran = Net(members, []).run(tmp_path / "run", stop=4 * MS, transport=transport)
+    assert ran.error == "component `m1` at t = 0 s: its process was killed by SIGKILL"
+    assert time.monotonic() - before < 15
+
+
+def test_a_component_that_may_be_started_again_stays_with_python(
+    tmp_path: Path, points: list[int]
+) -> None:
+    """Its steps are written down, to be made again."""
+    net = Net([(True, 1, {}), (True, 1, {})], [])
+    again = {"m0": Limits(deadlines=Deadlines(), on_failure=OnFailure.RESTART)}
+    plain = net.run(tmp_path / "plain", compiled=False)
+    check_equal(plain, net.run(tmp_path / "run", limits=again))
+    assert not points
+    check_equal(plain, net.run(tmp_path / "usual"))
+    assert sum(points) == 72
+
+
+@pytest.mark.parametrize(
+    ("ways", "one", "other", "ahead"),
+    [
+        pytest.param([(0, 1), (0, 2)], "m2", "m1", 0, id="who do not read each other"),
+        pytest.param([(0, 1), (1, 2)], "m0", "m2", 1, id="who reads nobody, with its next step"),
+    ],
+)
+def test_in_turns_they_work_at_the_same_time(
+    *,
+    ways: list[tuple[int, int]],
+    one: str,
+    other: str,
+    ahead: int,
+    tmp_path: Path,
+    points: list[int],
+) -> None:
+    """`one` has begun its step, or the next one, before that of `other` ends; of 12, most."""
+    log = tmp_path / "log"
+    log.mkdir()
+    members: Members = [(True, 1, {"pause": 0.04, "log": log / f"m{k}"}) for k in range(3)]
+    net = Net(members, [link(*way, "scalar") for way in ways])
+    ran = net.run(tmp_path / "there", algorithm=IN_TURN, stop=12 * MS)
+    assert not ran.error
+    assert sum(points) > 6
+    times = {name: np.loadtxt(log / name) for name in (one, other)}
+    begun, ended = times[one][ahead:, 0], times[other][: 12 - ahead, 1]
+    assert np.count_nonzero(begun < ended) > 6
+
+
+def test_in_turns_nobody_sees_more_than_in_one_process(tmp_path: Path) -> None:
+    """Who leads and steps less often, who follows and steps more often, and rings of both."""
+    for rates in [(1, 2, 3), (3, 2, 1), (2, 2, 1), (6, 1, 1)]:
+        ways = [link(a, b, "scalar") for a, b in [(0, 1), (1, 2), (2, 0)]]
+        ways += [link(2, 1, "table"), link(1, 2, "counts")]
+        net = Net([(True, rate, {}) for rate in rates], ways)
+        runs = [
+            net.run(tmp_path / f"{rates}{k}", algorithm=IN_TURN, elsewhere=k > 0) for k in range(2)
+        ]
+        check_equal(*runs)
+
+
+def test_what_is_too_much_or_not_of_fixed_size_is_not_laid_out() -> None:
+    def declared(**of: Any) -> dict[str, Connector]:
+        return {"x": Connector(**{"causality": Causality.OUTPUT, **of})}
+
+    assert can_be_laid_out(declared(shape=(131072,)))  # 1 MB
+    assert not can_be_laid_out(declared(shape=(131073,)))
+    assert not can_be_laid_out(declared(shape=("car",)))
+    assert not can_be_laid_out(declared(shape=(3,), dtype=np.complex128))
+    assert not can_be_laid_out(declared(dtype=None, mime_type="text/plain"))
+    half = declared(shape=(65536,))["x"]
+    assert can_be_laid_out({"a": half, "b": half})
+    assert not can_be_laid_out({"a": half, "b": half, "c": declared()["x"]})
