@@ -96,7 +96,7 @@ class Mixer(Component, EndRequesting):
                 found[f"{name}_out"] = (value + self._rng.integers(0, 9, shape)).astype(dtype)
             else:
                 noise = self._rng.normal(size=shape)
-                found[f"{name}_out"] = np.asarray(0.5 * value + noise + t * 1e-9, dtype)
+                found[f"{name}_out"] = np.asarray(0.5 * value + noise + (t + 2 * h) * 1e-9, dtype)
         inputs.clear()  # type: ignore[attr-defined]  # they are its own
         self._values = found
         if self._count == self._p.at and self._p.deed:

@@ -1,6 +1,7 @@
 """Compiled code steps components in other processes as Python does: same bytes, same errors."""
 
 import random
+import signal
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -211,6 +212,22 @@ def test_a_death_is_noticed_while_another_one_takes_its_time(
     assert time.monotonic() - before < 15
 
 
+def test_signals_in_between_change_nothing(tmp_path: Path) -> None:
+    """They interrupt whoever sends or waits, here some thousand times."""
+    heard: list[int] = []
+    net = Net([(True, 1, {}), (True, 1, {}), (True, 2, {})], [link(0, 1, "table")])
+    here = net.run(tmp_path / "here", elsewhere=False, stop=720 * MS)
+    before = signal.signal(signal.SIGALRM, lambda number, frame: heard.append(number))
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.0003, 0.0003)
+        there = net.run(tmp_path / "there", stop=720 * MS)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    check_equal(here, there)
+    assert len(heard) > 100
+
+
 def test_a_component_that_may_be_started_again_stays_with_python(
     tmp_path: Path, points: list[int]
 ) -> None:
@@ -254,15 +271,16 @@ def test_in_turns_they_work_at_the_same_time(
 
 
 def test_in_turns_nobody_sees_more_than_in_one_process(tmp_path: Path) -> None:
-    """Who leads and steps less often, who follows and steps more often, and rings of both."""
-    for rates in [(1, 2, 3), (3, 2, 1), (2, 2, 1), (6, 1, 1)]:
-        ways = [link(a, b, "scalar") for a, b in [(0, 1), (1, 2), (2, 0)]]
-        ways += [link(2, 1, "table"), link(1, 2, "counts")]
-        net = Net([(True, rate, {}) for rate in rates], ways)
-        runs = [
-            net.run(tmp_path / f"{rates}{k}", algorithm=IN_TURN, elsewhere=k > 0) for k in range(2)
-        ]
-        check_equal(*runs)
+    """Who leads and steps less often, who follows and steps more often, rings of both, chains."""
+    ring = [link(a, b, "scalar") for a, b in [(0, 1), (1, 2), (2, 0)]]
+    ring += [link(2, 1, "table"), link(1, 2, "counts")]
+    chain = [link(0, 1, "scalar"), link(1, 2, "scalar")]
+    nets = [((1, 2, 3), ring), ((3, 2, 1), ring), ((6, 1, 1), ring), ((3, 1, 2), chain)]
+    nets += [((12, 1, 2), chain)]  # the first one is stepped by Python
+    for k, (rates, ways) in enumerate(nets):
+        net = Net([(rate < 12, rate, {}) for rate in rates], ways)
+        here = net.run(tmp_path / f"here{k}", algorithm=IN_TURN, elsewhere=False)
+        check_equal(here, net.run(tmp_path / f"there{k}", algorithm=IN_TURN))
 
 
 def test_what_is_too_much_or_not_of_fixed_size_is_not_laid_out() -> None:
