@@ -3,16 +3,18 @@
 import random
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from typing_extensions import override
 
 from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
+from orchestrator.checkpoints import NoCheckpoints
 from orchestrator.limits import Deadlines, Limits, OnFailure
 from orchestrator.plan import layouts
 from orchestrator.plan.plan import RunPlan
@@ -20,7 +22,7 @@ from orchestrator.recording.reader import Recording
 from orchestrator.remote.linked_steps import can_be_laid_out
 from orchestrator.remote.protocol import Message
 from orchestrator.remote.segment import can_share
-from orchestrator.remote.transport import Transport
+from orchestrator.remote.transport import Link, LoopbackTransport, Transport
 from orchestrator.signal import Causality, Connector
 from tests.orchestrator.mixers import (
     DEEDS,
@@ -46,7 +48,7 @@ def drawn(seed: int) -> Net:
     members: Members = [
         (True, dice.choice((1, 2, 3, 6, 18, 36)), {}) for _ in range(dice.randint(2, 4))
     ]
-    members += [(False, dice.choice((6, 18, 36)), {}) for _ in range(dice.randint(0, 2))]
+    members += [(False, dice.choice((4, 6, 9, 18)), {}) for _ in range(dice.randint(0, 2))]
     dice.shuffle(members)
     ways = []
     for target in range(len(members)):
@@ -115,9 +117,10 @@ def test_steps_of_one_size_go_without_messages_of_signals(
     """Of 72 steps of three processes Python decodes no reply; it does of the calls around them."""
     ways = [link(k, (k + 1) % 3, kind) for k in range(3) for kind in KINDS]
     ran = Net([(True, 1, {})] * 3, ways).run(tmp_path / "run", transport=transport)
-    assert (ran.error, ran.time, sum(points)) == ("", 72 * MS, 72)
-    # created, set up, initialised, told of the memory, closed
-    assert len(decoded) == 3 * 5
+    assert (ran.error, ran.time) == ("", 72 * MS)
+    assert sum(points) > 60  # a stretch that took too long leaves the last three to Python
+    # created, set up, initialised, told of the memory, closed; a few that took longer than 50 ms
+    assert len(decoded) < 3 * 5 + 3 * (72 - sum(points)) + 10
 
 
 def test_a_slow_step_goes_on_while_others_are_due_and_python_steps_between(
@@ -129,8 +132,8 @@ def test_a_slow_step_goes_on_while_others_are_due_and_python_steps_between(
     here = Net(members, ways).run(tmp_path / "here", elsewhere=False)
     there = Net(members, ways).run(tmp_path / "there")
     check_equal(here, there)
-    assert sum(points) == 72 - 12
-    assert len(points) == 12
+    assert sum(points) > 40
+    assert len(points) >= 12
 
 
 @pytest.mark.parametrize("deed", [deed for deed in DEEDS if deed != "hang"])
@@ -166,7 +169,7 @@ def test_whatever_a_component_does_is_said_and_recorded_as_by_python(
         runs.append(net.run(out, compiled=compiled, algorithm=algorithm, transport=transport))
         logs.append([r.message for r in caplog.records if r.name == "mixer"])
     check_equal(*runs)
-    assert sum(points) >= 6
+    assert sum(points) >= 4
     assert logs[0] == logs[1]
     assert logs[0] == ([f"at {(2, 1)[who] * 6 * MS}"] if deed == "log" else [])
     # of seven steps the last one begins at 6 ms or 12 ms, and nothing of its end is recorded
@@ -212,6 +215,87 @@ def test_a_death_is_noticed_while_another_one_takes_its_time(
     assert time.monotonic() - before < 15
 
 
+@pytest.mark.parametrize("algorithm", [Jacobi(), IN_TURN], ids=["jacobi", "gauss-seidel"])
+def test_who_is_not_due_where_python_steps_shows_what_he_showed(
+    algorithm: CosimulationAlgorithm, tmp_path: Path, points: list[int]
+) -> None:
+    """Python steps at every ninth millisecond, at which the second one is not always due."""
+    ways = [link(0, 1, "scalar"), link(2, 1, "table"), link(1, 0, "counts")]
+    net = Net([(True, 2, {}), (True, 1, {}), (False, 9, {})], ways)
+    here = net.run(tmp_path / "here", elsewhere=False, algorithm=algorithm)
+    check_equal(here, net.run(tmp_path / "there", algorithm=algorithm))
+    assert len(points) >= 8
+
+
+def test_steps_that_are_written_down_for_checkpoints_stay_with_python(
+    tmp_path: Path, points: list[int]
+) -> None:
+    """Of components whose state cannot be saved."""
+
+    class Wanted(NoCheckpoints):
+        are_wanted = True
+
+    net = Net([(True, 1, {}), (True, 1, {})], [link(0, 1, "scalar")])
+    plain = net.run(tmp_path / "plain", compiled=False)
+    check_equal(plain, net.run(tmp_path / "run", checkpoints=Wanted()))
+    assert not points
+
+
+def test_what_comes_of_a_step_behind_the_end_is_no_matter(tmp_path: Path) -> None:
+    """One that reads nobody has begun its next step when another one asks for the end."""
+    members: Members = [(True, 1, {"deed": "raise_error", "at": 8}), (True, 1, {"deed": "end"})]
+    members[1][2]["at"] = 7
+    order = GaussSeidel(("m0", "m1"))
+    for transport in (in_memory, packed):
+        ran = Net(members, []).run(
+            tmp_path / transport.__name__, algorithm=order, transport=transport
+        )
+        assert (ran.error, ran.time) == ("", 7 * MS)
+
+
+class Stuttering(LoopbackTransport):
+    """Gives every reply twice, as one that is said again after a cut."""
+
+    @override
+    def open(self, names: Sequence[str], timeout: float) -> Mapping[str, Link]:
+        return {name: Stutter(link) for name, link in super().open(names, timeout).items()}
+
+
+class Stutter(Link):
+    """See `Stuttering`."""
+
+    packs = True
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self._replies: list[bytes] = []
+
+    @override
+    def send(self, message: bytes) -> None:
+        self._link.send(message)
+        self._replies += [self._link.receive(0.0)] * 2
+
+    @override
+    def receive(self, timeout: float) -> bytes:
+        if not self._replies:
+            raise TimeoutError
+        return self._replies.pop(0)
+
+    @override
+    def abandon(self) -> None:
+        self._link.abandon()
+
+    @override
+    def limit_memory(self, limit: int | None) -> None:
+        self._link.limit_memory(limit)
+
+
+def test_a_reply_that_is_said_again_is_not_that_of_the_next_step(tmp_path: Path) -> None:
+    net = Net([(True, 1, {}), (True, 2, {})], [link(0, 1, "scalar"), link(1, 0, "table")])
+    here = net.run(tmp_path / "here", elsewhere=False)
+    check_equal(here, net.run(tmp_path / "there", transport=Stuttering))
+
+
 def test_signals_in_between_change_nothing(tmp_path: Path) -> None:
     """They interrupt whoever sends or waits, here some thousand times."""
     heard: list[int] = []
@@ -238,7 +322,7 @@ def test_a_component_that_may_be_started_again_stays_with_python(
     check_equal(plain, net.run(tmp_path / "run", limits=again))
     assert not points
     check_equal(plain, net.run(tmp_path / "usual"))
-    assert sum(points) == 72
+    assert sum(points) > 60
 
 
 @pytest.mark.parametrize(
