@@ -80,7 +80,7 @@ def forged(component: Any) -> bytes:
     outputs = {n: c for n, c in component.connectors.items() if c.causality is Causality.OUTPUT}
     lies = {**component.outputs(), "mean": np.array(123.0)}
     block = SignalEncoder(outputs).parts(lies)
-    return Message(Kind.DONE, dialogue.epoch, dialogue._sequence + 1).encode(block)
+    return Message(Kind.DONE, dialogue.epoch, dialogue.sequence + 1).encode(block)
 
 
 def forger(
