@@ -414,20 +414,6 @@ class Participant(abc.ABC):
         self._pending, self._reached, self._shown = pending, reached, reached
         self.wall_time_ns += spent_ns
 
-    def go_on_waiting(self, published: Signals, t: Time, h: Duration, spent_ns: int) -> None:
-        """`go_on` in the middle of a step from `t` [ns] over `h` [ns], if it steps elsewhere."""
-        raise NotImplementedError
-
-    def wait_for(self, t: Time, h: Duration) -> None:
-        """Wait for a step from `t` [ns] over `h` [ns] that was begun, here or not.
-
-        Its outputs are pending then. Whoever calls this counts the time.
-
-        Raises:
-            ComponentError: the component failed, or broke its contract.
-        """
-        raise NotImplementedError
-
     def memory(self) -> dict[str, Any]:
         """What it knows beside its component between two steps, for `orchestrator.packing`."""
         return {

@@ -95,14 +95,20 @@ class ConcurrentParticipant(Participant):
     def native(self) -> NativeUnit | None:
         return self._component.native()
 
-    @override
     def go_on_waiting(self, published: Signals, t: Time, h: Duration, spent_ns: int) -> None:
+        """`go_on` in the middle of a step from `t` [ns] over `h` [ns], begun here or not."""
         self.published.update(published)
         self.wall_time_ns += spent_ns
         self._be_begun(t, h)
 
-    @override
     def wait_for(self, t: Time, h: Duration) -> None:
+        """Wait for a step from `t` [ns] over `h` [ns] that was begun, here or not.
+
+        Its outputs are pending then. Whoever calls this counts the time.
+
+        Raises:
+            ComponentError: the component failed, or broke its contract.
+        """
         spent = self.wall_time_ns
         self._be_begun(t, h)
         self._complete()

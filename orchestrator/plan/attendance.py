@@ -7,6 +7,7 @@ from typing import Any
 from typing_extensions import override
 
 from orchestrator.algorithm.participant import Participant
+from orchestrator.algorithm.participants import ConcurrentParticipant
 from orchestrator.errors import ComponentError
 from orchestrator.native import NativeLink, NativeOwner
 from orchestrator.plan import layouts
@@ -83,15 +84,16 @@ class LinkAttendance(Attendance):
     """
 
     def __init__(
-        self, participant: Participant, link: NativeLink, adopt: Callable[[Signals], None]
+        self, participant: ConcurrentParticipant, link: NativeLink, adopt: Callable[[Signals], None]
     ) -> None:
         super().__init__(participant, link)
+        self._concurrent = participant
         self._link = link
         self._adopt = adopt
 
     @override
     def _complete(self, status: int, t: Time, h: Duration) -> None:
         self._link.complete_step(status, t, h)
-        self._participant.wait_for(t, h)
-        if not self._participant.asking.has_ended:
-            self._adopt(self._participant.pending)
+        self._concurrent.wait_for(t, h)
+        if not self._concurrent.asking.has_ended:
+            self._adopt(self._concurrent.pending)

@@ -422,7 +422,7 @@ static Outcome depart(Plan *p, int64_t t, bool is_sample, double weight) {
         Unit *u = &p->unit[p->failed];
         if (u->from != t) continue;
         p->failed_from = t;
-        Outcome outcome = timed(u->link ? begin_step : make_step, p, u, t, is_sample, weight);
+        Outcome outcome = u->link ? timed(begin_step, p, u, t, is_sample, weight) : timed(make_step, p, u, t, is_sample, weight);
         if (outcome != ALL_DONE) return outcome;
     }
     return ALL_DONE;
@@ -486,7 +486,8 @@ static Outcome arrive_in_turn(Plan *p, int64_t t, bool is_sample, double weight)
         if (u->due != t) continue;
         p->failed_from = u->from;
         if (outcome == ALL_DONE && may_begin(u)) outcome = begin_step(p, u, u->from);
-        if (outcome == ALL_DONE) outcome = timed(u->link ? end_step : make_step, p, u, u->from, is_sample, weight);
+        if (outcome == ALL_DONE)
+            outcome = u->link ? timed(end_step, p, u, u->from, is_sample, weight) : timed(make_step, p, u, u->from, is_sample, weight);
         if (outcome == ALL_DONE && u->ending == ENDS_WITHIN) outcome = RUN_ENDED;
         if (outcome != ALL_DONE) return outcome;
         publish(u, t);

@@ -21,11 +21,11 @@ from orchestrator.capabilities import PortableState
 from orchestrator.last_call import LastCall
 from orchestrator.native import NativeUnit
 from orchestrator.plan import layouts
+from orchestrator.plan.linked_unit import unit_plan
 from orchestrator.plan.mixes import can_mix, can_remember
 from orchestrator.plan.outside import fixed_shape
 from orchestrator.plan.points import is_countable
 from orchestrator.plan.sources import Sources
-from orchestrator.plan.unit import UnitPlan
 from orchestrator.signal import Array, Causality, Variability
 from orchestrator.stretch import Stretch
 from orchestrator.system import Endpoint, System
@@ -175,7 +175,7 @@ class RunPlan:
         self._smallest = min(grids[name].step_size for name in natives)
         self._table = (layouts.Unit * len(natives))()
         self._units = {
-            name: UnitPlan(
+            name: unit_plan(
                 participant=exchange.participants[name],
                 unit=unit,
                 connectors=system.connectors[name],

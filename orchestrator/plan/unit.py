@@ -13,15 +13,16 @@ from orchestrator.algorithm.participant import Participant
 from orchestrator.errors import ComponentError, defects
 from orchestrator.native import NativeKind, NativeUnit, NativeVariable
 from orchestrator.plan import layouts
-from orchestrator.plan.attendance import Attendance, LinkAttendance
+from orchestrator.plan.attendance import Attendance
 from orchestrator.plan.copies import Driven, are_adjacent
 from orchestrator.plan.memory import Outputs
 from orchestrator.plan.mixes import UnitMixes
 from orchestrator.plan.past import Past
 from orchestrator.plan.points import grid_of, points
+from orchestrator.plan.recorded import Recorded
 from orchestrator.plan.sources import Readable, Sources
 from orchestrator.signal import Array, Connector, Signal, Signals
-from orchestrator.stretch import Rows, Samples
+from orchestrator.stretch import Samples
 from orchestrator.system import Feed
 from orchestrator.timebase import StepSize, Time
 
@@ -33,9 +34,6 @@ _IN_MEMORY: Final[Mapping[NativeKind, np.dtype[Any]]] = {
 
 
 _BYTES: Final = frozenset({NativeKind.BINARY, NativeKind.TEXT})
-_CACHE_LINE: Final = 64
-_MOST_SHELVED: Final = 256
-"""Bytes of outputs that are recorded many points at once; more are copied one by one."""
 
 
 class UnitPlan(Readable):
@@ -74,38 +72,34 @@ class UnitPlan(Readable):
         names = [name for group in self._groups.values() for name in group]
         own = {name: connectors[name] for name in names}
         shapes = {name: unit.variables[name].shape for name in names}
-        first = Outputs(own, shapes)
-        self._link = unit.link
-        has_two = is_parallel or self._link is not None
-        self._outputs = (first, Outputs(own, shapes) if has_two else first)
-        rooms = self._link.lay_out(first.places, len(first.block)) if self._link else ()
-        theirs = [Outputs(own, shapes, room) for room in rooms]
-        self._blocks = {each.bases[0]: each for each in (*self._outputs, *theirs)}
         self._is_parallel = is_parallel
+        self._outputs = self._made(own, shapes)
         inputs = {feed.input: unit.variables[feed.input].shape for feed in feeds}
         inputs |= {
             each.input: unit.variables[each.input].shape for each in participant.inputs.mixed
         }
         self._mixes = UnitMixes(participant.inputs.mixed, connectors, inputs)
         self._pasts: dict[str, Past] = {}
-        self._recorded = [name for name in names if name in recorded]
+        self._recorded = Recorded([name for name in names if name in recorded], self._outputs[0])
         self._shown: dict[str, Signal] = {}
         self._left: Time | None = None  # what the engine knows of this point is all there is
         self._keep: list[Any] = []  # what the table points to
         self._driven: list[Driven] = []
         self._setting_names: list[tuple[str, list[str]]] = []
-        self._tracks: list[layouts.Track] = []
-        self._rings: dict[str, tuple[memoryview, int, tuple[int, ...]]] = {}
-        self._binary_rings: dict[str, tuple[layouts.Track, Array]] = {}
-        self._sampled = 0  # samples that lie in `_rows`
-        self._rows: dict[str, Rows] = {}
-        self._attendance = (
-            Attendance(participant, unit.owner)
-            if self._link is None
-            else LinkAttendance(participant, self._link, self._adopt)
-        )
+        self._attendance = self._attended()
         self._describe(table, unit)
         unit.owner.count_calls(ctypes.addressof(table) + layouts.Unit.calls.offset)
+
+    def _made(
+        self, own: Mapping[str, Connector], shapes: Mapping[str, tuple[int, ...]]
+    ) -> tuple[Outputs, Outputs]:
+        """Memory for its outputs: what is published first, and what is pending."""
+        first = Outputs(own, shapes)
+        return first, (Outputs(own, shapes) if self._is_parallel else first)
+
+    def _attended(self) -> Attendance:
+        """What completes its steps."""
+        return Attendance(self.participant, self._unit.owner)
 
     @property
     def step_size(self) -> StepSize:
@@ -120,11 +114,11 @@ class UnitPlan(Readable):
     @property
     def published(self) -> Outputs:
         """The outputs that others see; by Jacobi, they and the pending ones change places."""
-        return self._blocks[self._table.published]
+        return self._outputs[self._table.published != self._outputs[0].bases[0]]
 
     @property
     def _pending(self) -> Outputs:
-        return self._blocks[self._table.pending]
+        return self._outputs[self._table.pending != self._outputs[0].bases[0]]
 
     @override
     def source(self, output: str) -> layouts.Source:
@@ -145,8 +139,7 @@ class UnitPlan(Readable):
     @property
     def recorded_bytes(self) -> int:
         """What it records at one point, Binary left out [byte]."""
-        places = self._outputs[0].places
-        return 8 + sum(places[name].size for name in self._recorded if name in places)
+        return self._recorded.point_bytes
 
     # ---- the table ----
 
@@ -159,22 +152,10 @@ class UnitPlan(Readable):
         table.flag = (ctypes.c_void_p * 3)(*unit.flags)
         table.last_time = unit.last_time
         table.attend = self._attendance.address
-        if self._link is not None:
-            table.link = ctypes.cast(self._link.address, ctypes.POINTER(layouts.Link))
         gettings = [self._getting(type_, names) for type_, names in self._groups.items()]
         table.getting = self._kept((layouts.Getting * len(gettings))(*gettings))
         table.gettings = len(gettings)
-        table.track = self._kept((layouts.Track * len(self._recorded))())
-        table.tracks = len(self._recorded)
-        self._tracks = [table.track[k] for k in range(table.tracks)]
-        if self._recorded and len(self._outputs[0].block) <= _MOST_SHELVED:
-            table.size = len(self._outputs[0].block)
-            shelf = self._kept(np.empty(layouts.SHELF * table.size, np.uint8))
-            table.shelf = shelf.ctypes.data
-        for track, name in zip(self._tracks, self._recorded, strict=True):
-            track.offset = self._outputs[0].offset(name)
-            track.is_binary = name in self._outputs[0].binaries
-            track.size = 8 if track.is_binary else self._outputs[0].places[name].size
+        self._recorded.describe(table)
 
     def _kept(self, what: Any) -> Any:
         """`what`, which lives as long as the plan."""
@@ -258,69 +239,44 @@ class UnitPlan(Readable):
             copy.source = sources[name]
             copy.size = count if kind is NativeKind.BOOLEAN32 else count * dtype.itemsize
             self._driven.append(Driven.of(name, feeds.get(name), copy))
-        if self._link is not None:
-            (name,) = names  # each is of its own type
-            call.elements = copies[0].to = self._link.inputs[name]
-        elif kind in _BYTES:
+        if kind in _BYTES:
             call.is_binary = True
             call.elements = self._kept(np.zeros(2 * len(names), np.uintp)).ctypes.data
-        elif kind is NativeKind.BOOLEAN32 or not are_adjacent(copies):
-            elements = self._kept(np.zeros(max(call.count, 1), dtype))
-            call.elements = to = elements.ctypes.data
+        elif (to := self._memory_of(names, call.count, dtype, copies)) is not None:
+            call.elements = to
             for copy, count in zip(copies, counts, strict=True):
                 copy.to, to = to, to + count * dtype.itemsize
         return call
 
-    def take_turns(self, names: Sequence[str]) -> None:
-        """Know when it may begin its steps before its turn, if it is in another process.
+    def _memory_of(
+        self,
+        names: Sequence[str],
+        count: int,
+        dtype: "np.dtype[Any]",
+        copies: Sequence[layouts.Copy],
+    ) -> int | None:
+        """Where inputs are put together that one call sets; `None`: they lie so already."""
+        kind = self._variable(names).kind
+        if kind is not NativeKind.BOOLEAN32 and are_adjacent(copies):
+            return None
+        return int(self._kept(np.zeros(max(count, 1), dtype)).ctypes.data)
 
-        Args:
-            names: of all units, in the order of their turns.
-        """
-        table = self._table
-        if self._link is None:
-            return
-        own = names.index(self.participant.name)
-        read = sorted(names.index(each) for each in self.participant.sources if each in names)
-        reads = [layouts.Read(index, index < own) for index in read]
-        table.read, table.reads = self._kept((layouts.Read * len(reads))(*reads)), len(reads)
-        # what is made of several outputs, or late, is made in its turn
-        is_known = not self._mixes.inputs
-        table.early = (
-            1 + max((k for k in read if k < own), default=-1) if is_known else layouts.NEVER
-        )
-        table.onward = max([own, *read]) if is_known else layouts.NEVER
+    def take_turns(self, names: Sequence[str]) -> None:
+        """Know the names of all units, in the order of their turns."""
 
     # ---- stretches ----
 
     def room(self, points: int) -> int:
         """How much memory so many samples take [byte]."""
-        return sum(_room(points * track.size) for track in self._tracks)
+        return self._recorded.room(points)
 
     def reserve(self, points: int, address: int, memory: memoryview) -> None:
-        """Use `memory` for so many samples.
-
-        Args:
-            points: how many.
-            address: of the memory.
-            memory: bytes, as many as `room` says; it stays where it is.
-        """
-        at, self._sampled = 0, 0
-        for track, name in zip(self._tracks, self._recorded, strict=True):
-            size = points * track.size
-            track.row = address + at
-            own = memory[at : at + size]
-            if track.is_binary:
-                self._binary_rings[name] = track, np.frombuffer(own, np.int64)
-            else:
-                self._rings[name] = own, track.size, self._unit.variables[name].shape
-            at += _room(size)
+        """Use `memory` for so many samples, see `Recorded.reserve`."""
+        self._recorded.reserve(points, address, memory)
 
     def enter(self, t: Time, published: Mapping[str, Signals]) -> None:
         """Take over what Python did since the last stretch."""
         self._table.ending = self._attendance.ending
-        if self._link is not None:
-            self._link.enter(is_begun=self.participant.is_begun)
         if t != self._left:
             self._take_over(t, published)
         self._mixes.enter()
@@ -329,13 +285,11 @@ class UnitPlan(Readable):
 
     def _take_over(self, t: Time, published: Mapping[str, Signals]) -> None:
         """Bring in the values of all signals; those before `t` were not the engine's."""
-        if self.published not in self._outputs:  # where the engine cannot write
-            self._table.published, self._shown = self._spare().bases[0], {}
         for name, value in self.participant.published.items():
             if value is not self._shown.get(name):
                 self.published.put(name, value, self._library)
                 self._shown[name] = value
-        if self._is_parallel and self._is_under_way(t) and not self.participant.is_begun:
+        if self._is_parallel and self._is_under_way(t):
             self._adopt(self.participant.pending)
         owner = self._unit.owner
         for each in self._driven:
@@ -345,15 +299,8 @@ class UnitPlan(Readable):
             )
             each.enter(is_set=is_set)
 
-    def _spare(self) -> Outputs:
-        """Memory that can be written and has neither what is published nor what is pending."""
-        used = self._table.published, self._table.pending
-        return next((o for o in self._outputs if o.bases[0] not in used), self._outputs[0])
-
     def _adopt(self, outputs: Signals) -> None:
         """Let these be the pending outputs."""
-        if self._pending not in self._outputs:
-            self._table.pending = self._spare().bases[0]
         for name, value in outputs.items():
             self._pending.put(name, value, self._library)
 
@@ -371,13 +318,13 @@ class UnitPlan(Readable):
         """Let Python see what was published up to `t` [ns]; of its time, `scale` is true."""
         if self.rows:
             self._shown = dict(self.published.values())
-        spent = int(self._table.spent * scale)
-        if self._link is not None and (under_way := self._link.leave()) is not None:
-            self.participant.go_on_waiting(self._shown, *under_way, spent)
-            return
+        self._go_on(t, int(self._table.spent * scale))
+
+    def _go_on(self, t: Time, spent_ns: int) -> None:
+        """Let the participant go on at `t` [ns]."""
         is_ahead = self._is_parallel and self._is_under_way(t)
         pending = dict(self._pending.values()) if is_ahead else self._shown
-        self.participant.go_on(self._shown, pending, self._reached(t), spent)
+        self.participant.go_on(self._shown, pending, self._reached(t), spent_ns)
 
     def leave(self, t: Time, published: Mapping[str, Signals]) -> None:
         """Let the component go on where the engine was, when all units are shown."""
@@ -406,21 +353,7 @@ class UnitPlan(Readable):
             times: as `times` says, shape (sample,).
             are_kept: whether the memory of rows is not used again.
         """
-        count = self.rows
-        if count != self._sampled:
-            self._sampled = count
-            self._rows = {
-                name: Rows(ring[: count * size], shape=shape)
-                for name, (ring, size, shape) in self._rings.items()
-            }
-        rows = self._rows
-        if self._binary_rings:
-            rows = dict(rows)
-        for name, (track, sizes) in self._binary_rings.items():
-            content = track.bytes
-            binary = ctypes.string_at(content.data, content.size) if content.size else b""
-            rows[name] = Rows(binary, sizes[:count])
-        return Samples(times, rows, are_kept)
+        return Samples(times, self._recorded.rows(self.rows), are_kept)
 
     def fail(self, outcome: int, call: int, status: int, t: Time) -> ComponentError:
         """The error for what stopped the engine in the step from `t`."""
@@ -445,16 +378,7 @@ class UnitPlan(Readable):
         self._unit.owner.count_calls(None)
         for outputs in self._outputs:
             outputs.release(self._library)
-        for track in self._tracks:
-            self._library.plan_release(ctypes.byref(track.bytes))
-
-
-def _room(size: int) -> int:
-    """Memory for the samples of one signal [byte].
-
-    Rows of powers of two would all begin at the same place of a cache; so they are one line apart.
-    """
-    return (size // _CACHE_LINE + 2) * _CACHE_LINE
+        self._recorded.release(self._library)
 
 
 def _by_type(unit: NativeUnit, names: Sequence[str]) -> dict[str, list[str]]:
