@@ -3,6 +3,7 @@
 import signal
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -11,6 +12,7 @@ from adapters.sumo.headless import stand_in
 from fmus.native.build import build_fmu
 from fmus.native.targets import select_targets
 from fmus.native.unit import load_unit
+from orchestrator.plan.plan import RunPlan
 
 UNITS = Path(__file__).parent / "fmus" / "units"
 
@@ -48,3 +50,18 @@ def built(
 def fmu(built: Callable[[str], Path]) -> Callable[[str], Path]:
     """Build the test unit of that name."""
     return lambda name: built(str(UNITS / name))
+
+
+@pytest.fixture
+def stretches(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """How many points the engine worked through, stretch by stretch."""
+    found: list[int] = []
+    run = RunPlan.run
+
+    def counted(self: RunPlan, *args: Any) -> Any:
+        stretch = run(self, *args)
+        found.append(stretch.count)
+        return stretch
+
+    monkeypatch.setattr(RunPlan, "run", counted)
+    return found

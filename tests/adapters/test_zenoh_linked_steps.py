@@ -14,7 +14,8 @@ from adapters.zenoh import ZenohTransport
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.plan import layouts
 from orchestrator.reaping import children_of
-from tests.orchestrator.mixers import IN_TURN, KINDS, MS, Members, Net, check_equal, link
+from tests.orchestrator.mixers import IN_TURN, KINDS, Members, Net, link
+from tests.ran import MS, check_equal
 
 pytestmark = pytest.mark.skipif(layouts.engine() is None, reason="needs the engine")
 
@@ -44,7 +45,7 @@ def test_whoever_was_stopped_longer_than_the_lease_goes_on(tmp_path: Path) -> No
     program = (
         "from pathlib import Path; from adapters.zenoh import ZenohTransport\n"
         "from tests.adapters.test_zenoh_linked_steps import RING\n"
-        "from tests.orchestrator.mixers import Net, MS\n"
+        "from tests.orchestrator.mixers import Net\nfrom tests.ran import MS\n"
         "from orchestrator.limits import Deadlines, Limits\n"
         "more = {f'm{k}': Limits(deadlines=Deadlines(step=60.0)) for k in range(3)}\n"
         "net = Net([(True, 1, {'pause': 0.01}) for _ in range(3)], RING)\n"

@@ -6,6 +6,7 @@ import pytest
 
 from orchestrator import measure, registry, report
 from orchestrator.experiment import report as experiment_report
+from orchestrator.remote.protocol import Message
 from tests.installation import install
 
 SAMPLE_UNITS = {
@@ -77,3 +78,17 @@ def scenario_file(tmp_path: Path, sample_units: None) -> Path:
     path = tmp_path / "two.yaml"
     path.write_text(TWO_UNITS)
     return path
+
+
+@pytest.fixture
+def lengths(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Those of the messages that are decoded in this process."""
+    found: list[int] = []
+    decode = Message.decode
+
+    def noting(message: bytes) -> tuple[Message, int]:
+        found.append(len(message))
+        return decode(message)
+
+    monkeypatch.setattr(Message, "decode", noting)
+    return found

@@ -17,21 +17,18 @@ from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.capabilities import EndRequest, EndRequesting
 from orchestrator.component import Component
-from orchestrator.errors import ComponentError
 from orchestrator.limits import Deadlines, Limits
 from orchestrator.parameters import parameter
-from orchestrator.recording.recorder import Recorder
 from orchestrator.remote.launching import launch
 from orchestrator.remote.local import LocalTransport
 from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import Transport
 from orchestrator.signal import Causality, Connector, Signals
-from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
 from orchestrator.timebase import Duration, Time
 from orchestrator.transformation import Transformation
+from tests.ran import MS, Ran, ran
 
-MS = 1_000_000
 KINDS: Mapping[str, tuple[Any, tuple[int, ...]]] = {
     "scalar": (np.float64, ()),
     "table": (np.float32, (2, 3)),
@@ -184,17 +181,6 @@ def packed() -> Transport:
 
 
 @dataclass
-class Ran:
-    """What a run left."""
-
-    fingerprint: str
-    time: Time
-    values: Mapping[str, Signals]
-    error: str
-    logs: list[str]
-
-
-@dataclass
 class Net:
     """Mixers: whether each is in a process of its own, its step [ms], and its parameters."""
 
@@ -213,7 +199,6 @@ class Net:
         limits: Mapping[str, Limits] = MappingProxyType({}),
         **settings: Any,
     ) -> Ran:
-        recorder, results, error = Recorder(out), [], ""
         specs = [
             ComponentSpec(name=f"m{k}", type=f"{__name__}:Mixer", values=values)
             for k, (is_remote, _, values) in enumerate(self.members)
@@ -225,26 +210,8 @@ class Net:
                 for k, (_, _, values) in enumerate(self.members)
             }
             sizes = {f"m{k}": step * MS for k, (_, step, _) in enumerate(self.members)}
-            try:
-                results.append(
-                    simulate(
-                        System(components, sizes, self.ways), algorithm or Jacobi(), start=0,
-                        stop=stop, seed=5, observers=[recorder], compiled=compiled, **settings,
-                    )
-                )  # fmt: skip
-            except ComponentError as found:
-                error = str(found)
-        time = results[0].time if results else -1
-        return Ran(recorder.fingerprint, time, results[0].values if results else {}, error, [])
-
-
-def check_equal(one: Ran, other: Ran) -> None:
-    assert one.error == other.error
-    assert one.time == other.time
-    assert one.fingerprint == other.fingerprint
-    for name, values in one.values.items():
-        for connector, value in values.items():
-            np.testing.assert_array_equal(value, other.values[name][connector])
+            system = System(components, sizes, self.ways)
+            return ran(system, algorithm or Jacobi(), out, compiled=compiled, stop=stop, **settings)
 
 
 def link(source: int, target: int, kind: str, **way: Any) -> Connection:

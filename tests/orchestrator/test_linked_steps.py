@@ -17,10 +17,8 @@ from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.checkpoints import NoCheckpoints
 from orchestrator.limits import Deadlines, Limits, OnFailure
 from orchestrator.plan import layouts
-from orchestrator.plan.plan import RunPlan
 from orchestrator.recording.reader import Recording
 from orchestrator.remote.linked_steps import can_be_laid_out
-from orchestrator.remote.protocol import Message
 from orchestrator.remote.segment import can_share
 from orchestrator.remote.transport import Link, LoopbackTransport, Transport
 from orchestrator.signal import Causality, Connector
@@ -28,14 +26,13 @@ from tests.orchestrator.mixers import (
     DEEDS,
     IN_TURN,
     KINDS,
-    MS,
     Members,
     Net,
-    check_equal,
     in_memory,
     link,
     packed,
 )
+from tests.ran import MS, check_equal
 
 pytestmark = pytest.mark.skipif(
     not can_share() or layouts.engine() is None, reason="needs shared memory and the engine"
@@ -61,35 +58,6 @@ def drawn(seed: int) -> Net:
     return Net(members, ways)
 
 
-@pytest.fixture
-def decoded(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Messages that Python reads here."""
-    found: list[int] = []
-    decode = Message.decode
-
-    def noting(message: bytes) -> tuple[Message, int]:
-        found.append(len(message))
-        return decode(message)
-
-    monkeypatch.setattr(Message, "decode", noting)
-    return found
-
-
-@pytest.fixture
-def points(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """How many points there are in each stretch."""
-    found: list[int] = []
-    run = RunPlan.run
-
-    def noting(self: RunPlan, *of: Any) -> Any:
-        stretch = run(self, *of)
-        found.append(stretch.count)
-        return stretch
-
-    monkeypatch.setattr(RunPlan, "run", noting)
-    return found
-
-
 FEW = range(4)
 
 
@@ -112,19 +80,19 @@ def test_any_net_gives_the_bytes_of_one_process(seed: int, tmp_path: Path) -> No
 
 @pytest.mark.parametrize("transport", [in_memory, packed])
 def test_steps_of_one_size_go_without_messages_of_signals(
-    transport: Callable[[], Transport], tmp_path: Path, points: list[int], decoded: list[int]
+    transport: Callable[[], Transport], tmp_path: Path, stretches: list[int], lengths: list[int]
 ) -> None:
     """Of 72 steps of three processes Python decodes no reply; it does of the calls around them."""
     ways = [link(k, (k + 1) % 3, kind) for k in range(3) for kind in KINDS]
     ran = Net([(True, 1, {})] * 3, ways).run(tmp_path / "run", transport=transport)
     assert (ran.error, ran.time) == ("", 72 * MS)
-    assert sum(points) > 60  # a stretch that took too long leaves the last three to Python
+    assert sum(stretches) > 60  # a stretch that took too long leaves the last three to Python
     # created, set up, initialised, told of the memory, closed; a few that took longer than 50 ms
-    assert len(decoded) < 3 * 5 + 3 * (72 - sum(points)) + 10
+    assert len(lengths) < 3 * 5 + 3 * (72 - sum(stretches)) + 10
 
 
 def test_a_slow_step_goes_on_while_others_are_due_and_python_steps_between(
-    tmp_path: Path, points: list[int]
+    tmp_path: Path, stretches: list[int]
 ) -> None:
     """The slow one is begun by the engine, which leaves five times before it has to be ready."""
     ways = [link(0, 1, "scalar"), link(1, 0, "scalar"), link(2, 0, "table"), link(0, 2, "table")]
@@ -132,8 +100,8 @@ def test_a_slow_step_goes_on_while_others_are_due_and_python_steps_between(
     here = Net(members, ways).run(tmp_path / "here", elsewhere=False)
     there = Net(members, ways).run(tmp_path / "there")
     check_equal(here, there)
-    assert sum(points) > 40
-    assert len(points) >= 12
+    assert sum(stretches) > 40
+    assert len(stretches) >= 12
 
 
 @pytest.mark.parametrize("deed", [deed for deed in DEEDS if deed != "hang"])
@@ -154,7 +122,7 @@ def test_whatever_a_component_does_is_said_and_recorded_as_by_python(
     transport: Callable[[], Transport],
     tmp_path: Path,
     caplog: pytest.LogCaptureFixture,
-    points: list[int],
+    stretches: list[int],
 ) -> None:
     if deed in {"leave", "die"} and who == 0:
         pytest.skip("when that is noticed depends on the machine")
@@ -169,7 +137,7 @@ def test_whatever_a_component_does_is_said_and_recorded_as_by_python(
         runs.append(net.run(out, compiled=compiled, algorithm=algorithm, transport=transport))
         logs.append([r.message for r in caplog.records if r.name == "mixer"])
     check_equal(*runs)
-    assert sum(points) >= 4
+    assert sum(stretches) >= 4
     assert logs[0] == logs[1]
     assert logs[0] == ([f"at {(2, 1)[who] * 6 * MS}"] if deed == "log" else [])
     # of seven steps the last one begins at 6 ms or 12 ms, and nothing of its end is recorded
@@ -217,18 +185,18 @@ def test_a_death_is_noticed_while_another_one_takes_its_time(
 
 @pytest.mark.parametrize("algorithm", [Jacobi(), IN_TURN], ids=["jacobi", "gauss-seidel"])
 def test_who_is_not_due_where_python_steps_shows_what_he_showed(
-    algorithm: CosimulationAlgorithm, tmp_path: Path, points: list[int]
+    algorithm: CosimulationAlgorithm, tmp_path: Path, stretches: list[int]
 ) -> None:
     """Python steps at every ninth millisecond, at which the second one is not always due."""
     ways = [link(0, 1, "scalar"), link(2, 1, "table"), link(1, 0, "counts")]
     net = Net([(True, 2, {}), (True, 1, {}), (False, 9, {})], ways)
     here = net.run(tmp_path / "here", elsewhere=False, algorithm=algorithm)
     check_equal(here, net.run(tmp_path / "there", algorithm=algorithm))
-    assert len(points) >= 8
+    assert len(stretches) >= 8
 
 
 def test_steps_that_are_written_down_for_checkpoints_stay_with_python(
-    tmp_path: Path, points: list[int]
+    tmp_path: Path, stretches: list[int]
 ) -> None:
     """Of components whose state cannot be saved."""
 
@@ -238,7 +206,7 @@ def test_steps_that_are_written_down_for_checkpoints_stay_with_python(
     net = Net([(True, 1, {}), (True, 1, {})], [link(0, 1, "scalar")])
     plain = net.run(tmp_path / "plain", compiled=False)
     check_equal(plain, net.run(tmp_path / "run", checkpoints=Wanted()))
-    assert not points
+    assert not stretches
 
 
 def test_what_comes_of_a_step_behind_the_end_is_no_matter(tmp_path: Path) -> None:
@@ -313,16 +281,16 @@ def test_signals_in_between_change_nothing(tmp_path: Path) -> None:
 
 
 def test_a_component_that_may_be_started_again_stays_with_python(
-    tmp_path: Path, points: list[int]
+    tmp_path: Path, stretches: list[int]
 ) -> None:
     """Its steps are written down, to be made again."""
     net = Net([(True, 1, {}), (True, 1, {})], [])
     again = {"m0": Limits(deadlines=Deadlines(), on_failure=OnFailure.RESTART)}
     plain = net.run(tmp_path / "plain", compiled=False)
     check_equal(plain, net.run(tmp_path / "run", limits=again))
-    assert not points
+    assert not stretches
     check_equal(plain, net.run(tmp_path / "usual"))
-    assert sum(points) > 60
+    assert sum(stretches) > 60
 
 
 @pytest.mark.parametrize(
@@ -339,7 +307,7 @@ def test_in_turns_they_work_at_the_same_time(
     other: str,
     ahead: int,
     tmp_path: Path,
-    points: list[int],
+    stretches: list[int],
 ) -> None:
     """`one` has begun its step, or the next one, before that of `other` ends; of 12, most."""
     log = tmp_path / "log"
@@ -348,7 +316,7 @@ def test_in_turns_they_work_at_the_same_time(
     net = Net(members, [link(*way, "scalar") for way in ways])
     ran = net.run(tmp_path / "there", algorithm=IN_TURN, stop=12 * MS)
     assert not ran.error
-    assert sum(points) > 6
+    assert sum(stretches) > 6
     times = {name: np.loadtxt(log / name) for name in (one, other)}
     begun, ended = times[one][ahead:, 0], times[other][: 12 - ahead, 1]
     assert np.count_nonzero(begun < ended) > 6

@@ -26,6 +26,7 @@ from orchestrator.remote.launching import launch
 from orchestrator.remote.local import LocalTransport
 from orchestrator.remote.memory import Exchange, HostMemory
 from orchestrator.remote.segment import PlaceError, can_share
+from orchestrator.remote.socket_messages import SocketMessages
 from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import LinkLostError
 from orchestrator.simulation import simulate
@@ -121,7 +122,7 @@ def test_what_a_component_starts_does_not_get_the_socket(runs: ModuleType) -> No
 
 
 def test_a_message_that_comes_in_pieces_survives_the_end_of_the_waiting(pair: Pair) -> None:
-    messages, theirs = local._Messages(pair[0]), pair[1]
+    messages, theirs = SocketMessages(pair[0]), pair[1]
     body = bytes(range(256)) * 40_000  # more than a socket keeps
     frame = struct.pack("<Q", len(body)) + body
 
@@ -141,7 +142,7 @@ def test_a_message_that_comes_in_pieces_survives_the_end_of_the_waiting(pair: Pa
 
 
 def test_a_length_that_is_a_lie_takes_no_memory(pair: Pair) -> None:
-    messages, theirs = local._Messages(pair[0]), pair[1]
+    messages, theirs = SocketMessages(pair[0]), pair[1]
     theirs.sendall(struct.pack("<Q", 2**64 - 1) + b"x")
     theirs.close()
     with pytest.raises(EOFError):
@@ -151,7 +152,7 @@ def test_a_length_that_is_a_lie_takes_no_memory(pair: Pair) -> None:
 @pytest.mark.parametrize("length", [0, 1, 2**20 - 8, 2**20, 3 * 2**20 + 1])
 def test_messages_of_every_length_come_whole(pair: Pair, length: int) -> None:
     sent = stream(1, "message").bytes(length)
-    ours, theirs = map(local._Messages, pair)
+    ours, theirs = map(SocketMessages, pair)
 
     def send() -> None:
         for _ in range(2):
@@ -203,7 +204,7 @@ def is_child(folder: Path) -> bool:
 
 
 def test_messages_that_come_together_are_told_apart(pair: Pair) -> None:
-    ours, theirs = map(local._Messages, pair)
+    ours, theirs = map(SocketMessages, pair)
     sent = [b"", b"one", b"", b"another"]
     for message in sent:
         ours.send(message)
@@ -216,7 +217,7 @@ def test_descriptors_that_were_announced_and_do_not_come_are_not_waited_for(pair
     beside, theirs_beside = socket.socketpair()
     with beside, theirs_beside:
         for way, others in ((None, 0), (beside, 0), (beside, 1)):
-            messages = local._Messages(pair[0], HostMemory(1), way)
+            messages = SocketMessages(pair[0], HostMemory(1), way)
             pair[1].sendall(announced)
             if others:
                 socket.send_fds(theirs_beside, [b"\0"], [0] * others)

@@ -21,7 +21,6 @@ from orchestrator.observer import Observer, SimulationResult
 from orchestrator.parameters import parameter
 from orchestrator.remote.launching import launch
 from orchestrator.remote.local import LocalTransport
-from orchestrator.remote.protocol import Message
 from orchestrator.remote.specification import ComponentSpec
 from orchestrator.remote.transport import LoopbackTransport, Transport
 from orchestrator.signal import Causality, Connector, Signals
@@ -120,20 +119,6 @@ def ran(components: Mapping[str, Component], algorithm: Any) -> tuple[list[float
     wanting = Wanting()
     result = simulate(system, algorithm, start=0, stop=10 * STEP, seed=1, observers=[wanting])
     return wanting.seen, result.values["pair"]
-
-
-@pytest.fixture
-def lengths(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Of the messages that are read."""
-    found: list[int] = []
-    decode = Message.decode
-
-    def noting(message: bytes) -> tuple[Message, int]:
-        found.append(len(message))
-        return decode(message)
-
-    monkeypatch.setattr(Message, "decode", noting)
-    return found
 
 
 @pytest.mark.parametrize("algorithm", [Jacobi(), GaussSeidel()], ids=["jacobi", "gauss-seidel"])

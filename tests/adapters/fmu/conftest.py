@@ -13,7 +13,6 @@ from adapters.fmi.unpacked import host_folder
 from fmus.native.targets import compile_library, select_targets
 from fmus.native.unit import fmi_headers
 from orchestrator.plan import layouts
-from orchestrator.plan.plan import RunPlan
 
 LookAt: TypeAlias = Callable[[Callable[[layouts.Plan], None]], None]
 
@@ -129,18 +128,3 @@ def look_at_plans(monkeypatch: pytest.MonkeyPatch) -> LookAt:
         monkeypatch.setattr(library, "plan_run", looked_at)
 
     return begin
-
-
-@pytest.fixture
-def stretches(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """How many points the engine worked through, stretch by stretch."""
-    found: list[int] = []
-    run = RunPlan.run
-
-    def counted(self: RunPlan, *args: Any) -> Any:
-        stretch = run(self, *args)
-        found.append(stretch.count)
-        return stretch
-
-    monkeypatch.setattr(RunPlan, "run", counted)
-    return found

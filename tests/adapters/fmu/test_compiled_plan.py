@@ -1,6 +1,6 @@
 """Compiled code steps FMUs as Python does: the same bytes, the same errors."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -16,8 +16,6 @@ from orchestrator.algorithm.base import CosimulationAlgorithm
 from orchestrator.algorithm.gauss_seidel import GaussSeidel
 from orchestrator.algorithm.jacobi import Jacobi
 from orchestrator.component import Component
-from orchestrator.errors import ComponentError
-from orchestrator.observer import SimulationResult
 from orchestrator.plan.plan import RunPlan
 from orchestrator.recording.reader import Recording
 from orchestrator.recording.recorder import Recorder
@@ -26,6 +24,7 @@ from orchestrator.simulation import simulate
 from orchestrator.system import Connection, Endpoint, System
 from orchestrator.timebase import Duration, Time
 from orchestrator.transformation import Transformation
+from tests.ran import check_equal, ran
 
 MS = 1_000_000
 
@@ -144,56 +143,6 @@ def system_of(kinds: Kinds, network: list[tuple[str, int, dict[str, int]]]) -> S
             )
     sizes = {f"c{k}": step * MS for k, (_, step, _) in enumerate(network)}
     return System(components, sizes, connections)
-
-
-@dataclass
-class Ran:
-    """What a run left."""
-
-    fingerprint: str
-    time: Time
-    values: Mapping[str, Signals]
-    error: str
-
-
-def ran(
-    system: System,
-    algorithm: CosimulationAlgorithm,
-    out: Path,
-    *,
-    compiled: bool,
-    start: Time = 0,
-    stop: Time = 180 * MS,
-    **settings: Any,
-) -> Ran:
-    recorder = Recorder(out)
-    results: list[SimulationResult] = []
-    error = ""
-    try:
-        results.append(
-            simulate(
-                system, algorithm, start=start, stop=stop, seed=3,
-                observers=[recorder], compiled=compiled, **settings,
-            )
-        )  # fmt: skip
-    except ComponentError as found:
-        error = str(found)
-    time = results[0].time if results else -1
-    return Ran(recorder.fingerprint, time, results[0].values if results else {}, error)
-
-
-def check_equal(plain: Ran, compiled: Ran) -> None:
-    assert plain.error == compiled.error
-    assert plain.time == compiled.time
-    assert plain.fingerprint == compiled.fingerprint
-    for name, values in plain.values.items():
-        for connector, value in values.items():
-            other = compiled.values[name][connector]
-            assert type(value) is type(other)
-            np.testing.assert_array_equal(value, other)
-            if isinstance(value, np.ndarray) and isinstance(other, np.ndarray):
-                assert value.dtype == other.dtype
-                assert not other.flags.writeable
 
 
 @pytest.mark.slow
