@@ -4,11 +4,15 @@ import dataclasses
 import types
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeAlias, TypeVar, Union, get_args, get_origin
+from pathlib import Path
+from typing import Any, Final, TypeAlias, TypeVar, Union, get_args, get_origin
 
 from typing_extensions import override
 
 T = TypeVar("T")
+
+FILE_OR_NAME: Final = str | Path
+"""What is a path if it has a folder or a suffix, and else the name of something installed."""
 
 
 class FrozenMapping(Mapping[str, T]):

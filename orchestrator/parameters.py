@@ -70,8 +70,9 @@ class Parameter:
 
     Attributes:
         type: `bool`, `int`, `float`, `str`, `pathlib.Path` (relative to the scenario
-            file), a `typing.Literal` of strings, `Distribution`, `DistributedText` or a record;
-            `tuple[T, ...]` or `Mapping[str, T]` of one of these; and `T | None`.
+            file), `str | Path` (`orchestrator.kinds.FILE_OR_NAME`), a `typing.Literal` of strings,
+            `Distribution`, `DistributedText` or a record; `tuple[T, ...]` or `Mapping[str, T]` of
+            one of these; and `T | None`.
         unit: the unit of the value the component receives; scenario files may write any
             unit of the same quantity. `"1"` for pure numbers and for text.
         definition: what the unit is, if it is not in the table of units, or something else there.

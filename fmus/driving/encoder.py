@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Final, Self, TypeAlias
 
 import numpy as np
@@ -69,7 +70,7 @@ class FeatureEncoder(Component):
     class _Parameters:
         """Parameters of the encoder."""
 
-        network: str = parameter(
+        network: str | Path = parameter(
             "bev-32",
             doc="a network that comes with the package, or the path of a checkpoint; "
             "empty: nothing is sent",

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, get_args, get_origin
 
 from orchestrator.distribution import DistributedText, Distribution
-from orchestrator.kinds import Leaf, Listed, Named, Optional, Record, kind_of
+from orchestrator.kinds import FILE_OR_NAME, Leaf, Listed, Named, Optional, Record, kind_of
 from orchestrator.parameters import Parameter
 
 _NAMES: Final = {
@@ -13,6 +13,7 @@ _NAMES: Final = {
     float: "number",
     str: "text",
     Path: "path",
+    FILE_OR_NAME: "name or path",
     Distribution: "number or distribution",
     DistributedText: "text or choice",
 }

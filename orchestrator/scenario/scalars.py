@@ -7,6 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, Final, Literal, TypeVar, get_args, get_origin
 
+from orchestrator.kinds import FILE_OR_NAME
 from orchestrator.parameters import Parameter
 from orchestrator.regular_files import endless
 from orchestrator.scenario.diagnosis import show
@@ -43,6 +44,8 @@ def convert_scalar(kind: Any, parameter: Parameter, value: Any, folder: Path) ->
         return _choice(get_args(kind), value)
     if kind is Path:
         return _existing(parameter, value, folder)
+    if kind == FILE_OR_NAME:
+        return _file_or_name(parameter, value, folder)
     convert = _SCALARS.get(kind)
     if convert is None:
         raise ScalarProblem(f"its declared type {kind} cannot be written in a scenario file")
@@ -67,6 +70,13 @@ def _existing(parameter: Parameter, value: Any, folder: Path) -> Path:
     if kind:
         raise ScalarProblem(f"{path} is {kind}, not a file")
     return path
+
+
+def _file_or_name(parameter: Parameter, value: Any, folder: Path) -> str | Path:
+    text = _text(parameter, value)
+    path = Path(text)
+    is_name = path.name == text and not path.suffix
+    return text if is_name else _existing(parameter, value, folder)
 
 
 def _text(parameter: Parameter, value: Any) -> str:

@@ -3,6 +3,7 @@
 import importlib.util
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -46,7 +47,7 @@ def _connectors(reads: frozenset[str]) -> Mapping[str, Connector]:
 class DaggerParameters:
     """Parameters of the collecting policy."""
 
-    network: str = parameter(
+    network: str | Path = parameter(
         "", doc="that drives in turn with the expert; empty: the expert drives"
     )
     beta: float = share(1.0, doc="share of the turns in which the expert drives")

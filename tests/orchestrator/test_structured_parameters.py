@@ -20,7 +20,7 @@ from orchestrator.distribution import (
     Uniform,
 )
 from orchestrator.errors import ScenarioError
-from orchestrator.kinds import FrozenMapping
+from orchestrator.kinds import FILE_OR_NAME, FrozenMapping
 from orchestrator.parameters import REQUIRED, Parameter
 from orchestrator.scenario.build import load_scenario
 from orchestrator.scenario.values import convert, written
@@ -325,3 +325,27 @@ def test_the_deviation_of_a_level_is_in_decibels() -> None:
     parameter = Parameter(type=Distribution, unit="dBm", default=REQUIRED)
     said = {"normal": {"mean": "100 mW", "deviation": "3 dB"}}
     assert convert(parameter, said, Path()) == Normal(20.0, 3.0)
+
+
+@pytest.mark.parametrize("name", ["bev-32", "bev_32", "", "a b"])
+def test_a_text_without_folder_and_suffix_is_a_name(tmp_path: Path, name: str) -> None:
+    """Even where there is a file of that name."""
+    parameter = Parameter(type=FILE_OR_NAME, default=REQUIRED)
+    (tmp_path / "bev-32").touch()
+    assert convert(parameter, name, tmp_path) == name
+    assert written(parameter, name) == name
+
+
+def test_any_other_is_a_path_beside_the_file_that_says_it(tmp_path: Path) -> None:
+    parameter = Parameter(type=FILE_OR_NAME, default=REQUIRED)
+    (tmp_path / "nets").mkdir()
+    for text in ("mine.net", "./mine", "nets/mine", str(tmp_path / "mine.net")):
+        path = tmp_path / text
+        path.touch()
+        found = convert(parameter, text, tmp_path)
+        assert found == path.absolute()
+        assert convert(parameter, written(parameter, found), Path()) == found
+    with pytest.raises(ValueError, match=r"there is no file .*/nets/yours \(paths are relative"):
+        convert(parameter, "nets/yours", tmp_path)
+    with pytest.raises(ValueError, match="expected text, got 5"):
+        convert(parameter, 5, tmp_path)

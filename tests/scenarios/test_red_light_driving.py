@@ -7,9 +7,21 @@ import pytest
 
 from fmus.driving.network.architecture import Architecture
 from orchestrator.cli import main
+from orchestrator.input_files import digest
+from orchestrator.scenario.build import load_scenario
+from orchestrator.scenario.inputs import digests
 from tests.fmus.driving.network.world import network
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "red_light_driving.yaml"
+
+MINE = f"""\
+schema: 1
+extends: {SCENARIO}
+title: Mine
+components:
+  encoder: {{{{parameters: {{{{network: {{network}}}}}}}}}}
+  policy: {{{{parameters: {{{{network: {{network}}}}}}}}}}
+"""
 
 
 def fingerprint(
@@ -34,6 +46,22 @@ def checkpoint(tmp_path: Path) -> Path:
     path = tmp_path / "random.safetensors"
     network(Architecture(keypoints=32, features=256, spacing=6)).write(path)
     return path
+
+
+def test_a_network_of_ones_own_lies_beside_the_scenario(
+    tmp_path: Path, checkpoint: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its bytes are in the manifest; where there is no such file, it is refused at its line."""
+    mine = tmp_path / "mine.yaml"
+    mine.write_text(MINE.format(network=checkpoint.name))
+    found = digests(load_scenario(mine))
+    own = {checkpoint.name: digest(checkpoint)}
+    assert found["encoder"] == found["policy"] == own
+    mine.write_text(MINE.format(network="nets/yours.safetensors"))
+    assert main(["check", str(mine)]) == 2
+    said = capsys.readouterr().out
+    for place in (f"{mine}:5:35: components.encoder", f"{mine}:6:34: components.policy"):
+        assert f"{place}.parameters.network: there is no file {tmp_path}/nets/yours" in said
 
 
 @pytest.mark.slow

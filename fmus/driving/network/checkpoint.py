@@ -54,7 +54,7 @@ def shipped() -> list[str]:
     return sorted(path.stem for path in SHIPPED.glob(f"*{_SUFFIX}"))
 
 
-def read_network(name: str) -> Checkpoint:
+def read_network(name: str | Path) -> Checkpoint:
     """The network of a name, or in a file.
 
     Args:
@@ -70,7 +70,7 @@ def read_network(name: str) -> Checkpoint:
         raise ComponentTypeError(f"`network`: {error}") from error.__cause__
 
 
-def _read(name: str) -> Checkpoint:
+def _read(name: str | Path) -> Checkpoint:
     path = SHIPPED / f"{name}{_SUFFIX}"
     if name not in shipped():
         path = Path(name)

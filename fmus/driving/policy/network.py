@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -142,7 +143,7 @@ class Network(DrivingPolicy):
     class _Parameters:
         """Parameters of the network policy."""
 
-        network: str = parameter(
+        network: str | Path = parameter(
             "bev-32", doc="a network that comes with the package, or the path of a checkpoint"
         )
         cruise_speed: float = parameter(30.0 / 3.6, unit="m/s", minimum=0.1, doc="speed to keep")
