@@ -179,9 +179,8 @@ class Packed(LaidOut):
     @override
     def inputs(self, message: bytes) -> dict[str, Signal]:
         at = self._begin
-        for (name, shape, dtype, size), is_new in zip(
-            self._inputs, message[HEADER_SIZE + 1 :], strict=False
-        ):
+        flags = message[HEADER_SIZE + 1 : at]  # and some padding
+        for (name, shape, dtype, size), is_new in zip(self._inputs, flags, strict=False):
             if is_new:
                 self._known[name] = np.ndarray(shape, dtype, message, at)
                 at += size + -size % 16
