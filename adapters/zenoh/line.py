@@ -110,7 +110,7 @@ class Line:
     def send(self, message: bytes) -> None:
         """Say a command."""
         self._message, self._is_unsaid = message, False
-        self.say()
+        self._commands.put(message)
 
     def say(self) -> None:
         """Say the last command once more."""
@@ -131,7 +131,8 @@ class Line:
         Raises:
             TimeoutError: there is none in time.
         """
-        self._repeat()
+        if self._is_unsaid:
+            self._repeat()
         try:
             event = self._news.get(timeout=max(0.0, timeout))
         except Empty:
@@ -153,7 +154,7 @@ class Line:
 
     def _repeat(self) -> None:
         """Say the last command once more, as soon as somebody hears it."""
-        if self._is_unsaid and is_matched(self._commands):
+        if is_matched(self._commands):
             self._is_unsaid = False
             self.say()
 

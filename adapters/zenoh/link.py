@@ -78,9 +78,10 @@ class ZenohLink(ProcessLink):
         if self._obituary:
             raise LinkLostError(self._obituary)
         while True:
-            event, payload = self._check(self._line.next(deadline - monotonic()))
-            if event is News.REPLY:
-                return payload
+            event = self._line.next(deadline - monotonic())
+            if event[0] is News.REPLY:
+                return event[1]
+            self._check(event)
 
     @property
     @override
@@ -97,10 +98,9 @@ class ZenohLink(ProcessLink):
         if not self._obituary:
             self._line.send(b"")
 
-    def _check(self, event: Event) -> Event:
-        """The event; the end of the host raises `LinkLostError`."""
+    def _check(self, event: Event) -> None:
+        """Raise `LinkLostError` at the end of the host."""
         if event[0] is News.ENDED:
             self._obituary = self._process.obituary()
         if self._obituary:
             raise LinkLostError(self._obituary)
-        return event

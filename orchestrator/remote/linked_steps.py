@@ -272,10 +272,10 @@ class PackedSteps(LinkedSteps):
         )
         self._came: bytes | None = None
         self._raised: BaseException | None = None
-        self._sizes: list[int] = []
-        self._usual = b""
+        self._parts: list[tuple[memoryview, bytes]] = []
+        self._head = self._flags = memoryview(b"")
+        self._usual = memoryview(b"")
         self._into: list[memoryview] = []
-        self._from = memoryview(b"")
 
     @override
     def _make_rooms(self, document: dict[str, Any], size: int) -> None:
@@ -283,24 +283,27 @@ class PackedSteps(LinkedSteps):
         self._memory = np.zeros(size, np.uint8)
         self._rooms = [np.zeros(document["room"], np.uint8) for _ in range(2)]
         self._into = [room.data for room in self._rooms]
-        self._from = self._memory.data
-        self._sizes = [size_of(self._connectors[name]) for name in self._names]
+        sizes = {name: size_of(self._connectors[name]) for name in self._names}
+        self._parts = [
+            (self._memory.data[begin : begin + sizes[name]], padding(sizes[name]))
+            for name, begin in document["inputs"].items()
+        ]
 
     @override
     def _prepare(self) -> None:
         super()._prepare()
-        self._usual = Message(Kind.DONE, self._dialogue.epoch, 0).encode([PACKED])
+        self._head = self._command.data[_FRAME.size :]
+        self._flags = self._head[HEADER_SIZE + 1 :][: len(self._names)]
+        usual = np.frombuffer(self._link.usual, np.uint8)
+        self._usual = usual.data[_FRAME.size :]  # the engine numbers it
 
     def _say(self) -> None:
         """Send the command, with the inputs that changed."""
         try:
-            command = self._command[_FRAME.size :].tobytes()
-            parts: list[Buffer] = [command]
-            at = 0
-            for size, is_new in zip(self._sizes, command[HEADER_SIZE + 1 :], strict=False):
+            parts: list[Buffer] = [self._head]
+            for part, is_new in zip(self._parts, self._flags.tobytes(), strict=True):
                 if is_new:
-                    parts += self._from[at : at + size], padding(size)
-                at += _aligned(size)
+                    parts += part
             self._dialogue.say(b"".join(parts))
         except LinkLostError:
             pass  # whoever waits for the reply hears of it
@@ -326,12 +329,11 @@ class PackedSteps(LinkedSteps):
 
     def _is_usual(self, raw: bytes) -> bool:
         """Whether it answers the last command with packed outputs and nothing else."""
-        head, sequence = HEADER_SIZE + len(PACKED), self._link.sequence
+        head = HEADER_SIZE + len(PACKED)
         return (
             len(raw) == head + len(self._into[0])
-            and raw[16:24] == _FRAME.pack(sequence)
-            and raw[:16] == self._usual[:16]
-            and raw[24:head] == self._usual[24:]
+            and raw[:HEADER_SIZE] == self._usual
+            and raw[HEADER_SIZE:head] == PACKED
         )
 
     @override
