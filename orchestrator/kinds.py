@@ -89,8 +89,8 @@ def kind_of(annotation: Any) -> Kind:
     """The outermost structure of the type of a parameter."""
     origin, arguments = get_origin(annotation), get_args(annotation)
     if origin in {Union, types.UnionType}:
-        present = [each for each in arguments if each is not types.NoneType]
-        return Optional(present[0]) if len(present) == 1 else Leaf(annotation)
+        present = tuple(each for each in arguments if each is not types.NoneType)
+        return Leaf(annotation) if present == arguments else Optional(Union[present])  # noqa: UP007
     if origin is tuple:
         return Listed(arguments[0])
     if origin is Mapping and arguments[0] is str:

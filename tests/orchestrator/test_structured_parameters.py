@@ -23,6 +23,7 @@ from orchestrator.errors import ScenarioError
 from orchestrator.kinds import FILE_OR_NAME, FrozenMapping
 from orchestrator.parameters import REQUIRED, Parameter
 from orchestrator.scenario.build import load_scenario
+from orchestrator.scenario.kind_names import kind_name
 from orchestrator.scenario.values import convert, written
 from tests.installation import install
 from tests.orchestrator.files import problems_after
@@ -349,3 +350,12 @@ def test_any_other_is_a_path_beside_the_file_that_says_it(tmp_path: Path) -> Non
         convert(parameter, "nets/yours", tmp_path)
     with pytest.raises(ValueError, match="expected text, got 5"):
         convert(parameter, 5, tmp_path)
+    optional = Parameter(type=str | Path | None, default=None)
+    assert convert(optional, None, tmp_path) is None
+    assert convert(optional, "./mine", tmp_path) == tmp_path / "mine"
+
+
+def test_its_type_has_a_name_for_people() -> None:
+    assert kind_name(FILE_OR_NAME) == "name or path"
+    assert kind_name(tuple[str | Path, ...]) == "list of name or path"
+    assert kind_name(str | Path | None) == "name or path or null"
