@@ -18,7 +18,9 @@ from orchestrator.checkpoints import NoCheckpoints
 from orchestrator.limits import Deadlines, Limits, OnFailure
 from orchestrator.plan import layouts
 from orchestrator.recording.reader import Recording
+from orchestrator.remote.laid_out import PACKED
 from orchestrator.remote.linked_steps import can_be_laid_out
+from orchestrator.remote.protocol import HEADER_SIZE
 from orchestrator.remote.segment import can_share
 from orchestrator.remote.transport import Link, LoopbackTransport, Transport
 from orchestrator.signal import Causality, Connector
@@ -256,6 +258,50 @@ class Stutter(Link):
     @override
     def limit_memory(self, limit: int | None) -> None:
         self._link.limit_memory(limit)
+
+
+class Garble(Stutter):
+    """Gives replies as they are, but for the sixth with packed outputs.
+
+    Args:
+        link: to a host.
+        what: is put in the place of what says that they are packed.
+        more: is put behind them.
+    """
+
+    def __init__(self, link: Link, what: bytes, more: bytes) -> None:
+        super().__init__(link)
+        self._what, self._more, self._packed = what, more, 0
+
+    @override
+    def send(self, message: bytes) -> None:
+        self._link.send(message)
+        reply, end = self._link.receive(0.0), HEADER_SIZE + len(PACKED)
+        self._packed += reply[HEADER_SIZE:end] == PACKED
+        if self._packed == 6:
+            reply = reply[:HEADER_SIZE] + self._what + reply[end:] + self._more
+        self._replies.append(reply)
+
+
+@pytest.mark.parametrize(
+    ("what", "more", "error"),
+    [
+        (bytes(len(PACKED)), b"", "the signals end at byte 64 of 120"),
+        (PACKED, bytes(16), "its process sent something unreadable: outputs of 72 bytes, not 56"),
+    ],
+    ids=["not packed", "longer"],
+)
+def test_only_what_is_as_agreed_is_taken_for_outputs(
+    tmp_path: Path, what: bytes, more: bytes, error: str
+) -> None:
+    class Garbling(LoopbackTransport):
+        @override
+        def open(self, names: Sequence[str], timeout: float) -> Mapping[str, Link]:
+            return {n: Garble(each, what, more) for n, each in super().open(names, timeout).items()}
+
+    net = Net([(True, 1, {}), (True, 1, {})], [link(0, 1, "scalar")])
+    ran = net.run(tmp_path / "there", transport=Garbling)
+    assert ran.error == f"component `m0` at t = 0.005 s: {error}"
 
 
 def test_a_reply_that_is_said_again_is_not_that_of_the_next_step(tmp_path: Path) -> None:
