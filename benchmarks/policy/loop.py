@@ -57,7 +57,7 @@ def network_settings(network: str, architecture: Architecture) -> Sequence[str]:
     """What makes the scenario drive by a network.
 
     Args:
-        network: its name, or the path of its checkpoint.
+        network: its name, or the path of its checkpoint, from here on.
         architecture: of it.
     """
     size = 4 * architecture.keypoints * (3 + architecture.features)
@@ -66,7 +66,9 @@ def network_settings(network: str, architecture: Architecture) -> Sequence[str]:
         for compression, known in FEATURE_SIZES.items()
         if known == size
     ]
-    users = [f"components.{name}.parameters.network={network}" for name in ("policy", "encoder")]
+    path = Path(network)
+    found = path.absolute() if path.suffix else network
+    users = [f"components.{name}.parameters.network={found}" for name in ("policy", "encoder")]
     return [*users, *sizes]
 
 

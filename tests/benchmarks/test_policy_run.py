@@ -126,14 +126,16 @@ def test_the_rules_need_no_encoder() -> None:
 
 @pytest.mark.parametrize(("architecture", "compression"), [(COARSE, 32), (FINE, 16)])
 def test_the_scenario_is_told_the_size_of_messages(
-    architecture: Architecture, compression: int, tmp_path: Path
+    architecture: Architecture, compression: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "random.safetensors"
     checkpoint(architecture).write(path)
-    components = load_scenario(SCENARIO, network_settings(str(path), architecture)).components
-    assert components["facilities"].values["compression"] == compression
-    assert components["encoder"].values["network"] == str(path)
-    assert components["policy"].values["network"] == str(path)
+    monkeypatch.chdir(tmp_path)
+    for given in (str(path), "random.safetensors"):
+        components = load_scenario(SCENARIO, network_settings(given, architecture)).components
+        assert components["facilities"].values["compression"] == compression
+        assert components["encoder"].values["network"] == path
+        assert components["policy"].values["network"] == path
     odd = Architecture(keypoints=7, features=40)
     assert not [text for text in network_settings("odd", odd) if "compression" in text]
 

@@ -66,7 +66,7 @@ def test_a_record_is_a_frozen_dataclass_all_of_whose_fields_are_parameters() -> 
         (Place | None, Optional(Place)),
         (None | Place, Optional(Place)),
         (int | str, Leaf(int | str)),
-        (int | str | None, Leaf(int | str | None)),
+        (int | str | None, Optional(int | str)),
         (tuple[Place, ...], Listed(Place)),
         (Mapping[str, Place | None], Named(Place | None)),
         (Mapping[int, Place], Leaf(Mapping[int, Place])),
