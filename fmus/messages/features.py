@@ -20,6 +20,7 @@ MOST_BYTES: Final = 1 << 24
 """Size of the largest message that is read or written [byte], 21 scans of 65,536 raw points."""
 
 _NUMBER: Final = np.dtype("<f4")
+_ENCODERS: Final = 1 << 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -36,6 +37,8 @@ class FeaturesMessage:
         keypoints: by falling importance, float32, shape (keypoint, 3 + dimensions); the position in
             the levelled sensor frame (x along the heading, y left, z up from the sensor [m]), then
             the features.
+        encoder: which one made the features, 0 to 2^64 - 1; 0: none did, or it does not say.
+            Features mean something to whoever knows their encoder only.
     """
 
     vehicle: int
@@ -45,6 +48,7 @@ class FeaturesMessage:
     capacity: int
     dimensions: int
     keypoints: Array
+    encoder: int = 0
 
     @property
     def keypoint_size(self) -> int:
@@ -94,6 +98,7 @@ def read_features(data: bytes) -> list[FeaturesMessage]:
             capacity=int(row["capacity"]),
             dimensions=int(row["dimensions"]),
             keypoints=numbers[first:end].reshape(int(row["keypoints"]), width),
+            encoder=int(row["encoder"]),
         )
         _check(message, k)
         messages.append(message)
@@ -121,6 +126,7 @@ def write_features(messages: Sequence[FeaturesMessage]) -> bytes:
             message.capacity,
             message.dimensions,
             first,
+            message.encoder,
         )
         first += message.keypoints.size
     return frame(MAGIC, rows, b"".join(message.keypoints.tobytes() for message in messages))
@@ -135,6 +141,8 @@ def _check(message: FeaturesMessage, k: int) -> None:
             f"{name}, has the capacity {message.capacity} and {message.dimensions} dimensions; "
             "they must be at least 1 and 0"
         )
+    if not 0 <= message.encoder < _ENCODERS:
+        raise ValueError(f"{name}, has the encoder {message.encoder}; it must be 0 to 2^64 - 1")
     if message.size > MOST_BYTES:
         raise ValueError(
             f"{name}, has a capacity of {message.capacity} keypoints of {width} numbers, "

@@ -97,7 +97,7 @@ APM_MOST_CELLS: Final = 1 << 20
 # ---- features: FRAME "FEAT", `count` FEATURES records, then the float32 numbers of all keypoints,
 #      message by message: per keypoint its position in the levelled sensor frame (x along the
 #      heading, y left, z up from the sensor [m]), then its features
-FEATURES_MIME: Final = "application/x-nlosim-features; version=1"
+FEATURES_MIME: Final = "application/x-nlosim-features; version=2"
 FEATURES: Final = np.dtype(
     [
         ("vehicle", "<i8"),  # that carries the sensor
@@ -108,6 +108,7 @@ FEATURES: Final = np.dtype(
         ("capacity", "<u4"),  # keypoints of a complete message
         ("dimensions", "<u4"),  # features of a keypoint
         ("first", "<u4"),  # index of the message's first number among those of all
+        ("encoder", "<u8"),  # which one made the features; 0: none, or it does not say
     ]
 )
 

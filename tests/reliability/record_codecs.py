@@ -60,6 +60,7 @@ def _features(rng: random.Random) -> bytes:
                 capacity=count + 1,
                 dimensions=dimensions,
                 keypoints=np.full((count, 3 + dimensions), rng.random(), np.float32),
+                encoder=rng.randrange(2**64),
             )
         )
     return write_features(messages)

@@ -1,5 +1,6 @@
 """Checkpoints: the weights of a driving network and its shape, in a safetensors file."""
 
+import hashlib
 import importlib.util
 import json
 from collections.abc import Mapping
@@ -20,6 +21,8 @@ SHIPPED: Final = Path(__file__).parent / "checkpoints"
 """The folder of the networks that come with the package."""
 _SUFFIX: Final = ".safetensors"
 _FORMAT: Final = "nlosim-driving-1"
+_ENCODER: Final = "encoder."
+"""How the names of an encoder's weights begin."""
 _METADATA: Final = "nlosim"
 """The one key of the metadata, so that their order, which safetensors leaves open, is no matter."""
 
@@ -37,6 +40,23 @@ class Checkpoint:
     architecture: Architecture
     weights: Mapping[str, Array]
     origin: Mapping[str, str]
+
+    @property
+    def encoder(self) -> int:
+        """Which encoder it has, as it stands in its features messages; 0: others send raw points.
+
+        8 bytes of the SHA-256 of all that gives features their meaning: the encoder's kind, how
+        many vectors are among the features, and its weights. Networks that differ behind the
+        encoder understand each other's features.
+        """
+        if self.architecture.early:
+            return 0
+        digest = hashlib.sha256(f"{self.architecture.encoder} {self.architecture.vectors}".encode())
+        for name in sorted(name for name in self.weights if name.startswith(_ENCODER)):
+            weights = np.asarray(self.weights[name], "<f4", order="C")
+            digest.update(f" {name} {list(weights.shape)} ".encode())
+            digest.update(weights.tobytes())
+        return int.from_bytes(digest.digest()[:8], "little")
 
     def write(self, path: Path) -> None:
         """Write the file; weights as float32. Equal checkpoints are equal bytes."""

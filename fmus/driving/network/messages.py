@@ -16,8 +16,17 @@ from orchestrator.timebase import Time
 _NANOSECONDS: Final = 1e9
 
 
-def to_message(cloud: Cloud, keypoints: Keypoints, architecture: Architecture) -> FeaturesMessage:
-    """What a sharer sends of a scan."""
+def to_message(
+    cloud: Cloud, keypoints: Keypoints, architecture: Architecture, encoder: int
+) -> FeaturesMessage:
+    """What a sharer sends of a scan.
+
+    Args:
+        cloud: the scan.
+        keypoints: of it.
+        architecture: of the network that made them.
+        encoder: of the network that made them, `Checkpoint.encoder`.
+    """
     numbers = np.empty((len(keypoints.x), COORDINATES + architecture.features), np.float32)
     numbers[:, 0], numbers[:, 1] = keypoints.x, keypoints.y
     numbers[:, 2] = keypoints.z - cloud.height
@@ -30,6 +39,7 @@ def to_message(cloud: Cloud, keypoints: Keypoints, architecture: Architecture) -
         capacity=architecture.keypoints,
         dimensions=architecture.features,
         keypoints=numbers,
+        encoder=encoder,
     )
 
 

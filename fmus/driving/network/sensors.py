@@ -74,12 +74,14 @@ class Sender:
     def __init__(self, checkpoint: Checkpoint) -> None:
         self._architecture = checkpoint.architecture
         self._encoder = None if self._architecture.early else sensor_encoder(checkpoint)
+        self._number = checkpoint.encoder
 
     def message(self, cloud: Cloud) -> FeaturesMessage:
         """The message about the next scan."""
         if self._encoder is None:
             return raw_message(cloud)
-        return to_message(cloud, self._encoder.encode(cloud), self._architecture)
+        keypoints = self._encoder.encode(cloud)
+        return to_message(cloud, keypoints, self._architecture, self._number)
 
 
 def raw_message(cloud: Cloud) -> FeaturesMessage:

@@ -47,6 +47,7 @@ class NetworkDriver:
 
     def __init__(self, checkpoint: Checkpoint, wanted_speed: float, maximum_age: Duration) -> None:
         self._architecture = checkpoint.architecture
+        self._number = checkpoint.encoder
         self._encoder = sensor_encoder(checkpoint)
         self._network = DrivingNetwork(checkpoint.architecture, checkpoint.weights)
         self._wanted_speed = wanted_speed
@@ -87,7 +88,7 @@ class NetworkDriver:
             return
         self._messages = read_features(features)
         for message in self._messages:
-            check_message(message, self._architecture)
+            check_message(message, self._architecture, self._number)
         self._features = features
 
     def _look(self, ego: int, points: bytes, now: Time) -> None:
@@ -118,16 +119,26 @@ class NetworkDriver:
         return observed
 
 
-def check_message(message: FeaturesMessage, architecture: Architecture) -> None:
+def check_message(message: FeaturesMessage, architecture: Architecture, encoder: int) -> None:
     """Refuse features that another network has made.
 
+    Args:
+        message: with the features.
+        architecture: of the network that is to read them.
+        encoder: that it was trained with, `Checkpoint.encoder`.
+
     Raises:
-        ValueError: they have other dimensions.
+        ValueError: they have other dimensions, or another encoder has made them.
     """
     if message.dimensions != architecture.dimensions:
         raise ValueError(
             f"vehicle {message.vehicle} sends {message.dimensions} features per keypoint, and this "
             f"network reads {architecture.dimensions}: give encoder and policy the same `network`"
+        )
+    if message.encoder != encoder:
+        raise ValueError(
+            f"vehicle {message.vehicle} sends features of another encoder than the one that this "
+            "network was trained with: give encoder and policy the same `network`"
         )
 
 

@@ -89,4 +89,5 @@ def features_of(
         capacity=capacity,
         dimensions=dimensions,
         keypoints=keypoints,
+        encoder=vehicle + 1,
     )

@@ -27,6 +27,7 @@ def messages(draw: st.DrawFn) -> FeaturesMessage:
         capacity=capacity,
         dimensions=dimensions,
         keypoints=draw(arrays(np.float32, shape, elements=number)),
+        encoder=draw(st.integers(0, 2**64 - 1)),
     )
 
 
@@ -50,7 +51,7 @@ def test_what_is_written_is_read_bit_for_bit(sent: list[FeaturesMessage]) -> Non
     read = read_features(signal)
     assert write_features(read) == signal
     for ours, theirs in zip(sent, read, strict=True):
-        for name in ("vehicle", "time", "heading", "capacity", "dimensions", "size"):
+        for name in ("vehicle", "time", "heading", "capacity", "dimensions", "size", "encoder"):
             assert getattr(ours, name) == getattr(theirs, name)
         assert ours.position.tobytes() == theirs.position.tobytes()
         assert ours.keypoints.tobytes() == theirs.keypoints.tobytes()
@@ -94,6 +95,8 @@ def test_messages_have_the_published_sizes(capacity: int, dimensions: int, size:
         ),
         ({"keypoints": np.zeros((2, 5))}, r"keypoints float64\[2, 5\]"),
         ({"keypoints": np.zeros(5, np.float32)}, r"keypoints float32\[5\]"),
+        ({"encoder": -1}, r"has the encoder -1; it must be 0 to 2\^64 - 1"),
+        ({"encoder": 2**64}, "has the encoder 18446744073709551616; it must be"),
         ({"heading": np.nan}, "heading nan; they must be finite"),
         ({"position": np.array([0.0, np.inf, 0.0])}, r"position \[0.0, inf, 0.0\]"),
         (
@@ -130,6 +133,7 @@ def corrupted(field: str, value: Any, k: int = 1) -> bytes:
         (write_features([message()])[:-4], "cut short in message 0: 2 keypoints of 5 numbers end"),
         (write_features([message()])[:-1], "39 bytes after its records are no float32 numbers"),
         (write_features([message()])[:40], "1 records is cut short"),
+        (frame("FEAT", np.zeros(1, "V64")), "records have 72 bytes, not 64"),
         (write_features([message()]) + bytes(8), "has 2 numbers after its messages"),
         (corrupted("first", 9), "message 1 begins at number 9, but the one before it ends at 10"),
         (corrupted("first", 0), "message 1 begins at number 0"),

@@ -110,7 +110,7 @@ def test_the_command_in_training_is_that_of_driving(features: int) -> None:
         with torch.no_grad():
             found.append(limited(model(batch)[0].numpy()))
         own, other = clouds
-        message = to_message(other, sensor_encoder(stored).encode(other), shape)
+        message = to_message(other, sensor_encoder(stored).encode(other), shape, stored.encoder)
         partial = dataclasses.replace(
             message, keypoints=message.keypoints[kept[0, 1, : len(message.keypoints)]]
         )

@@ -61,6 +61,29 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
         assert np.abs(rounded_weights(found.weights[name]) - rounded_weights(value)).max() <= 2**-12
 
 
+def test_an_encoder_is_known_by_all_that_gives_features_their_meaning(tmp_path: Path) -> None:
+    """By kind, vectors and each of its weights; not by what is behind it, nor how it is stored."""
+    one = network()
+    one.write(tmp_path / "a.safetensors")
+    stored = read_network(str(tmp_path / "a.safetensors"))
+    behind = {name: value + 1.0 for name, value in one.weights.items() if "encoder" not in name}
+    backwards = dict(reversed([*one.weights.items()]))
+    same = [dataclasses.replace(one, weights={**one.weights, **behind}, origin={}), stored]
+    same += [dataclasses.replace(one, weights=backwards)]
+    same += [dataclasses.replace(one, architecture=changed(keypoints=3, head=5))]
+    assert {found.encoder for found in same} == {one.encoder}
+    others = [dataclasses.replace(one, architecture=changed(vectors=0)), network(seed=1)]
+    for name, value in one.weights.items():
+        if name.startswith("encoder"):
+            moved = value.copy()
+            moved.flat[-1] += 1e-3
+            others.append(dataclasses.replace(one, weights={**one.weights, name: moved}))
+    numbers = [found.encoder for found in (one, *others)]
+    assert len(set(numbers)) == len(numbers) == 10
+    assert all(0 < number < 2**64 for number in numbers)
+    assert network(changed(early=True)).encoder == 0
+
+
 def test_equal_checkpoints_are_equal_bytes(tmp_path: Path) -> None:
     """Whatever the order of weights and words; and a copy of a copy is the copy."""
     one = network()

@@ -74,7 +74,7 @@ def test_nothing_seen_makes_no_keypoint() -> None:
     empty = seen_from((0.0, 0.0), 0.0, np.zeros((5, 3)))
     found = BevSensor(network()).encode(empty)
     assert found.features.shape == (0, SMALL.features)
-    (message,) = read_features(write_features([to_message(empty, found, SMALL)]))
+    (message,) = read_features(write_features([to_message(empty, found, SMALL, 0)]))
     assert to_observed(message, 0).features.shape == (0, SMALL.features)
 
 
@@ -107,8 +107,9 @@ def test_a_receiver_reads_what_the_sender_saw(count: int) -> None:
     """The first keypoints of a message; all numbers are those of the sender, to the bit."""
     *_, cloud = clouds()
     keypoints = BevSensor(network()).encode(cloud)
-    (message,) = read_features(write_features([to_message(cloud, keypoints, SMALL)]))
+    (message,) = read_features(write_features([to_message(cloud, keypoints, SMALL, 5)]))
     assert (message.capacity, message.dimensions) == (SMALL.keypoints, SMALL.features)
+    assert message.encoder == 5
     partial = dataclasses.replace(message, keypoints=message.keypoints[:count])
     own, received = seen(cloud, keypoints, PERIOD * 4), to_observed(partial, PERIOD * 4)
     for name in ("x", "y", "z", "features"):
@@ -121,7 +122,7 @@ def test_a_receiver_reads_what_the_sender_saw(count: int) -> None:
 
 def test_on_the_air_heights_are_from_the_sensor() -> None:
     (cloud,) = clouds(1)
-    message = to_message(cloud, BevSensor(network()).encode(cloud), SMALL)
+    message = to_message(cloud, BevSensor(network()).encode(cloud), SMALL, 0)
     heights = message.keypoints[:, 2].astype(float) + cloud.height
     assert set(np.round(heights, 5).tolist()) <= {1.0, 2.8}
     assert message.position.tolist() == [0.0, -1.0, 2.0]
@@ -135,6 +136,7 @@ def test_raw_points_go_there_and_back() -> None:
         assert getattr(back, name).tobytes() == getattr(cloud, name).tobytes()
     assert (back.vehicle, back.time, back.frame, back.height) == (1, 0, cloud.frame, cloud.height)
     assert (message.capacity, message.dimensions, message.size) == (RAW_POINTS, 0, 786_432)
+    assert message.encoder == 0
 
 
 @given(count=st.integers(RAW_POINTS - 2, 3 * RAW_POINTS))

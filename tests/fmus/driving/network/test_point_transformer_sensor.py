@@ -130,7 +130,7 @@ def test_messages_have_the_published_sizes_on_the_air(
 def test_a_message_has_the_position_from_the_sensor() -> None:
     scan = cloud()
     found = sensor_encoder(network()).encode(scan)
-    message = to_message(scan, found, architecture())
+    message = to_message(scan, found, architecture(), 0)
     np.testing.assert_allclose(message.keypoints[:, 2], found.z - HEIGHT, atol=1e-6)
 
 

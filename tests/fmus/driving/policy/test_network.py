@@ -220,6 +220,26 @@ def test_messages_of_another_network_are_refused(
         drive(driver(network(ours)), 1, message(1, network(theirs)))
 
 
+@pytest.mark.parametrize("architecture", [SMALL, changed(vectors=0)])
+def test_so_are_those_of_another_training(architecture: Architecture) -> None:
+    """Sizes that agree are not enough; a message that does not say whose it is, is not, either."""
+    sent = message(1, network(architecture, seed=1))
+    for strange in (sent, replace(message(1, network()), encoder=0)):
+        with pytest.raises(
+            ValueError,
+            match="vehicle 9 sends features of another encoder than the one that this network was "
+            "trained with: give encoder and policy the same `network`",
+        ):
+            drive(driver(), 1, strange)
+
+
+def test_what_is_behind_the_encoder_may_differ() -> None:
+    ours = network()
+    others = {name: -value for name, value in ours.weights.items() if "encoder" not in name}
+    sent = message(1, replace(ours, weights={**ours.weights, **others}))
+    assert drive(driver(), 1, sent).tobytes() == drive(driver(), 1, message(1, ours)).tobytes()
+
+
 def test_early_fusion_lays_the_newest_cloud_of_each_sender_over_the_own_one() -> None:
     checkpoint = network(changed(early=True))
     (own,) = clouds(points(2, EGO))
