@@ -5,6 +5,7 @@ federates. `... federate ADDRESS RING STEPS NUMBER` says whether its values were
 first one, when its steps began.
 """
 
+import contextlib
 import importlib
 import json
 import socket
@@ -16,12 +17,16 @@ from typing import Any, Final
 import numpy as np
 from typing_extensions import override
 
-from benchmarks.distributed.children import ended, hear, killed, spawn
+from benchmarks.distributed.children import BrokenProcessError, ended, hear, killed, spawn
 from benchmarks.distributed.participant import Participant, missing
 from benchmarks.distributed.ring import PARALLEL, Ring
 
 _OFFSET: Final = 1 / 128
 """The part of a step between the turns of two members, when they take turns."""
+_PORTS: Final = range(24_000, 32_000)
+"""Below those that Linux gives to connections."""
+_BROKERS_PORTS: Final = 8
+"""Of the broker itself: two, and some before those of the federates."""
 
 
 class Helics(Participant):
@@ -51,12 +56,27 @@ class Helics(Participant):
         return found
 
 
+def first_free_port(count: int) -> int:
+    """The first of `count` free ports in a row, none of which the system gives to connections.
+
+    HELICS takes the ports behind that of its broker, two for each federate, and fails if one of
+    them belongs to a connection, or did so a minute ago.
+
+    Raises:
+        BrokenProcessError: there are not so many.
+    """
+    for first in range(_PORTS.start, _PORTS.stop - count, count):
+        with contextlib.ExitStack() as opened, contextlib.suppress(OSError):
+            for port in range(first, first + count):
+                opened.enter_context(socket.socket()).bind(("127.0.0.1", port))
+            return first
+    raise BrokenProcessError(f"there are no {count} free ports in a row in {_PORTS}")
+
+
 def broker(members: int) -> None:
     """Be the broker of so many federates."""
     helics: Any = importlib.import_module("helics")
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = first_free_port(2 * members + _BROKERS_PORTS)
     options = f"-f {members} --port={port} --localport={port} --consoleloglevel=no_print"
     made = helics.helicsCreateBroker("zmq", f"broker-{port}", options)
     print(json.dumps({"address": helics.helicsBrokerGetAddress(made)}), flush=True)  # noqa: T201

@@ -3,7 +3,10 @@
 import dataclasses
 import json
 import signal
+import socket
 from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
 
 import jsonschema  # type: ignore[import-untyped]
 import numpy as np
@@ -21,6 +24,7 @@ from benchmarks.distributed.benchmark import (
     target_ratio,
 )
 from benchmarks.distributed.children import BrokenProcessError, ended, hear, killed, spawn
+from benchmarks.distributed.helics import first_free_port
 from benchmarks.distributed.participant import Participant, RingRun
 from benchmarks.distributed.ring import PARALLEL, SEQUENTIAL, DifferentValuesError, Ring, timing
 from benchmarks.distributed.worker import HEAD, answer
@@ -60,6 +64,21 @@ def test_a_peer_whose_processes_fail_is_left_out_by_name() -> None:
     run = RingRun(participant=Failing(), ring=Ring(256, PARALLEL, 3), steps=STEPS)
     with pytest.raises(PeerFailedError, match=r"^HELICS failed: IndexError: list index out of"):
         run.measure()
+
+
+def test_federates_get_ports_that_no_connection_has() -> None:
+    """All in a row can be bound; with one of them taken it is another row."""
+    with ExitStack() as opened:
+        first = first_free_port(18)
+        for port in range(first, first + 18):
+            opened.enter_context(socket.socket()).bind(("127.0.0.1", port))
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", first + 17))
+        assert first_free_port(18) > first + 17
+    limits = Path("/proc/sys/net/ipv4/ip_local_port_range")
+    assert not limits.exists() or first + 18 <= int(limits.read_text().split()[0])
+    with pytest.raises(BrokenProcessError, match="there are no 8000 free ports in a row"):
+        first_free_port(8000)
 
 
 @pytest.mark.parametrize("members", [2, 5])
