@@ -46,4 +46,5 @@ def execute(arguments: Namespace) -> Outcome:
     found = success(outcome)
     at = 0.0 if continuation.time is None else continuation.time / 1e9
     data = {**found.data, "resumed_at_s": at, "resumed": said}
-    return replace(found, text="\n".join([*said, "", found.text]), data=data)
+    untold = [*said, ""] if arguments.quiet else []  # otherwise it was told at the beginning
+    return replace(found, text="\n".join([*untold, found.text]), data=data)

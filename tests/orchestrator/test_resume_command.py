@@ -182,6 +182,18 @@ def test_the_run_is_that_which_nobody_cut_off(
     assert again["fingerprint"] == whole["fingerprint"]
 
 
+@pytest.mark.parametrize("quiet", [(), ("--quiet",)])
+def test_where_it_goes_on_is_said_once(
+    folder: Path, nlosim: Command, capsys: pytest.CaptureFixture[str], quiet: tuple[str, ...]
+) -> None:
+    (folder / "deed").write_text("raise")
+    nlosim(*KEPT, "--out", "cut")
+    assert main(["resume", "cut", "--no-figure", *quiet]) == 0
+    said = capsys.readouterr()
+    assert (said.err + said.out).count("the run goes on at t = 0.6 s: `one` restored") == 1
+    assert "fingerprint" in said.out
+
+
 @pytest.mark.parametrize("checkpoint", [("--checkpoint", "100ms"), ()], ids=["kept", "none"])
 def test_after_a_kill(folder: Path, nlosim: Command, checkpoint: tuple[str, ...]) -> None:
     whole = nlosim(*RUN, "--out", "whole")
