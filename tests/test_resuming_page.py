@@ -32,7 +32,7 @@ def test_the_commands_do_what_the_page_shows(
             words = command.replace("10s", "100ms").split()
             short = ["--set", "time.stop=400 ms", "--no-figure"] if words[0] == "run" else []
             assert main([*words, *short]) == (4 if short else 0)
-            printed = capsys.readouterr().out
+            printed = "".join(reversed(capsys.readouterr()))  # what is said while it goes on, first
             for line in (part for part in expected.split("...\n") if part.strip()):
                 assert numberless(line) in numberless(printed)
                 found += 1

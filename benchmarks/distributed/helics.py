@@ -24,9 +24,9 @@ from benchmarks.distributed.ring import PARALLEL, Ring
 _OFFSET: Final = 1 / 128
 """The part of a step between the turns of two members, when they take turns."""
 _PORTS: Final = range(24_000, 32_000)
-"""Below those that Linux gives to connections."""
+"""Ports below those that Linux gives to connections."""
 _BROKERS_PORTS: Final = 8
-"""Of the broker itself: two, and some before those of the federates."""
+"""Ports of the broker itself: two, and some before those of the federates."""
 
 
 class Helics(Participant):
