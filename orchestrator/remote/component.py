@@ -330,12 +330,12 @@ class RemoteComponent(
 
     def _decoded(self, reply: Reply) -> Signals:
         """The outputs in a reply; its host may know them by name from now on."""
-        if self._linked is not None:
-            with self._dialogue.reading():
+        with self._dialogue.reading():
+            if self._linked is not None:
                 found = self._linked.outputs_in(reply.raw, reply.offset)
-            if found is not None:
-                return found
-        values = self._outputs.decode(reply.raw, reply.offset)
+                if found is not None:
+                    return found
+            values = self._outputs.decode(reply.raw, reply.offset)
         if self._dialogue.site:
             self._origins.note(self._dialogue.name, values, reply.message)
         return values
