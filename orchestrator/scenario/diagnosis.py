@@ -58,6 +58,7 @@ def _problem(
     if error["type"] == "extra_forbidden":
         hint = suggestion(str(key), _keys(model, parent))
         what = f"`{key}` is not a key here; {hint}"
+        what += "" if "did you mean" in hint else _elsewhere(address)
         return Problem(document.key(address), f"{spell(parent, whole)}: {what}")
     what = _describe(error) + _written(address, error["input"])
     return Problem(document.value(address), f"{spell(address, whole)}: {what}")
@@ -72,6 +73,16 @@ def _written(address: Address, said: object) -> str:
             return f"; write `{{from: {source}, to: {target}}}`"
         case ("components", str()):
             return "; write `{type: ..., step: ...}`"
+    return ""
+
+
+def _elsewhere(address: Address) -> str:
+    """Where a key belongs that a component does not have: what its type takes are parameters."""
+    match address:
+        case ("components", str(), "start"):
+            return "; start values are `parameters`: `start.NAME`"
+        case ("components", str(), str()):
+            return "; what its type or FMU takes belongs under `parameters`"
     return ""
 
 
