@@ -20,7 +20,7 @@ from orchestrator.signal import Causality, Connector
 
 
 class Parent(Component):
-    connectors = {"pids": Connector(causality=Causality.OUTPUT, dtype=np.int64, shape=(2,))}
+    connectors = {"pids": Connector(causality=Causality.OUTPUT, dtype=np.int64, shape=(3,))}
 
     def setup(self, start, rng):
         self._child = subprocess.Popen(["sleep", "100"], start_new_session=True)
@@ -30,7 +30,7 @@ class Parent(Component):
             ctypes.PyDLL(None).sleep(100)
 
     def outputs(self):
-        return {"pids": np.array([os.getpid(), self._child.pid])}
+        return {"pids": np.array([os.getpid(), os.getppid(), self._child.pid])}
 """
 SCRIPT = """\
 import os, sys, time
@@ -83,8 +83,7 @@ def test_nothing_is_left(tmp_path: Path, how: str) -> None:
     )
     with process:
         assert process.stdout is not None
-        host, child = map(int, process.stdout.readline().split())
-        guard = int(Path(f"/proc/{host}/stat").read_text().rpartition(")")[2].split()[1])
+        host, guard, child = map(int, process.stdout.readline().split())
         victim = {"hold": process.pid, "kill the guard": guard, "kill the host": host}.get(how)
         if victim is not None:
             time.sleep(0.2)  # it is in the step that never ends
