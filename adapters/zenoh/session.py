@@ -2,6 +2,7 @@
 
 import json
 import logging
+import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
@@ -28,6 +29,13 @@ _PENDING: Final = 512
 _INTRODUCTION_MS: Final = 2000
 """How long a connection may take to say who it is. Zenoh's own 10 s, and 100 connections, let
 anybody who opens more of them keep our hosts out."""
+
+_CLOSING: Final = 15.0
+"""How long closing a session may take [s]. Zenoh waits 10 s for tasks of its own; what takes longer
+waits for threads that have died."""
+
+_left_open: Final[list[zenoh.Session]] = []
+"""Sessions that could not be closed. To forget one would close it, and wait again."""
 
 COMMON: Final[Mapping[str, Any]] = {
     # nobody is looked for, and nobody finds us: the address is handed over
@@ -122,7 +130,25 @@ def is_connected(session: zenoh.Session) -> bool:
 
 
 def close_session(session: zenoh.Session) -> None:
-    """Close `session`; without this a process may hang at its exit."""
+    """Close `session`; without this a process may hang at its exit.
+
+    Where memory is short, Zenoh's threads die, and what waits for them never comes back: such a
+    session is left open, for the end of the process.
+    """
+    closing = threading.Thread(target=_close, args=(session,), name="closing", daemon=True)
+    try:
+        closing.start()
+    except (RuntimeError, MemoryError) as error:  # no more threads: Zenoh would need some, too
+        _left_open.append(session)
+        _log.warning("a session is left open: %s", error)
+        return
+    closing.join(_CLOSING)
+    if closing.is_alive():
+        _left_open.append(session)
+        _log.warning("a session is left open: it was not closed within %g s", _CLOSING)
+
+
+def _close(session: zenoh.Session) -> None:
     try:
         session.close()  # type: ignore[no-untyped-call]  # as Zenoh's type stubs have it
     except zenoh.ZError as error:  # it waits for strangers that have not said who they are

@@ -5,9 +5,12 @@ import subprocess
 import sys
 import threading
 from collections import defaultdict
+from collections.abc import Callable
 from queue import SimpleQueue
 from time import monotonic, sleep
+from typing import cast
 
+import pytest
 import zenoh
 from zenoh.handlers import Callback
 
@@ -80,3 +83,60 @@ def test_a_thread_in_a_call_of_zenoh_takes_no_process_along() -> None:
     words = [sys.executable, "-c", AT_THE_END]
     done = subprocess.run(words, capture_output=True, text=True, timeout=60, check=False)
     assert (done.returncode, done.stderr) == (4, "")
+
+
+class Session:
+    """What `close_session` sees of a session; closing it is `deed`."""
+
+    def __init__(self, deed: Callable[[], object]) -> None:
+        self.close = deed
+
+
+def closed(deed: Callable[[], object]) -> float:
+    """How long it took to close a session whose closing does `deed` [s]."""
+    begin = monotonic()
+    close_session(cast("zenoh.Session", Session(deed)))
+    return monotonic() - begin
+
+
+def test_a_session_whose_threads_have_died_holds_nobody_up(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It is kept, too: Zenoh closes what is forgotten, and waits once more."""
+    monkeypatch.setattr("adapters.zenoh.session._CLOSING", 0.1)
+    left: list[object] = []
+    monkeypatch.setattr("adapters.zenoh.session._left_open", left)
+    never = threading.Event()
+    assert 0.1 <= closed(never.wait) < 5.0
+    assert "a session is left open: it was not closed within 0.1 s" in caplog.text
+    assert len(left) == 1
+    never.set()
+    assert closed(never.wait) < 5.0
+    assert len(left) == 1, "what could be closed is not kept"
+
+
+def test_where_there_can_be_no_thread_a_session_is_left_open(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def refuse(_: object) -> None:
+        raise RuntimeError("can't start new thread")
+
+    left: list[object] = []
+    monkeypatch.setattr("adapters.zenoh.session._left_open", left)
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    done: list[int] = []
+    closed(lambda: done.append(1))
+    assert (len(left), done) == (1, [])
+    assert "a session is left open: can't start new thread" in caplog.text
+
+
+def test_a_session_that_zenoh_cannot_close_in_time_is_no_error(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    def fail() -> None:
+        raise zenoh.ZError("close timed out")
+
+    with caplog.at_level("DEBUG", "adapters.zenoh.session"):
+        closed(fail)
+    assert "a session was not closed in time: close timed out" in caplog.text
+    assert "left open" not in caplog.text
