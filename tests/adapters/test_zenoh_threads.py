@@ -140,3 +140,18 @@ def test_a_session_that_zenoh_cannot_close_in_time_is_no_error(
         closed(fail)
     assert "a session was not closed in time: close timed out" in caplog.text
     assert "left open" not in caplog.text
+
+
+LEFT_OPEN = """
+import threading, types
+from adapters.zenoh import session
+session._CLOSING = 0.1
+session.close_session(types.SimpleNamespace(close=threading.Event().wait))
+"""
+
+
+def test_a_session_that_is_left_open_keeps_no_process_from_its_end() -> None:
+    words = [sys.executable, "-c", LEFT_OPEN]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0
+    assert "not closed within 0.1 s" in done.stderr
