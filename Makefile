@@ -88,9 +88,9 @@ SUFFIX = $(if $(SEEDS),-$(SEEDS))
 RELAY_PAGE = .venv-paper/bin/python -m studies.relay docs/relay-study.md docs/results docs/results/relay-analysis.md
 PAPER = runs/paper_relay$(SUFFIX)
 COLLISION = collision_policies collision_constant_per collision_speed collision_memory collision_memory_direct collision_relay collision_radio collision_load
-LASTING = $(foreach scene,turning beside opposing,lasting_$(scene)_relay lasting_$(scene)_policies) lasting_turning_constant lasting_turning_memory
+LASTING = $(foreach scene,turning beside opposing,lasting_$(scene)_relay lasting_$(scene)_policies) $(addprefix lasting_turning_,constant memory held)
 READINGS = relay_readings relay_scenes relay_ahead relay_map_budget relay_map_load
-GENERALISATION = $(addprefix generalisation_,red_light left_turn overtaking pedestrian platoon $(foreach end,general held,$(addsuffix _$(end),red_light left_turn pedestrian platoon)) $(addsuffix _seeds,red_light left_turn pedestrian) $(addsuffix _many,red_light left_turn pedestrian))
+GENERALISATION = $(addprefix generalisation_,red_light left_turn overtaking pedestrian platoon $(foreach end,general held point,$(addsuffix _$(end),red_light left_turn pedestrian platoon)) $(foreach end,seeds many compression,$(addsuffix _$(end),red_light left_turn pedestrian)))
 ORACLE = relay_fair_oracle relay_trajectories
 
 # $(call run_study,FOLDER,NAME): one experiment, into runs/NAME

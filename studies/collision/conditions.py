@@ -13,6 +13,12 @@ then says by the parameter of that name which one it is."""
 COOPERATIVE: Final = "cooperative"
 """The policy that drives by features; its levels are called `cooperative-16`, `cooperative-32`."""
 
+HELD: Final = "cooperative, brake held"
+"""The policy that drives by features and keeps to its brake for a while."""
+
+BY_FEATURES: Final = COOPERATIVE, HELD
+"""Policies that drive by features."""
+
 EXPERT: Final = "expert"
 """The policy with full knowledge, by whose times completion is measured."""
 
@@ -41,6 +47,7 @@ _POLICIES: Final = {
     "object-list": "rules, CPMs",
     "early-fusion": "early fusion",
     COOPERATIVE: "cooperative",
+    HELD: "cooperative, brake held",
 }
 """What readers call policies."""
 
@@ -50,7 +57,8 @@ class Condition:
     """What runs that are counted together have in common.
 
     Attributes:
-        policy: the driving policy; `cooperative` whatever the compression.
+        policy: the driving policy; `cooperative`, or `cooperative, brake held`, whatever the
+            compression.
         relay: the relay method; `random` is the component type `relay-random`.
         compression: that of the features that the policy drives by; `None` if it does not.
         speed_kmh: the speed of the ego [km/h].
@@ -106,11 +114,13 @@ def condition_of(levels: Mapping[str, str], scenario: Mapping[str, Any], policy:
     """
     name = levels.get(POLICY, policy)
     drives_by_features = name == COOPERATIVE or name.startswith(f"{COOPERATIVE}-")
+    if drives_by_features:
+        name = HELD if _holds_its_brake(scenario) else COOPERATIVE
     sharing, channel = _component(scenario, "facilities"), _component(scenario, "channel")
     parameters = sharing["parameters"]
     is_constant = channel.get("type") == _CONSTANT_TYPE
     return Condition(
-        policy=COOPERATIVE if drives_by_features else name,
+        policy=name,
         relay=str(_component(scenario, "relay").get("type")).removeprefix("relay-"),
         compression=int(parameters["compression"]) if drives_by_features else None,
         speed_kmh=round(_speed(scenario) * 3.6, 6),
@@ -172,6 +182,11 @@ def _power(scenario: Mapping[str, Any]) -> float:
     """The power of the radios [dBm], in which scenarios are resolved."""
     text = _parameter(scenario, "channel", "transmit_power")
     return float(parse_quantity(text).number)
+
+
+def _holds_its_brake(scenario: Mapping[str, Any]) -> bool:
+    held = _component(scenario, "policy")["parameters"].get("brake_hold", "0")
+    return float(parse_quantity(held).number) > 0
 
 
 def _quantity(scenario: Mapping[str, Any], component: str, name: str) -> float:

@@ -8,6 +8,7 @@ from typing import Any, Final
 from orchestrator.experiment.report import Results, Row
 from orchestrator.experiment.tables import TIMES
 from studies.collision.conditions import (
+    BY_FEATURES,
     CONSTANT,
     COOPERATIVE,
     SIMULATED,
@@ -253,7 +254,7 @@ class Campaign:
             point
             for point in self.points
             if all(getattr(point.condition, name) == value for name, value in wanted.items())
-            and (point.condition.policy != COOPERATIVE or point.condition.is_usual)
+            and (point.condition.policy not in BY_FEATURES or point.condition.is_usual)
             and point.condition.maximum_age in (None, USUAL_AGE)
             and point.runs
         ]

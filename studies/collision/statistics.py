@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from orchestrator.intervals import Estimate
-from studies.collision.conditions import COOPERATIVE, EXPERT
+from studies.collision.conditions import BY_FEATURES, EXPERT
 from studies.collision.runs import RELAY, Point, Run
 from studies.method.estimates import mean_of, share_of
 
@@ -213,6 +213,6 @@ def _result(point: Point, times: Times) -> Result:
 
 
 def _unserved(point: Point) -> Estimate | None:
-    if point.condition.policy != COOPERATIVE:
+    if point.condition.policy not in BY_FEATURES:
         return None
     return mean_of([1.0 - (run.served or 0.0) for run in point.ordered])

@@ -80,8 +80,9 @@ LIMITS: Final = {True: 0.01, False: 0.05}
 
 NETWORKS: Final = (
     *("blind", "early-fusion", "bev-16", "bev-32"),
-    *("general-16", "general-32", "general-32, brake held"),
+    *("general-32", "general-32, brake held"),
     *("general-32 seed 2, brake held", "general-32 seed 3, brake held"),
+    *("general-16, brake held", "point-transformer-16"),
 )
 """Levels of the factor `policy` that are networks."""
 

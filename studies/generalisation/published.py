@@ -64,6 +64,7 @@ MODELS: Final = {
     "blind-rule": "no V2V",
     "early-fusion": "early fusion",
     "bev-16": "COOPERNAUT",
-    "general-16": "COOPERNAUT",
+    "general-16, brake held": "COOPERNAUT",
+    "point-transformer-16": "COOPERNAUT",
 }
 """Theirs of the same kind, by our policy: what is sent, and how much of it."""

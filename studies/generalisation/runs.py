@@ -24,6 +24,8 @@ ADDED: Final[Mapping[str, str]] = {
     "_held": "networks of several encounters that keep to their brake",
     "_seeds": "their other training seeds, which keep to their brake",
     "_many": "the best of their training seeds, which keeps to its brake, in many runs",
+    "_compression": "the network of several encounters at compression 16, which keeps to its brake",
+    "_point": "the point transformer",
 }
 """Whose runs are in experiment files of their own, by the end of their names."""
 
@@ -45,7 +47,8 @@ LEARNED: Final = ("red_light", "left_turn", "pedestrian")
 ADDITIONS: Final = (
     *((encounter, "_general") for encounter in DRIVEN),
     *((encounter, "_held") for encounter in DRIVEN),
-    *((encounter, end) for end in ("_seeds", "_many") for encounter in LEARNED),
+    *((encounter, "_point") for encounter in DRIVEN),
+    *((encounter, end) for end in ("_seeds", "_many", "_compression") for encounter in LEARNED),
 )
 """The encounters with such files, and the ends of their names."""
 

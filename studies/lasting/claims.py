@@ -13,7 +13,7 @@ from studies.collision.claims import (
     RIVALS,
     rate,
 )
-from studies.collision.conditions import COOPERATIVE, EXPERT
+from studies.collision.conditions import COOPERATIVE, EXPERT, HELD
 from studies.collision.runs import Campaign
 from studies.collision.statistics import collision_rate, difference
 from studies.lasting.scenes import BESIDE, OPPOSING, SCENES, TURNING, Scene
@@ -23,6 +23,9 @@ from studies.method.style import method_name
 
 _SPEED: Final = 30.0
 """The speed of the ego in all experiments [km/h]."""
+
+_HELD_AT: Final = 32
+"""The compression of the network that keeps to its brake."""
 
 _MOST: Final = Range(low=50.0, is_open=True)
 """More than half [%]."""
@@ -63,6 +66,20 @@ def claims(campaigns: Campaigns) -> list[Claim]:
             f"communication (within {APPROXIMATELY:g} points).",
             "paper",
             [rate("compression 32, PER 0", perfect[32], near, paper)],
+        ),
+        Claim(
+            "mohed-below-1-held",
+            "With MoHeD less than 1 % collide if the network keeps to its brake (compression "
+            f"{_HELD_AT}).",
+            "nlosim",
+            [_held(campaigns, "mohed", BELOW)],
+        ),
+        Claim(
+            "only-mohed-held",
+            "MoHeD is the only relay method for which that holds: with the others it is 1 % or "
+            "more.",
+            "nlosim",
+            [_held(campaigns, rival, ABOVE) for rival in ("signal-strength", "random")],
         ),
         Claim(
             "direct-fails",
@@ -111,6 +128,12 @@ def _relayed(
 ) -> Comparison:
     point = campaigns[scene.name].relayed(relay, compression, _SPEED, scene.policy)
     return rate(_named(scene, relay, compression), point, wanted)
+
+
+def _held(campaigns: Campaigns, relay: str, wanted: Range) -> Comparison:
+    """Of the scene with the turning truck, for the network that keeps to its brake."""
+    point = campaigns[TURNING.name].relayed(relay, _HELD_AT, _SPEED, HELD)
+    return rate(f"{_named(TURNING, relay, _HELD_AT)}, brake held", point, wanted)
 
 
 def _perfect(campaigns: Campaigns, scene: Scene, policy: str, wanted: Range) -> Comparison:

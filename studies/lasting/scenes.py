@@ -73,6 +73,7 @@ TURNING: Final = Scene(
             **_EVERYWHERE,
             "constant": "constant packet error rates",
             "memory": "constant packet error rates for a policy that forgets",
+            "held": "relay methods for a policy that keeps to its brake",
         }
     ),
 )

@@ -33,6 +33,7 @@ def scenario(
     load: str = "probe",
     granularity: str = "frame",
     maximum_age: float = 1.0,
+    brake_hold: float = 0.0,
     power: float = 26.0,
 ) -> dict[str, Any]:
     """Resolved, with what tells the condition."""
@@ -54,7 +55,10 @@ def scenario(
             "channel": radio,
             "policy": {
                 "type": "policy-network",
-                "parameters": {"maximum_age": f"{maximum_age} s"},
+                "parameters": {
+                    "maximum_age": f"{maximum_age} s",
+                    "brake_hold": f"{brake_hold} s",
+                },
             },
         },
     }

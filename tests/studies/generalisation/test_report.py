@@ -114,6 +114,15 @@ def test_the_table_of_all_is_made_of_the_runs(tmp_path: Path) -> None:
     assert [key for key, row in rows.items() if row.trained] == [("bev-32", "as trained")]
 
 
+FEWER = {
+    "_seeds": "101..125",
+    "_many": "126..481",
+    "_compression": "101..125",
+    "_point": "101..110",
+}
+"""Seeds of the experiments that have fewer variations."""
+
+
 @pytest.mark.parametrize(("end", "whose"), ADDED.items())
 def test_networks_of_several_encounters_stand_beside_the_others(
     tmp_path: Path, end: str, whose: str
@@ -145,7 +154,7 @@ def test_networks_of_several_encounters_stand_beside_the_others(
 def test_networks_of_several_encounters_meet_the_same(encounter: str, added: str) -> None:
     """The scenario, what is set, what is measured and the variations are those of the others.
 
-    Other training seeds have fewer runs, and fewer variations; many runs are those of others.
+    Other trainings have fewer runs, and fewer variations; many runs are those of others.
     """
     others, general = (
         read(EXPERIMENTS / f"generalisation_{encounter}{end}.yaml").data for end in ("", added)
@@ -153,9 +162,9 @@ def test_networks_of_several_encounters_meet_the_same(encounter: str, added: str
     assert general["factors"].pop("policy").keys().isdisjoint(others["factors"].pop("policy"))
     for each in (others, general):
         del each["report"]
-    if added in {"_seeds", "_many"}:
+    if added in FEWER:
         seeds, variations = general.pop("seeds"), general["factors"].pop("variation")
-        assert seeds == {"_seeds": "101..125", "_many": "126..481"}[added]
+        assert seeds == FEWER[added]
         assert others.pop("seeds").startswith("101..")
         assert variations.items() <= others["factors"].pop("variation").items()
     assert general == others

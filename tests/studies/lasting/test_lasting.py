@@ -14,6 +14,8 @@ from orchestrator.experiment.schema import ExperimentFile
 from orchestrator.intervals import Estimate
 from orchestrator.scenario.document import Document
 from studies.collision import runs as collision_runs
+from studies.collision.conditions import COOPERATIVE, HELD
+from studies.collision.statistics import Result
 from studies.lasting import LastingStudy
 from studies.lasting.__main__ import main
 from studies.lasting.decisions import METRICS, Dose, Had
@@ -21,6 +23,7 @@ from studies.lasting.page import SEEDS, page
 from studies.lasting.pairs import Pair
 from studies.lasting.report import FEWEST, read_table, write_study
 from studies.lasting.scenes import EXPERIMENTS, SCENES
+from studies.method import records
 from studies.method.claims import Judgement
 from studies.method.cost import Spent
 from tests.studies.collision.synthetic import RELAYS, experiment, run, scenario
@@ -65,6 +68,15 @@ def relay(name: str, *, seeds: int = 20, compressions: tuple[int, ...] = (16, 32
     return experiment(name, each, seeds=seeds, metrics=ALL)
 
 
+def held(seeds: int) -> Experiment:
+    each = [
+        ({"method": method}, scenario(relay=method, brake_hold=1.0))
+        for method in RELAYS
+        if method != "direct"
+    ]
+    return experiment("lasting_turning_held", each, seeds=seeds, metrics=ALL)
+
+
 def policies(name: str) -> Experiment:
     each = [({"policy": p}, scenario(per=0.0)) for p in ("expert", "blind", "cooperative-32")]
     return experiment(name, each, metrics=ALL)
@@ -89,6 +101,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
         relay("lasting_beside_relay"),
         rules("lasting_opposing_relay"),
         constant(),
+        held(400),
         *(policies(scene.experiment("policies")) for scene in SCENES),
     ]
     for plan in plans:
@@ -230,6 +243,8 @@ def test_the_verdicts(study: Path, tmp_path: Path) -> None:
     found = verdicts(study)
     assert found["mohed-below-1"] == "reproduced"
     assert found["only-mohed"] == "partly reproduced"  # signal strength does not collide either
+    assert found["mohed-below-1-held"] == "reproduced"
+    assert found["only-mohed-held"] == "partly reproduced"
     assert found["compression-32"] == "not reproduced"
     assert found["direct-fails"] == found["relay-saves"] == "reproduced"
     assert found["scene"] == "partly reproduced"  # 20 runs of the expert are too few for 1 %
@@ -239,6 +254,25 @@ def test_the_verdicts(study: Path, tmp_path: Path) -> None:
     few = verdicts(tmp_path)
     assert few["mohed-below-1"] == few["compression-32"] == "undecided"
     assert few["direct-fails"] == "partly reproduced"
+
+
+def test_a_network_that_keeps_to_its_brake_is_a_policy_of_its_own(study: Path) -> None:
+    """It is told by its parameter, and in neither the figure nor the claims about the other."""
+    rows = [row for row in read_table(study, Had) if row.policy == HELD]
+    assert [(row.experiment, row.relay, row.compression, row.runs) for row in rows] == [
+        ("lasting_turning_held", method, 32, 400)
+        for method in ("mohed", "signal-strength", "random")
+    ]
+    assert {row.first for row in read_table(study, Pair) if row.policy == HELD} == {
+        "mohed",
+        "signal-strength",
+    }
+    on_curves = records.read(study / "lasting_figure9_10.csv", Result)
+    assert {row.policy for row in on_curves} == {COOPERATIVE}
+    claimed = {row.claim: row for row in read_table(study, Judgement)}
+    assert claimed["mohed-below-1-held"].n == 400
+    text = page(study, "results")
+    assert "| a truck turns | cooperative, brake held, compression 32 |  | MoHeD | 400 |" in text
 
 
 def test_few_seeds_have_no_critical_point(study: Path, tmp_path: Path) -> None:
