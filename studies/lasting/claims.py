@@ -131,7 +131,7 @@ def _relayed(
 
 
 def _held(campaigns: Campaigns, relay: str, wanted: Range) -> Comparison:
-    """Of the scene with the turning truck, for the network that keeps to its brake."""
+    """The network that keeps to its brake, in the scene with the turning truck."""
     point = campaigns[TURNING.name].relayed(relay, _HELD_AT, _SPEED, HELD)
     return rate(f"{_named(TURNING, relay, _HELD_AT)}, brake held", point, wanted)
 

@@ -62,6 +62,11 @@ TRAINED = {
     "bev-32": Kept(DRIVING, {"policy": "cooperative-32"}, 110),
     "blind": Kept(DRIVING, {"policy": "blind"}, 112),
     "early-fusion": Kept(DRIVING, {"policy": "early-fusion"}, 113),
+    "general-16": Kept(
+        GENERALISATION["red_light_compression"],
+        {"policy": "general-16, brake held", "variation": "as trained"},
+        115,
+    ),
     "general-32": Kept(
         GENERALISATION["red_light_general"],
         {"policy": "general-32", "variation": "as trained"},
