@@ -90,12 +90,12 @@ PAPER = runs/paper_relay$(SUFFIX)
 COLLISION = collision_policies collision_constant_per collision_speed collision_memory collision_memory_direct collision_relay collision_radio collision_load
 LASTING = $(foreach scene,turning beside opposing,lasting_$(scene)_relay lasting_$(scene)_policies) $(addprefix lasting_turning_,constant memory held)
 READINGS = relay_readings relay_scenes relay_ahead relay_map_budget relay_map_load
-GENERALISATION = $(addprefix generalisation_,red_light left_turn overtaking pedestrian platoon $(foreach end,general held point,$(addsuffix _$(end),red_light left_turn pedestrian platoon)) $(foreach end,seeds many compression,$(addsuffix _$(end),red_light left_turn pedestrian)))
+GENERALISATION = $(addprefix generalisation_,red_light left_turn overtaking pedestrian platoon $(foreach end,general held compression point,$(addsuffix _$(end),red_light left_turn pedestrian platoon)) $(foreach end,seeds many,$(addsuffix _$(end),red_light left_turn pedestrian)))
 ORACLE = relay_fair_oracle relay_trajectories
 
-# $(call run_study,FOLDER,NAME): one experiment, into runs/NAME
+# $(call run_study,FOLDER,NAME): one experiment, into runs/NAME; the point transformer takes PyTorch
 define run_study
-.venv-paper/bin/nlosim experiment studies/$(1)/experiments/$(2).yaml --out runs/$(2)$(SUFFIX) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard runs/$(2)$(SUFFIX)/experiment.json),--resume)
+$(if $(filter %_point,$(2)),.venv-train,.venv-paper)/bin/nlosim experiment studies/$(1)/experiments/$(2).yaml --out runs/$(2)$(SUFFIX) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(wildcard runs/$(2)$(SUFFIX)/experiment.json),--resume)
 
 endef
 
@@ -146,7 +146,7 @@ paper-sensitivity: .venv-paper/installed  ## what the result of the relay study 
 	cp runs/relay_sensitivity/report/* docs/results/
 	$(RELAY_PAGE)
 
-paper-generalisation: .venv-paper/installed  ## policies in every encounter and variation, and docs/generalisation-study.md
+paper-generalisation: .venv-paper/installed .venv-train/installed  ## policies in every encounter and variation, and docs/generalisation-study.md
 	$(call study,generalisation,$(GENERALISATION),studies.generalisation,generalisation,generalisation-study)
 
 SHARING = sharing_methods sharing_load sharing_errors sharing_egos

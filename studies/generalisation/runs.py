@@ -45,10 +45,8 @@ LEARNED: Final = ("red_light", "left_turn", "pedestrian")
 """Those in which the networks of several encounters were trained."""
 
 ADDITIONS: Final = (
-    *((encounter, "_general") for encounter in DRIVEN),
-    *((encounter, "_held") for encounter in DRIVEN),
-    *((encounter, "_point") for encounter in DRIVEN),
-    *((encounter, end) for end in ("_seeds", "_many", "_compression") for encounter in LEARNED),
+    *((each, end) for end in ("_general", "_held", "_compression", "_point") for each in DRIVEN),
+    *((each, end) for end in ("_seeds", "_many") for each in LEARNED),
 )
 """The encounters with such files, and the ends of their names."""
 
