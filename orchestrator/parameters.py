@@ -28,7 +28,7 @@ import dataclasses
 import enum
 import sys
 import typing
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -85,6 +85,8 @@ class Parameter:
         is_optional: whether the component behaves as usual without it, so that resolved scenarios
             do not write its default out.
         caution: a value that biases results, of which the summary of a run warns.
+        names: of what is installed, for `str | Path`; a file that has another one is refused.
+            `None`: the component knows them.
     """
 
     type: Any
@@ -97,6 +99,7 @@ class Parameter:
     doc: str = ""
     is_optional: bool = False
     caution: Caution | None = None
+    names: Callable[[], Sequence[str]] | None = None
 
 
 class Parametrised:
@@ -222,12 +225,13 @@ def parameter(
     maximum: float | None = None,
     doc: str,
     caution: Caution | None = None,
+    names: Callable[[], Sequence[str]] | None = None,
 ) -> Any:
     """A dataclass field that declares a parameter; see the module docstring."""
     if isinstance(default, Mapping):
         default = FrozenMapping(default)
     bounds = {"minimum": minimum, "maximum": maximum}
-    metadata = {"unit": unit, **bounds, "doc": doc, "caution": caution}
+    metadata = {"unit": unit, **bounds, "doc": doc, "caution": caution, "names": names}
     return dataclasses.field(default=default, metadata=metadata)
 
 

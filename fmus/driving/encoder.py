@@ -8,7 +8,7 @@ from typing import Final, Self, TypeAlias
 import numpy as np
 from typing_extensions import override
 
-from fmus.driving.network.checkpoint import read_network
+from fmus.driving.network.checkpoint import read_network, shipped_or_none
 from fmus.driving.network.cloud import clouds
 from fmus.driving.network.sensors import Sender
 from fmus.messages.connectors import SIGNALS, inputs, when_undriven
@@ -74,6 +74,7 @@ class FeatureEncoder(Component):
             "bev-32",
             doc="a network that comes with the package, or the path of a checkpoint; "
             "empty: nothing is sent",
+            names=shipped_or_none,
         )
 
     Parameters: TypeAlias = _Parameters

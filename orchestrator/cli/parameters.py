@@ -52,7 +52,17 @@ def _cells(parameter: Parameter) -> tuple[str, ...]:
     elif parameter.default is not REQUIRED:
         default = f"= {_default(parameter)}"
     unit = "" if parameter.unit == "1" else parameter.unit
-    return kind_name(parameter.type), default, _bounds(parameter, unit), parameter.doc
+    return kind_name(parameter.type), default, _bounds(parameter, unit), _doc(parameter)
+
+
+def _doc(parameter: Parameter) -> str:
+    """What the parameter says of itself, with the names that it knows."""
+    names = [name for name in _names(parameter) or () if name]
+    return f"{parameter.doc} ({', '.join(names)})" if names else parameter.doc
+
+
+def _names(parameter: Parameter) -> list[str] | None:
+    return None if parameter.names is None else list(parameter.names())
 
 
 def _bounds(parameter: Parameter, unit: str) -> str:
@@ -108,6 +118,7 @@ def _data(parameter: Parameter, above: tuple[type, ...]) -> dict[str, Any]:
         "default": written(parameter, parameter.default) if has_default else None,
         "minimum": parameter.minimum,
         "maximum": parameter.maximum,
+        "names": _names(parameter),
         "doc": parameter.doc,
     }
     record = record_in(parameter.type)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, get_args, get_origin
 
 from orchestrator.distribution import DistributedText, Distribution
-from orchestrator.kinds import Leaf, Listed, Named, Optional, Record, kind_of
+from orchestrator.kinds import FILE_OR_NAME, Leaf, Listed, Named, Optional, Record, kind_of
 from orchestrator.parameters import DRAWN, REQUIRED, Parameter, declared, description
 from orchestrator.scenario.conversion import DISTRIBUTIONS, NAME
 from orchestrator.scenario.units import difference
@@ -96,7 +96,14 @@ def _leaf(kind: Any, parameter: Parameter) -> Schema:
         return _distribution(parameter)
     if kind is DistributedText:
         return {"anyOf": [_TEXT, _keyed("choice", _choice(_TEXT))]}
-    return _TEXT if kind in {str, Path} else {}
+    return _text(parameter) if kind in {str, Path, FILE_OR_NAME} else {}
+
+
+def _text(parameter: Parameter) -> Schema:
+    """Text, with the names that are known for editors to offer."""
+    if parameter.names is None:
+        return _TEXT
+    return {"anyOf": [{"enum": list(parameter.names())}, _TEXT]}
 
 
 def _number(kind: type, parameter: Parameter) -> Schema:

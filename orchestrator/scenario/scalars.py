@@ -75,8 +75,13 @@ def _existing(parameter: Parameter, value: Any, folder: Path) -> Path:
 def _file_or_name(parameter: Parameter, value: Any, folder: Path) -> str | Path:
     text = _text(parameter, value)
     path = Path(text)
-    is_name = path.name == text and not path.suffix
-    return text if is_name else _existing(parameter, value, folder)
+    if path.name != text or path.suffix:
+        return _existing(parameter, value, folder)
+    names = None if parameter.names is None else parameter.names()
+    if names is not None and text not in names:
+        what = f"there is no `{text}`, and a path has a folder or a suffix"
+        raise ScalarProblem(f"{what}; {suggestion(text, filter(None, names))}")
+    return text
 
 
 def _text(parameter: Parameter, value: Any) -> str:

@@ -9,7 +9,7 @@ from typing import Final, TypeAlias
 import numpy as np
 from typing_extensions import override
 
-from fmus.driving.network.checkpoint import read_network
+from fmus.driving.network.checkpoint import read_network, shipped_or_none
 from fmus.driving.network.cloud import Cloud, clouds
 from fmus.driving.network.driver import ego_numbers
 from fmus.driving.network.scan import scan_of
@@ -48,7 +48,9 @@ class DaggerParameters:
     """Parameters of the collecting policy."""
 
     network: str | Path = parameter(
-        "", doc="that drives in turn with the expert; empty: the expert drives"
+        "",
+        doc="that drives in turn with the expert; empty: the expert drives",
+        names=shipped_or_none,
     )
     beta: float = share(1.0, doc="share of the turns in which the expert drives")
     turn: float = parameter(1.0, unit="s", minimum=0.05, doc="how long each of them drives")

@@ -131,6 +131,18 @@ def test_a_record_may_contain_itself() -> None:
     assert len(schemas.definitions) == 1
 
 
+def test_it_offers_names_and_takes_paths() -> None:
+    known = Parameter(type=str | Path, default=REQUIRED, names=lambda: ("bev-16", "bev-32"))
+    schemas = ParameterSchemas(is_whole=True)
+    offered = schemas.parameter(known)
+    assert offered["anyOf"][0] == {"enum": ["bev-16", "bev-32"]}
+    for schema in (offered, schemas.parameter(Parameter(type=str | Path, default=REQUIRED))):
+        validator = Draft202012Validator(schema)
+        assert validator.is_valid("bev-16")
+        assert validator.is_valid("./mine.safetensors")
+        assert not validator.is_valid(16)
+
+
 def test_a_file_that_extends_another_need_not_repeat_what_is_required(
     encounters: Draft202012Validator,
 ) -> None:

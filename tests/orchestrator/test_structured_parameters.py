@@ -355,6 +355,24 @@ def test_any_other_is_a_path_beside_the_file_that_says_it(tmp_path: Path) -> Non
     assert convert(optional, "./mine", tmp_path) == tmp_path / "mine"
 
 
+def test_a_name_is_one_of_those_that_are_known(tmp_path: Path) -> None:
+    """A path is none, whatever it is called; the empty name is offered to nobody."""
+    parameter = Parameter(
+        type=FILE_OR_NAME, default=REQUIRED, names=lambda: ("", "bev-16", "bev-32", "blind")
+    )
+    for name in ("bev-32", "blind", ""):
+        assert convert(parameter, name, tmp_path) == name
+    (tmp_path / "else").touch()
+    assert convert(parameter, "./else", tmp_path) == tmp_path / "else"
+    for name, hint in (("bev-23", "did you mean `bev-32`?"), ("else", "there are: bev-16, ")):
+        what = f"there is no `{name}`, and a path has a folder or a suffix; {hint}"
+        with pytest.raises(ValueError, match=re.escape(what)):
+            convert(parameter, name, tmp_path)
+    nobody = Parameter(type=FILE_OR_NAME, default=REQUIRED, names=lambda: ())
+    with pytest.raises(ValueError, match="there are none"):
+        convert(nobody, "bev-32", tmp_path)
+
+
 def test_its_type_has_a_name_for_people() -> None:
     assert kind_name(FILE_OR_NAME) == "name or path"
     assert kind_name(tuple[str | Path, ...]) == "list of name or path"

@@ -74,6 +74,11 @@ def shipped() -> list[str]:
     return sorted(path.stem for path in SHIPPED.glob(f"*{_SUFFIX}"))
 
 
+def shipped_or_none() -> list[str]:
+    """Names of the networks that come with the package, and the empty one, for no network."""
+    return ["", *shipped()]
+
+
 def read_network(name: str | Path) -> Checkpoint:
     """The network of a name, or in a file.
 

@@ -9,7 +9,7 @@ import numpy as np
 from typing_extensions import override
 
 from fmus.driving.network.architecture import Architecture
-from fmus.driving.network.checkpoint import Checkpoint, read_network
+from fmus.driving.network.checkpoint import Checkpoint, read_network, shipped
 from fmus.driving.network.cloud import Cloud, clouds
 from fmus.driving.network.driver import DrivingNetwork
 from fmus.driving.network.fusion import Observed
@@ -155,7 +155,9 @@ class Network(DrivingPolicy):
         """Parameters of the network policy."""
 
         network: str | Path = parameter(
-            "bev-32", doc="a network that comes with the package, or the path of a checkpoint"
+            "bev-32",
+            doc="a network that comes with the package, or the path of a checkpoint",
+            names=shipped,
         )
         cruise_speed: float = parameter(30.0 / 3.6, unit="m/s", minimum=0.1, doc="speed to keep")
         maximum_age: float = parameter(

@@ -1,5 +1,6 @@
 """Driving by a network: what it reads, when it encodes, and what it refuses."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from fmus.driving.network.architecture import Architecture
-from fmus.driving.network.checkpoint import Checkpoint
+from fmus.driving.network.checkpoint import Checkpoint, shipped
 from fmus.driving.network.cloud import clouds
 from fmus.driving.network.driver import DrivingNetwork
 from fmus.driving.network.messages import seen, to_observed
@@ -18,6 +19,7 @@ from fmus.driving.policy.connectors import INPUTS
 from fmus.driving.policy.network import NetworkDriver
 from fmus.messages.features import FeaturesMessage, write_features
 from fmus.physics.plane import Frame
+from orchestrator.cli import main
 from orchestrator.errors import ComponentTypeError
 from orchestrator.signal import Array, Signal, Signals
 from orchestrator.testing import check_component
@@ -261,6 +263,27 @@ def test_early_fusion_lays_the_newest_cloud_of_each_sender_over_the_own_one() ->
 def test_an_unknown_network_is_refused_when_it_is_created() -> None:
     with pytest.raises(ComponentTypeError, match="there is no network `nonsense`"):
         Network(Network.Parameters(network="nonsense"))
+
+
+def test_it_is_named_beside_what_else_is_wrong_and_the_shipped_ones_are_offered(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text(
+        "schema: 1\ntitle: two mistakes\nextends: red_light\ncomponents:\n"
+        "  policy: {type: policy-network, parameters: {network: general-61, brake_hold: 1 m}}\n"
+    )
+    assert main(["check", str(file)]) == 2
+    first, second = [line for line in capsys.readouterr().out.splitlines() if "policy" in line]
+    assert "mine.yaml:5:56: components.policy.parameters.network: there is no `general-61`" in first
+    assert first.endswith("did you mean `general-16`?")
+    assert "mine.yaml:5:80: components.policy.parameters.brake_hold" in second
+    for type_name in ("policy-network", "encoder", "policy-dagger"):
+        assert main(["components", type_name]) == 0
+        assert f"({', '.join(shipped())})" in capsys.readouterr().out
+        assert main(["components", type_name, "--json"]) == 0
+        said = json.loads(capsys.readouterr().out)["parameters"]["network"]["names"]
+        assert [name for name in said if name] == shipped()
 
 
 def test_contract(tmp_path: Path) -> None:
