@@ -5,6 +5,7 @@ from typing import Final
 
 from adapters.sumo.driven import Ego, finish_line
 from adapters.sumo.errors import SumoError
+from adapters.sumo.overlaps import overlaps
 from adapters.sumo.placement import Anywhere, OnRoad, Placed
 from adapters.sumo.population import Kind, Poses, Roster, Vehicle
 from adapters.sumo.scripted import SpeedProfile, Trajectory
@@ -123,6 +124,24 @@ class Cast:
             f"{each.entity.enters:g} s after the start and has not by the end: {why}"
             for each, why in held + late
         ]
+
+    def within_others(
+        self, roster: Roster, poses: Poses, entered: Sequence[Vehicle]
+    ) -> Iterator[str]:
+        """What to say of those who `entered` at coordinates, and within others; a sentence each.
+
+        Args:
+            roster: who is there.
+            poses: theirs, corrected.
+            entered: whoever did.
+        """
+        keys = [vehicle.key for vehicle in entered if vehicle.key in self._bodies]
+        for key, other in overlaps(keys, roster, poses) if keys else ():
+            yield (
+                f"`entities.{self._placed[key].called}`: `position`: the body of "
+                f"`{roster.of(key).name}` is within that of `{roster.of(other).name}` as it "
+                "enters; SUMO keeps no room at `x` and `y`"
+            )
 
     def act(self, roster: Roster, poses: Poses, elapsed: float, h: float) -> None:
         """Move those who are moved from here in the next step; driven ones have moved.

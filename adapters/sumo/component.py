@@ -99,17 +99,23 @@ class SumoTraffic(FileReadingComponent, OncePerProcessComponent, ForeseenCompone
         remarks = (*remarks, *_idle_rules(parameters, found.types))
         problems = (*found.problems, *wrong)
         if thorough and has_own and not problems and not parameters.traci:
-            problems = tuple(rehearse(parameters, found.files))
+            rehearsed = rehearse(parameters, found.files)
+            problems, remarks = rehearsed.problems, (*remarks, *rehearsed.remarks)
         return FileCheck(problems=problems, remarks=remarks)
 
     @classmethod
-    def rehearse(cls, parameters: TrafficParameters, silent: Sequence[str], seed: int) -> None:
+    def rehearse(
+        cls, parameters: TrafficParameters, silent: Sequence[str], seed: int
+    ) -> Sequence[str]:
         """Begin a run and end it before its first communication point.
 
         Args:
             parameters: of an instance.
             silent: options with which SUMO reads the scene and writes nothing.
             seed: of this draw.
+
+        Returns:
+            What is not wrong, but may not be meant, a sentence each.
 
         Raises:
             SumoError: what ends such a run; all of it that can be told at once.
@@ -119,7 +125,7 @@ class SumoTraffic(FileReadingComponent, OncePerProcessComponent, ForeseenCompone
         options = {**sumo_options(parameters, seed), **said}
         sumo = Sumo(connection.start("libsumo", _flat(options)))
         try:
-            Traffic(sumo, parameters, np.random.default_rng(seed), 0)
+            return Traffic(sumo, parameters, np.random.default_rng(seed), 0).remarks()
         finally:
             sumo.close()
 
@@ -141,7 +147,7 @@ class SumoTraffic(FileReadingComponent, OncePerProcessComponent, ForeseenCompone
                     seconds(start),
                 )
             self._traffic = Traffic(self._sumo, self._parameters, rng, start)
-        self._read_warnings()
+        self._report()
 
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
@@ -160,7 +166,7 @@ class SumoTraffic(FileReadingComponent, OncePerProcessComponent, ForeseenCompone
         assert self._sumo is not None  # noqa: S101
         with self._sumo.reached():
             self._traffic.advance(commands, count)
-        self._read_warnings()
+        self._report()
 
     @override
     def outputs(self) -> Signals:
@@ -181,7 +187,10 @@ class SumoTraffic(FileReadingComponent, OncePerProcessComponent, ForeseenCompone
                 self._warnings.close()
             self._warnings = None
 
-    def _read_warnings(self) -> None:
+    def _report(self) -> None:
+        """Say in the log what SUMO warns of, and what may not be meant."""
+        for what in [] if self._traffic is None else self._traffic.remarks():
+            logger.warning("%s", what)
         if self._warnings is not None:
             self._warnings.read()
 

@@ -12,6 +12,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -32,10 +33,23 @@ _BENEATH: Final = re.compile(r"`([a-z_.]+)`(?:: )?")
 """A parameter of the entity, if what is wrong begins with one."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rehearsal:
+    """What was seen, as far as the parameters can help.
+
+    Attributes:
+        problems: what ends a run before its first communication point.
+        remarks: what is not wrong, but may not be meant.
+    """
+
+    problems: tuple[ParameterProblem, ...] = ()
+    remarks: tuple[ParameterProblem, ...] = ()
+
+
 def rehearse(
     parameters: TrafficParameters, files: SceneFiles, *, timeout: float = 300.0
-) -> list[ParameterProblem]:
-    """What ends a run before its first communication point, as far as the parameters can help.
+) -> Rehearsal:
+    """What happens before the first communication point of a run.
 
     Args:
         parameters: of the component, without fault so far.
@@ -56,9 +70,12 @@ def rehearse(
                 env=child_environment(),
             )
         except subprocess.TimeoutExpired:
-            return []
+            return Rehearsal()
         noted: Mapping[str, Any] = json.loads(result.read_text("utf-8")) if result.exists() else {}
-    return [_located(line, parameters) for line in noted.get("problems", ())]
+    return Rehearsal(
+        problems=tuple(_located(line, parameters) for line in noted.get("problems", ())),
+        remarks=tuple(_located(line, parameters) for line in noted.get("remarks", ())),
+    )
 
 
 def _located(line: str, parameters: TrafficParameters) -> ParameterProblem:
@@ -85,7 +102,7 @@ def main(result: Path, parameters: TrafficParameters, options: Sequence[str]) ->
     """Begin a run and note what is wrong with it.
 
     Args:
-        result: the file to write: a JSON object whose `problems` are sentences.
+        result: the file to write: a JSON object whose `problems` and `remarks` are sentences.
         parameters: of the component.
         options: of SUMO, with which it writes nothing.
     """
@@ -94,11 +111,13 @@ def main(result: Path, parameters: TrafficParameters, options: Sequence[str]) ->
     from adapters.sumo.errors import SumoError  # noqa: PLC0415 - likewise
 
     problems: list[str] = []
+    remarks: Sequence[str] = ()
     try:
-        SumoTraffic.rehearse(parameters, options, _SEED)
+        remarks = SumoTraffic.rehearse(parameters, options, _SEED)
     except SumoError as error:
         problems = str(error).splitlines()
-    result.write_text(json.dumps({"problems": problems}), encoding="utf-8")
+    noted = {"problems": problems, "remarks": [*remarks]}
+    result.write_text(json.dumps(noted), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -76,6 +76,7 @@ class Traffic:
         self._outfitter = Outfitter(parameters.equipment, equipment)
         self._census = Census(sumo, types, self._outfitter)
         self._entered: list[tuple[int, str, str]] = []
+        self._remarks: list[str] = []
         self._populate()
         self._entered += self._roadside.entered
         self.outputs = self._signals()
@@ -93,6 +94,11 @@ class Traffic:
     def absent(self) -> list[str]:
         """What to say of entities that have not entered, a sentence each."""
         return self._cast.absent
+
+    def remarks(self) -> list[str]:
+        """What may not be meant, a sentence each; each is told once."""
+        told, self._remarks = self._remarks, []
+        return told
 
     @property
     def _elapsed(self) -> float:
@@ -147,6 +153,7 @@ class Traffic:
         change = census.take(expected, leaving)
         cast.welcome(census.roster, census.poses, change.entered)
         cast.correct(census.roster, census.poses)
+        self._remarks += cast.within_others(census.roster, census.poses, change.entered)
         self._note(change.entered)
         for newcomer in spawned:
             if census.roster.row(newcomer.name) is not None:
