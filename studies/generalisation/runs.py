@@ -25,6 +25,7 @@ ADDED: Final[Mapping[str, str]] = {
     "_seeds": "their other training seeds, which keep to their brake",
     "_many": "the best of their training seeds, which keeps to its brake, in many runs",
     "_compression": "the network of several encounters at compression 16, which keeps to its brake",
+    "_seeds_16": "its other training seeds, which keep to their brake",
     "_point": "the point transformer",
 }
 """Whose runs are in experiment files of their own, by the end of their names."""
@@ -46,7 +47,7 @@ LEARNED: Final = ("red_light", "left_turn", "pedestrian")
 
 ADDITIONS: Final = (
     *((each, end) for end in ("_general", "_held", "_compression", "_point") for each in DRIVEN),
-    *((each, end) for end in ("_seeds", "_many") for each in LEARNED),
+    *((each, end) for end in ("_seeds", "_many", "_seeds_16") for each in LEARNED),
 )
 """The encounters with such files, and the ends of their names."""
 
