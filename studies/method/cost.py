@@ -15,8 +15,8 @@ CORES: Final = 2
 COST: Final = f"""\
 *Time of workers*: of the processes that ran, one thread each, from the start of a run to its
 metrics. It is processor time where experiments noted it, and else wall time, which is the same if a
-worker has its core for itself, and else more. *Planned*: the runs of all {{seeds}} seeds at the
-same cost each, on {CORES} cores.
+worker has its core for itself, and else more. *Planned*: the runs of all {{seeds}} seeds, of
+more where an experiment has more, at the same cost each, on {CORES} cores.
 """
 """What the table says; `seeds` is how many are planned."""
 
