@@ -63,6 +63,12 @@ def test_cars_in_one_direction_overlap_where_both_sides_do(at: list[tuple[float,
     assert list(overlaps(["nobody"], roster, poses)) == []
 
 
+@pytest.mark.parametrize(("within", "told"), [(0.0095, []), (0.0105, [("0", "1")])])
+def test_a_centimetre_is_a_touch(within: float, told: list[tuple[str, str]]) -> None:
+    roster, poses = standing([(0.0, 0.0), (LENGTH - within, 0.0)])
+    assert list(overlaps(["0"], roster, poses)) == told
+
+
 def test_the_heading_counts() -> None:
     """Side by side they have room; one across reaches into the other."""
     roster, poses = standing([(0.0, 0.0), (0.0, 2.0)])
