@@ -15,10 +15,11 @@ from fmus.driving.network.driver import ego_numbers
 from fmus.driving.network.scan import scan_of
 from fmus.driving.policy.command import Command
 from fmus.driving.policy.connectors import connectors
-from fmus.driving.policy.expert import EXPERT_READS, ExpertDriver, ExpertParameters
+from fmus.driving.policy.expert import EXPERT_READS, Expert, ExpertParameters
 from fmus.driving.policy.inputs import Inputs
 from fmus.driving.policy.network import NetworkDriver
 from fmus.driving.policy.occupancy import Vehicles
+from fmus.driving.policy.overtaking_parameters import Overtaking
 from fmus.physics.plane import Frame
 from orchestrator.component import Component
 from orchestrator.errors import ComponentTypeError
@@ -55,6 +56,9 @@ class DaggerParameters:
     beta: float = share(1.0, doc="share of the turns in which the expert drives")
     turn: float = parameter(1.0, unit="s", minimum=0.05, doc="how long each of them drives")
     cruise_speed: float = parameter(30.0 / 3.6, unit="m/s", minimum=0.1, doc="speed to keep")
+    overtaking: Overtaking | None = parameter(
+        None, doc="when the expert passes on the lane of oncoming traffic; null: never"
+    )
     disturbance: float = share(
         0.0,
         doc="share of the turns in which the wheel is pulled, so that the way back is seen, too",
@@ -101,7 +105,10 @@ class Dagger(Component):
     def setup(self, start: Time, rng: np.random.Generator) -> None:
         given = self._parameters
         self._rng = rng
-        self._expert = ExpertDriver(ExpertParameters(cruise_speed=given.cruise_speed))
+        self._expert = Expert(
+            ExpertParameters(cruise_speed=given.cruise_speed, overtaking=given.overtaking)
+        )
+        self._expert.begin(start, rng)
         self._network = None
         if self._checkpoint is not None:
             self._network = NetworkDriver(
@@ -118,7 +125,7 @@ class Dagger(Component):
         now, known = t + h, Inputs.read(inputs, self._reads)
         if now >= self._next_turn:
             self._take_turns(now)
-        taught = self._expert.drive(known).signals()
+        taught = self._expert.drive(known, now).signals()
         command = np.array(taught["command"])
         if self._network is not None:
             wanted = self._network.command(known, now)

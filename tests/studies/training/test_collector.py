@@ -12,9 +12,10 @@ from fmus.driving.network.driver import ego_numbers
 from fmus.driving.network.scan import scan_of
 from fmus.driving.policy.command import Command
 from fmus.driving.policy.connectors import INPUTS
-from fmus.driving.policy.expert import ExpertDriver, ExpertParameters
+from fmus.driving.policy.expert import Expert, ExpertDriver, ExpertParameters
 from fmus.driving.policy.inputs import Inputs
 from fmus.driving.policy.network import NetworkDriver
+from fmus.driving.policy.overtaking_parameters import Overtaking
 from fmus.physics.plane import Frame
 from orchestrator.signal import Array, Signal, Signals
 from orchestrator.testing import check_component
@@ -65,6 +66,19 @@ def inputs(step: int) -> dict[str, Signal]:
 MOMENTS = [inputs(step) for step in range(61)]
 UNSEEN = [moment | {"points": b""} for moment in MOMENTS]
 """The same without lidars, which is quicker."""
+
+
+def behind_who_is_slow(step: int) -> dict[str, Signal]:
+    """On a straight road, without lidars; the ego vehicle stays in its lane whatever it should."""
+    x = 0.4 * step
+    return inputs(step) | {
+        "points": b"",
+        "ego.heading": np.array(0.0),
+        "ego.route": np.array([[x, 0.0], [x + 200.0, 0.0]]),
+        "vehicle.position": np.array([[x, 0.0, 0.0], [20.0 + 0.15 * step, 0.0, 0.0]]),
+        "vehicle.heading": np.zeros(2),
+        "vehicle.velocity": np.array([[8.0, 0.0], [3.0, 0.0]]),
+    }
 
 
 def collector(folder: Path, *, with_network: bool = True, **parameters: Any) -> Dagger:
@@ -133,6 +147,26 @@ def test_the_expert_drives_with_beta_1_and_the_network_with_beta_0(tmp_path: Pat
     driven = commands(drive(collector(tmp_path, beta=0.0)))
     assert (driven == by_network()).all()
     assert (driven != by_expert()).any(axis=1).all()
+
+
+def test_the_expert_overtakes_if_it_may(tmp_path: Path) -> None:
+    """And remembers from step to step how far it has got, as the policy does."""
+    moments = [behind_who_is_slow(step) for step in range(40)]
+    given = Overtaking(patience=0.0)
+    expert = Expert(ExpertParameters(overtaking=given))
+    expert.begin(0, np.random.default_rng(0))
+    wanted = [
+        expert.drive(known(m), (k + 1) * STEP).signals()["command"]
+        for k, m in enumerate(moments[1:])
+    ]
+    driven = commands(
+        drive(collector(tmp_path, with_network=False, overtaking=given), moments=moments)
+    )
+    assert (driven == np.array(wanted)).all()
+    assert (driven[:, 2] > 0.0).all()
+    assert driven[:, 2].max() > 0.1
+    kept = commands(drive(collector(tmp_path, with_network=False), moments=moments))
+    assert (kept[:, 2] == 0.0).all()
 
 
 @pytest.mark.slow
