@@ -26,6 +26,7 @@ ADDED: Final[Mapping[str, str]] = {
     "_many": "the best of their training seeds, which keeps to its brake, in many runs",
     "_compression": "the network of several encounters at compression 16, which keeps to its brake",
     "_seeds_16": "its other training seeds, which keep to their brake",
+    "_one_side": "a network that learned from one side only",
     "_point": "the point transformer",
 }
 """Whose runs are in experiment files of their own, by the end of their names."""
@@ -40,7 +41,7 @@ ENCOUNTERS: Final[Mapping[str, str]] = {
 """What encounters are called, by the rest of that name."""
 
 DRIVEN: Final = ("red_light", "left_turn", "pedestrian", "platoon")
-"""Those of them, by that rest, in which networks drive."""
+"""Those of them, by that rest, that ask of a network to follow its route."""
 
 LEARNED: Final = ("red_light", "left_turn", "pedestrian")
 """Those in which the networks of several encounters were trained."""
@@ -48,6 +49,7 @@ LEARNED: Final = ("red_light", "left_turn", "pedestrian")
 ADDITIONS: Final = (
     *((each, end) for end in ("_general", "_held", "_compression", "_point") for each in DRIVEN),
     *((each, end) for end in ("_seeds", "_many", "_seeds_16") for each in LEARNED),
+    ("red_light", "_one_side"),
 )
 """The encounters with such files, and the ends of their names."""
 

@@ -32,23 +32,25 @@ def test_a_recipe_is_valid(path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "differs"),
+    ("first", "name", "differs"),
     [
-        ("general_16", {"network", "checkpoint"}),
-        ("general_blind", {"network", "checkpoint"}),
-        ("general_early_fusion", {"network", "checkpoint"}),
-        ("general_32_one_side", {"network", "checkpoint", "encounters", "expert"}),
+        ("general_32", "general_16", {"network", "checkpoint"}),
+        ("general_32", "general_blind", {"network", "checkpoint"}),
+        ("general_32", "general_early_fusion", {"network", "checkpoint"}),
+        ("general_32", "general_32_one_side", {"network", "checkpoint", "encounters", "expert"}),
+        ("overtaking_32", "overtaking_16", {"network", "checkpoint"}),
+        ("overtaking_32", "overtaking_blind", {"network", "checkpoint"}),
     ],
 )
-def test_networks_are_trained_alike(name: str, differs: set[str]) -> None:
+def test_networks_are_trained_alike(first: str, name: str, differs: set[str]) -> None:
     """Equal scenes, rounds and runs of the expert: what differs is the network."""
     folder = RECIPES[0].parent
-    whole, other = (read(folder / f"{stem}.yaml").data for stem in ("general_32", name))
+    whole, other = (read(folder / f"{stem}.yaml").data for stem in (first, name))
     assert {key for key in whole if whole[key] != other[key]} == differs
     TrainingFile.model_validate(other)
     parameters = {key: value for key, value in other["network"].items() if key != "type"}
     shape = BevParameters(**parameters).architecture
-    assert (other["network"]["type"], shape.cooperative) == ("bev", name != "general_blind")
+    assert (other["network"]["type"], shape.cooperative) == ("bev", "blind" not in name)
 
 
 @pytest.mark.slow
