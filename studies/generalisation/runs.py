@@ -27,6 +27,7 @@ ADDED: Final[Mapping[str, str]] = {
     "_compression": "the network of several encounters at compression 16, which keeps to its brake",
     "_seeds_16": "its other training seeds, which keep to their brake",
     "_one_side": "a network that learned from one side only",
+    "_overtaker": "the network that learned to overtake",
     "_point": "the point transformer",
 }
 """Whose runs are in experiment files of their own, by the end of their names."""
@@ -50,6 +51,7 @@ ADDITIONS: Final = (
     *((each, end) for end in ("_general", "_held", "_compression", "_point") for each in DRIVEN),
     *((each, end) for end in ("_seeds", "_many", "_seeds_16") for each in LEARNED),
     ("red_light", "_one_side"),
+    ("overtaking", "_overtaker"),
 )
 """The encounters with such files, and the ends of their names."""
 

@@ -122,6 +122,7 @@ SEEDS_OF = {
     "_compression": "101..125",
     "_seeds_16": "101..125",
     "_one_side": "101..175",
+    "_overtaker": "101..175",
     "_point": "101..110",
 }
 """By whose runs they are, how many seeds can tell what is asked; the other policies have 20."""
