@@ -105,9 +105,7 @@ apmm`. [All numbers]({link}/{file}).
 
 _TAIL: Final = """\
 Training the [general networks](training.md#several-encounters) and the moments of traffic of `make
-apmm` are not experiments, and not in the table. The four experiments of networks that keep to their
-brake were measured on a slower processor: on it `generalisation_red_light_general`, 3.7 s in the
-table, takes 5.9 s.
+apmm` are not experiments, and not in the table.
 
 ## What all methods share
 

@@ -72,6 +72,9 @@ them, and the weights at the beginning; the expert's runs are the same): runs wi
 mean and standard deviation over trainings.
 """
 
+_ALONE: Final = "as trained"
+"""What the only encounter of a training is called."""
+
 CAMPAIGN_RUNS: Final = f"{CAMPAIGN}{SUFFIX}"
 """The file of the runs of the collision campaign."""
 
@@ -213,7 +216,7 @@ def _training(path: Path) -> str:
         rows = list(csv.DictReader(file))
     body = [
         [
-            row["encounter"],
+            row["encounter"] or _ALONE,
             "yes" if row["held_out"] == "True" else "no",
             row["runs"],
             percent_shown(_estimate(row, "success")),
@@ -237,7 +240,7 @@ def _by_seed(path: Path) -> str:
         share = [100 * float(row["collision"]) for row in each]
         body += [
             [
-                encounter,
+                encounter or _ALONE,
                 "yes" if held_out == "True" else "no",
                 *(_counted(row) for row in each),
                 f"{statistics.fmean(share):.1f} ± {statistics.stdev(share):.1f}",

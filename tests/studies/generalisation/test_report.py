@@ -229,11 +229,13 @@ def test_the_page(tmp_path: Path) -> None:
         "encounter,held_out,driver,runs,failed,collision,collision_low,collision_high,"
         "success,success_low,success_high\n"
         "skewed,True,round 1,4,0,0.25,0.05,0.7,0.75,0.3,0.95\n"
+        ",False,round 1,4,0,0.5,0.15,0.85,0.5,0.15,0.85\n"
     )
     (tmp_path / "training" / "general_32-seeds.csv").write_text(
         "seed,round,encounter,held_out,runs,failed,collision\n"
         "1,4,left turn,False,4,0,0.25\n1,4,skewed,True,4,0,0.25\n"
         "7,3,left turn,False,4,0,0.0\n7,3,skewed,True,4,1,0.6666666666666666\n"
+        "1,4,,False,4,0,0.25\n7,3,,False,4,0,0.25\n"
     )
     (tmp_path / "analysis.md").write_text("By hand.\n")
     text = page(tmp_path, "results", tmp_path / "analysis.md")
@@ -248,7 +250,9 @@ def test_the_page(tmp_path: Path) -> None:
     assert ["bev-32", "red light", "truck", "66.67 [20.77, 93.85]", "< 5", "missed"] in rows
     assert ["bev-32", "red light", "as trained", "0.00 [0.00, 56.15]", "< 1", "open"] in rows
     assert ["skewed", "yes", "4", "75.0 [30.0, 95.0]", "25.0 [5.0, 70.0]"] in rows
+    assert ["as trained", "no", "4", "50.0 [15.0, 85.0]", "50.0 [15.0, 85.0]"] in rows
     assert ["encounter", "held out", "seed 1", "seed 7", "collisions [%]"] in rows
+    assert ["as trained", "no", "1 of 4", "1 of 4", "25.0 ± 0.0"] in rows
     assert ["left turn", "no", "1 of 4", "0 of 4", "12.5 ± 17.7"] in rows
     assert ["skewed", "yes", "1 of 4", "2 of 3", "45.8 ± 29.5"] in rows
     assert "training `general-32`" in text
