@@ -17,6 +17,7 @@ from tqdm import tqdm
 from orchestrator.campaign.journal import Journal
 from orchestrator.campaign.work import Result, RunKey, Work
 from orchestrator.campaign.workers import Pool, Workers
+from orchestrator.errors import CosimError
 from orchestrator.run_directory import claim_directory, new_directory
 
 AnyJournal = TypeVar("AnyJournal", bound=Journal[Any])
@@ -57,6 +58,20 @@ class Interrupted(KeyboardInterrupt):
         self.outcome = outcome
 
 
+class StoppedShortError(CosimError):
+    """The machine does not let a campaign go on, as with a full disk; what is finished is kept.
+
+    Attributes:
+        directory: of the campaign.
+        cause: what the operating system said.
+    """
+
+    def __init__(self, directory: Path, cause: OSError) -> None:
+        super().__init__(str(cause))
+        self.directory = directory
+        self.cause = cause
+
+
 class Campaign(abc.ABC, Generic[AnyJournal, Outcome]):
     """Something that takes hours, and goes on where it was interrupted."""
 
@@ -92,17 +107,28 @@ def conduct(campaign: Campaign[AnyJournal, Outcome], options: Options) -> Outcom
     Raises:
         RecordingError, ResumeError: the directory cannot be used.
         Interrupted: after Ctrl-C; what was done is written.
+        StoppedShortError: a file could not be written or read.
     """
     if options.resume and options.out is not None:
         directory, enter = options.out, campaign.resume
     else:
         directory, enter = _directory(options.out, campaign.name), campaign.begin
-    with contextlib.closing(enter(directory)) as journal:
-        try:
-            campaign.work(directory, journal)
-        except KeyboardInterrupt:
-            raise Interrupted(campaign.outcome(directory, journal)) from None
-        return campaign.outcome(directory, journal)
+    journal = enter(directory)
+    try:
+        with contextlib.closing(journal):
+            return _conducted(campaign, directory, journal)
+    except OSError as error:  # closing writes, too
+        raise StoppedShortError(directory, error) from error
+
+
+def _conducted(
+    campaign: Campaign[AnyJournal, Outcome], directory: Path, journal: AnyJournal
+) -> Outcome:
+    try:
+        campaign.work(directory, journal)
+    except KeyboardInterrupt:
+        raise Interrupted(campaign.outcome(directory, journal)) from None
+    return campaign.outcome(directory, journal)
 
 
 def _directory(out: Path | None, name: str) -> Path:

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from orchestrator import tables
-from orchestrator.campaign.conduct import Interrupted, Options
+from orchestrator.campaign.conduct import Interrupted, Options, StoppedShortError
 from orchestrator.campaign.workers import local_pool, scheduled_workers
-from orchestrator.cli.failures import bug, plugin_failed, said
+from orchestrator.cli.failures import bug, plugin_failed, said, stopped_short
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.cli.run import to_nobody
@@ -45,6 +45,9 @@ def execute(arguments: Namespace) -> Outcome:
             outcome = conduct_experiment(experiment, options, keep_runs=keep, page=page)
         except Interrupted as error:
             return _interrupted(experiment, arguments, error.outcome)
+        except StoppedShortError as error:
+            out = error.directory
+            return stopped_short(error.cause, out, _resuming(arguments, str(out)))
     if outcome.report_error is not None and not outcome.failed:
         return _report_failed(experiment, outcome, outcome.report_error)
     return _done(experiment, outcome)
@@ -90,6 +93,11 @@ def _command(arguments: Namespace, out: str | None) -> str:
     words += ["--out", out] if out is not None else []
     words += ["--private"] if arguments.private else []
     return shlex.join(words)
+
+
+def _resuming(arguments: Namespace, out: str) -> str:
+    """The command that goes on."""
+    return f"{_command(arguments, out)} --resume"
 
 
 def _data(experiment: Experiment, outcome: ExperimentOutcome) -> dict[str, Any]:
@@ -140,7 +148,7 @@ def _interrupted(
     text = f"interrupted after {outcome.runs} of {total} runs; they are in {out}\n"
     if outcome.report_error is not None:
         text += f"{_why_no_report(outcome.report_error)}\n"
-    text += f"go on with: {_command(arguments, str(out))} --resume"
+    text += f"go on with: {_resuming(arguments, str(out))}"
     return failure(
         "interrupted", Exit.INTERRUPTED, "interrupted", text=text, **_data(experiment, outcome)
     )

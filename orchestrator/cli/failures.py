@@ -76,6 +76,19 @@ def _wrong_input(error: Exception, recorded: str, where: Mapping[str, str]) -> O
     return failure("input", Exit.WRONG_INPUT, said(error), text=text, **where)
 
 
+def stopped_short(cause: OSError, out: Path, command: str) -> Outcome:
+    """The machine does not let a campaign go on, as with a full disk.
+
+    Args:
+        cause: what the operating system said.
+        out: where the finished part of the campaign is.
+        command: that goes on once it can.
+    """
+    text = f"error: {said(cause)}\nwhat is finished is in {out}; once the cause is mended, "
+    text += f"go on with: {command}"
+    return failure("input", Exit.WRONG_INPUT, said(cause), text=text, out=str(out))
+
+
 def plugin_failed(error: PluginError, directory: Path | None, text: str = "") -> Outcome:
     """A measure, a report or a command of an installed package failed; its traceback is kept.
 
@@ -123,9 +136,9 @@ def _raised(error: ComponentError, directory: Path | None) -> str:
 
 def said(error: BaseException) -> str:
     """What it says; of a file, its path and what is wrong with it."""
-    if isinstance(error, OSError) and error.filename is not None and error.strerror is not None:
-        return f"`{error.filename}`: {error.strerror}"
-    return str(error)
+    if not isinstance(error, OSError) or error.strerror is None:
+        return str(error)
+    return error.strerror if error.filename is None else f"`{error.filename}`: {error.strerror}"
 
 
 def _problems(error: ScenarioError) -> Outcome:

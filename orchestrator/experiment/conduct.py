@@ -61,6 +61,7 @@ def conduct_experiment(
         RecordingError, ResumeError: the directory cannot be used.
         ScenarioError: the runs do not have the metrics that the experiment file names.
         Interrupted: after Ctrl-C; what was done is written.
+        StoppedShortError: a file could not be written or read.
     """
     for module in ("distributed", "pyarrow.parquet"):
         require(module)

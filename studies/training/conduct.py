@@ -55,6 +55,7 @@ def conduct_training(
         LearningError: the learner cannot go on.
         RecordingError, ResumeError: the directory cannot be used.
         Interrupted: after Ctrl-C; what was done is written.
+        StoppedShortError: a file could not be written or read.
     """
     lessons = _Lessons(training, options, resolve(training.device), collection)
     return conduct(lessons, options)

@@ -10,8 +10,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from orchestrator.campaign.conduct import Interrupted, Options
+from orchestrator.campaign.conduct import Interrupted, Options, StoppedShortError
 from orchestrator.campaign.workers import local_pool, require
+from orchestrator.cli.failures import stopped_short
 from orchestrator.cli.interruption import stopping
 from orchestrator.cli.outcome import Exit, Outcome, failure
 from orchestrator.errors import CosimError
@@ -49,6 +50,9 @@ def execute(arguments: Namespace) -> Outcome:
             outcome = conduct_training(training, options, collection)
         except Interrupted as error:
             return _interrupted(arguments, error.outcome)
+        except StoppedShortError as error:
+            out = error.directory if seeds is None else Path(arguments.out)
+            return stopped_short(error.cause, out, _resuming(arguments, str(out)))
     return _done(training, arguments, outcome)
 
 

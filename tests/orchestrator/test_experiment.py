@@ -24,6 +24,7 @@ from orchestrator.experiment.conduct import _compare, _work
 from orchestrator.experiment.journal import entries
 from orchestrator.experiment.load import load_experiment
 from orchestrator.scenario.installed import scenario_path
+from tests.full_disk import DiskFillsUp, files_as_before
 from tests.interruptions import InterruptedDestructor, record_ignored
 from tests.workers import workers_here
 
@@ -170,6 +171,32 @@ def test_an_interruption_that_falls_into_a_destructor_is_not_lost(
     assert main(["experiment", str(path), "--out", out]) == 4
     assert ignored == [KeyboardInterrupt]
     assert f"interrupted after 2 of 6 runs; they are in {out}" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="files of limited size stand for a full disk")
+def test_a_full_disk_stops_an_experiment_that_goes_on_when_there_is_room(
+    laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of six runs two are noted, and the third was written in part."""
+    whole = laboratory.run("whole")
+    out = laboratory.folder / "out"
+    filled = DiskFillsUp(laboratory.journal("out"), after=3)
+    with monkeypatch.context() as context, files_as_before():
+        context.setattr(workers, "local_workers", lambda *_: filled.pool())
+        stopped = laboratory.execute(laboratory.arguments("out"))
+    error = laboratory.read(stopped, code=2)["error"]
+    assert (error["message"], error["out"]) == ("File too large", str(out))
+    assert stopped.errors == (
+        f"error: File too large\nwhat is finished is in {out}; once the cause is mended, "
+        f"go on with: nlosim experiment {laboratory.file} --out {out} --resume\n"
+    )
+    assert len(entries(read_lines(laboratory.journal("out")).contents)) == 2
+    assert laboratory.run("out", "--resume") == {
+        **whole,
+        "out": str(out),
+        "page": str(out / "index.html"),
+    }
+    assert laboratory.rows("out") == laboratory.rows("whole")
 
 
 def test_a_report_is_made_at_the_end_and_again(laboratory: Laboratory) -> None:

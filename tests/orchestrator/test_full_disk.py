@@ -1,10 +1,7 @@
 """A full disk ends a run in good order: the message names the file, the manifest says `failed`."""
 
 import json
-import resource
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -12,6 +9,7 @@ import pytest
 from orchestrator.cli import main
 from orchestrator.last_call import FILE
 from orchestrator.recording.reader import Recording
+from tests.full_disk import files_up_to
 
 pytestmark = pytest.mark.skipif(
     sys.platform != "linux", reason="files of limited size stand for it"
@@ -47,17 +45,6 @@ time: {stop: 2 s}
 components:
   noise: {type: "noise_parts:Noise", step: 100 ms}
 """
-
-
-@contextmanager
-def files_up_to(size: int) -> Iterator[None]:
-    """No file can grow beyond `size` [byte], as on a disk that is full."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 @pytest.mark.parametrize(

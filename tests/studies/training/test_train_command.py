@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from orchestrator.campaign import workers
 from orchestrator.cli import main
 from studies.training import train
 from studies.training.journal import ENTRIES
+from tests.full_disk import DiskFillsUp, files_as_before
 from tests.installation import site
 from tests.studies.training import toys
 from tests.studies.training.conftest import TOYS, Laboratory
@@ -184,6 +185,38 @@ def test_a_place_that_takes_no_network_is_refused_before_anything_is_driven(
     message = "error: the network cannot be written to `/proc/x.safetensors`: No such file or "
     assert message in capsys.readouterr().err
     assert not (laboratory.folder / "o").exists()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="files of limited size stand for a full disk")
+@pytest.mark.parametrize(
+    ("options", "journal"),
+    [((), Path("o", ENTRIES)), (("--seeds", "1..1"), Path("o/seed-1", ENTRIES))],
+)
+def test_a_full_disk_stops_a_training_that_goes_on_when_there_is_room(
+    options: Sequence[str],
+    journal: Path,
+    laboratory: Laboratory,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """The same network comes out as without; what is finished is not driven again."""
+    monkeypatch.chdir(laboratory.folder)
+    monkeypatch.setattr(train, "local_pool", lambda *_: laboratory.workers.pool())
+    assert main(["train", "training.yaml", *options, "--out", "whole", "--quiet"]) == 0
+    whole, driven = laboratory.checkpoint, len(laboratory.workers.done)
+    filled = DiskFillsUp(journal, after=3)
+    command = ["train", "training.yaml", *options, "--out", "o"]
+    capsys.readouterr()
+    with monkeypatch.context() as context, files_as_before():
+        context.setattr(train, "local_pool", lambda *_: filled.pool())
+        assert main([*command, "--quiet"]) == 2
+    assert capsys.readouterr().err == (
+        "error: File too large\nwhat is finished is in o; once the cause is mended, "
+        f"go on with: nlosim {' '.join(command)} --resume\n"
+    )
+    assert main([*command, "--quiet", "--resume"]) == 0
+    assert laboratory.checkpoint == whole
+    assert len(laboratory.workers.done) == 2 * driven - 2
 
 
 def test_several_seeds_share_the_runs_of_the_expert(
