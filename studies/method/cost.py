@@ -51,7 +51,7 @@ class Spent:
     runs: int
     time: float
     planned: int
-    is_wall: bool = True
+    is_wall: bool
 
     @staticmethod
     def of(name: str, runs: Sequence[Timed], planned: int) -> "Spent":

@@ -214,7 +214,7 @@ def _cost(folder: Path) -> list[str]:
 def _spent(name: str, found: Provenance) -> Spent:
     (every,) = (cost for cost in found.cost if cost.method == "all")
     runs = planned(found.origin, SEEDS)
-    return Spent(name=name, runs=every.runs, time=every.wall_s, planned=runs)
+    return Spent(name=name, runs=every.runs, time=every.wall_s, planned=runs, is_wall=True)
 
 
 def _origins(folder: Path, link: str) -> str:

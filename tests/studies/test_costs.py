@@ -127,15 +127,17 @@ def test_its_command_measures_what_is_named_and_keeps_the_rest(
     performed: list[Work], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """One run to begin with, and two that count."""
-    records.write(tmp_path / FILE, records.rows([cost("sharing_load", 12.0)]))
-    arguments = ["costs", str(tmp_path / "page.md"), str(tmp_path), "lasting_turning_relay"]
+    folder = tmp_path / "results"
+    folder.mkdir()
+    records.write(folder / FILE, records.rows([cost("sharing_load", 12.0)]))
+    arguments = ["costs", str(tmp_path / "page.md"), str(folder), "lasting_turning_relay"]
     monkeypatch.setattr("sys.argv", [*arguments, "--runs", "2"])
     main()
     assert len(performed) == 3
-    first, kept = read(tmp_path)
+    first, kept = read(folder)
     assert (first.experiment, first.cpu_s, first.measured) == ("lasting_turning_relay", 2.5, 2)
     assert kept == cost("sharing_load", 12.0)
-    assert (tmp_path / "page.md").read_text() == page(tmp_path, ".")
+    assert (tmp_path / "page.md").read_text() == page(folder, "results")
 
 
 def test_its_command_names_what_there_is(
