@@ -81,15 +81,15 @@ CAMPAIGN_RUNS: Final = f"{CAMPAIGN}{SUFFIX}"
 LIMITS: Final = {True: 0.01, False: 0.05}
 """Wanted bounds of the collision rate, by whether the network was trained in such scenes."""
 
-NETWORKS: Final = (
-    *("blind", "early-fusion", "bev-16", "bev-32"),
+COOPERATIVE: Final = (
+    *("early-fusion", "bev-16", "bev-32"),
     *("general-32", "general-32, brake held"),
     *("general-32 seed 2, brake held", "general-32 seed 3, brake held"),
     *("general-16, brake held", "general-16 seed 2, brake held", "general-16 seed 3, brake held"),
     *("general-32 one side", "general-32 one side, brake held"),
     *("overtaking-32", "point-transformer-16"),
 )
-"""Levels of the factor `policy` that are networks."""
+"""Levels of the factor `policy` that are networks that hear others, of which a rate is wanted."""
 
 
 def page(folder: Path, link: str, analysis: Path | None) -> str:
@@ -201,7 +201,7 @@ def verdict(rate: Estimate, *, trained: bool) -> Verdict:
 def _targets(table: Sequence[Result]) -> str:
     body = []
     for row in table:
-        if row.policy not in NETWORKS or row.policy == "blind" or row.rate is None:
+        if row.policy not in COOPERATIVE or row.rate is None:
             continue
         found = verdict(row.rate, trained=row.trained)
         shown = percent_shown(row.rate, ".2f")

@@ -26,8 +26,10 @@ ADDED: Final[Mapping[str, str]] = {
     "_many": "the best of their training seeds, which keeps to its brake, in many runs",
     "_compression": "the network of several encounters at compression 16, which keeps to its brake",
     "_seeds_16": "its other training seeds, which keep to their brake",
+    "_alone": "the network of several encounters that has nothing but its own lidar",
     "_one_side": "a network that learned from one side only",
     "_overtaker": "the network that learned to overtake",
+    "_elsewhere": "the network that learned to overtake",
     "_point": "the point transformer",
 }
 """Whose runs are in experiment files of their own, by the end of their names."""
@@ -48,7 +50,8 @@ LEARNED: Final = ("red_light", "left_turn", "pedestrian")
 """Those in which the networks of several encounters were trained."""
 
 ADDITIONS: Final = (
-    *((each, end) for end in ("_general", "_held", "_compression", "_point") for each in DRIVEN),
+    *((each, end) for end in ("_general", "_held", "_compression") for each in DRIVEN),
+    *((each, end) for end in ("_alone", "_elsewhere", "_point") for each in DRIVEN),
     *((each, end) for end in ("_seeds", "_many", "_seeds_16") for each in LEARNED),
     ("red_light", "_one_side"),
     ("overtaking", "_overtaker"),

@@ -121,8 +121,10 @@ SEEDS_OF = {
     "_many": "126..481",
     "_compression": "101..125",
     "_seeds_16": "101..125",
+    "_alone": "101..125",
     "_one_side": "101..175",
     "_overtaker": "101..175",
+    "_elsewhere": "101..120",
     "_point": "101..110",
 }
 """By whose runs they are, how many seeds can tell what is asked; the other policies have 20."""
@@ -168,7 +170,7 @@ def test_networks_of_several_encounters_meet_the_same(encounter: str, added: str
     for each in (others, general):
         del each["report"]
     variations, those = (each["factors"].pop("variation") for each in (general, others))
-    if added in {"_general", "_held"}:
+    if added in {"_general", "_held", "_alone"}:
         assert variations == those
     assert variations.items() <= those.items()
     assert general.pop("seeds") == SEEDS_OF[added]
