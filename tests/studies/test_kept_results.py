@@ -72,6 +72,11 @@ TRAINED = {
         {"policy": "general-32", "variation": "as trained"},
         114,
     ),
+    "general-blind": Kept(
+        GENERALISATION["red_light_alone"],
+        {"policy": "general-blind, brake held", "variation": "other lane"},
+        116,
+    ),
 }
 """Of every network that comes with the package a run in the scene that it was trained in."""
 
