@@ -133,13 +133,14 @@ class Training:
     def evaluation(self, number: int) -> list[Phase]:
         """The network of the round `number` alone, in every encounter and every variant.
 
-        All with the same seeds, which are none of the validation.
+        All with the same seeds, which are none of the validation. Another round has other phases:
+        what the network of one did says nothing of the next.
         """
         first = self._expert_seed() + MAXIMUM_RUNS + self.validation_runs
         seeds = tuple(range(first, first + self.evaluation_runs))
         return [
             Phase(
-                name=f"evaluation-{each.name}" if each.name else "evaluation",
+                name=f"evaluation-{number}-{each.name}" if each.name else f"evaluation-{number}",
                 seeds=seeds,
                 driver=number,
                 beta=0.0,

@@ -106,19 +106,21 @@ def test_what_is_driven(several: Laboratory) -> None:
     found = several.train()
     seen = [*phases(several)]
     count = Counter(name for name, _ in seen)
-    evaluated = {"evaluation-breeze": 4, "evaluation-storm": 4, "evaluation-far": 4}
+    last = found.findings.chosen
+    evaluated = {f"evaluation-{last}-{place}": 4 for place in ("breeze", "storm", "far")}
+    far = f"evaluation-{last}-far"
     drives = {"drive-0": 3, "drive-1": 3}
     assert count == {"validation": 3, "expert": 6, "dagger-1": 3, **drives, **evaluated}
     for name in ("expert", "validation", "dagger-1", "drive-1"):
         storms = [each["wind"] == 1.0 for phase, each in seen if phase == name]
         assert sum(storms) == len(storms) // 3, name
     for name, each in seen:
-        assert (each.get("start") == 9) == (name == "evaluation-far")
+        assert (each.get("start") == 9) == (name == far)
         assert each["silent"] is False
     seeds = {n: [e["seed"] for phase, e in seen if phase == n] for n in evaluated}
     assert len({tuple(each) for each in seeds.values()}) == 1
     others = {each["seed"] for name, each in seen if name not in evaluated}
-    assert not others & set(seeds["evaluation-far"])
+    assert not others & set(seeds[far])
     assert [r["encounter"] for r in found.findings.evaluation] == ["breeze", "storm", "far"]
     assert [r["held_out"] for r in found.findings.evaluation] == [False, False, True]
 
@@ -140,20 +142,33 @@ def test_runs_say_which_encounter_they_are_of(several: Laboratory) -> None:
     phase = training.lessons(0)
     names = [training.scene(phase, seed)["encounter"] for seed in phase.seeds]
     assert Counter(names) == {"breeze": 4, "storm": 2}
-    (far,) = (e for e in training.evaluation(0) if e.name == "evaluation-far")
+    (far,) = (e for e in training.evaluation(0) if e.name == "evaluation-0-far")
     assert training.scene(far, 1).keys() == {"encounter", "wind"}
 
 
 def test_an_evaluation_may_grow_and_goes_on(several: Laboratory) -> None:
-    several.train()
+    last = several.train().findings.chosen
     several.workers.done.clear()
     several.change("evaluation: {runs: 4}", "evaluation: {runs: 5}")
     assert [r["runs"] for r in several.train(resume=True).findings.evaluation] == [5, 5, 5]
     assert [name for name, _ in phases(several)] == [
-        "evaluation-breeze",
-        "evaluation-storm",
-        "evaluation-far",
+        f"evaluation-{last}-breeze",
+        f"evaluation-{last}-storm",
+        f"evaluation-{last}-far",
     ]
+
+
+def test_another_network_is_evaluated_anew(several: Laboratory) -> None:
+    """With a round more another one is chosen, of which the former runs say nothing."""
+    before = several.train().findings.chosen
+    several.workers.done.clear()
+    several.change("rounds: 1", "rounds: 2")
+    found = several.train(resume=True).findings
+    assert found.chosen not in {None, before}
+    driven = Counter(name for name, _ in phases(several) if name.startswith("evaluation"))
+    places = ("breeze", "storm", "far")
+    assert driven == {f"evaluation-{found.chosen}-{place}": 4 for place in places}
+    assert {row["driver"] for row in found.evaluation} == {f"round {found.chosen}"}
 
 
 def test_an_encounter_without_weight_is_held_out(several: Laboratory) -> None:
@@ -165,8 +180,8 @@ def test_an_encounter_without_weight_is_held_out(several: Laboratory) -> None:
     winds: dict[str, set[float]] = {}
     for name, each in phases(several):
         winds.setdefault(name, set()).add(each["wind"])
-    assert winds.pop("evaluation-far") == {1.0}
-    assert winds.pop("evaluation-storm") == {1.0}
+    assert winds.pop(f"evaluation-{found.findings.chosen}-far") == {1.0}
+    assert winds.pop(f"evaluation-{found.findings.chosen}-storm") == {1.0}
     assert not any(1.0 in each for each in winds.values())
 
 
