@@ -187,9 +187,9 @@ endef
 train: .venv-train/installed  ## the networks in fmus/driving/network/checkpoints, by the recipes in studies/training/recipes/
 	$(foreach name,$(NETWORKS),$(call run_training,$(name)))
 
-# Networks of several encounters, three seeds each; the expert drives once for all of them. It goes on where it was
-# interrupted; remove runs/train-general_* to begin anew.
-GENERAL ?= general_32 general_16 general_blind general_early_fusion
+# Networks of several encounters and of overtaking, three seeds each; the expert drives once for all that meet the same.
+# It goes on where it was interrupted; remove runs/train-general_* and runs/train-overtaking_* to begin anew.
+GENERAL ?= general_32 general_16 general_blind general_early_fusion overtaking_32 overtaking_16 overtaking_blind
 SEVERAL = seeds.csv spread.csv
 
 define run_general

@@ -77,6 +77,11 @@ TRAINED = {
         {"policy": "general-blind, brake held", "variation": "other lane"},
         116,
     ),
+    "overtaking-32": Kept(
+        GENERALISATION["overtaking_overtaker"],
+        {"policy": "overtaking-32", "variation": "as it is"},
+        117,
+    ),
 }
 """Of every network that comes with the package a run in the scene that it was trained in."""
 
