@@ -1,6 +1,6 @@
 """A disk that is full, for which files of limited size stand; on Linux."""
 
-import resource
+import sys
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,6 +9,9 @@ from typing_extensions import override
 
 from orchestrator.campaign.work import Result, RunKey, Work
 from tests.workers import HereAndNow
+
+if sys.platform != "win32":
+    import resource
 
 
 @contextmanager
