@@ -170,7 +170,10 @@ def test_an_interruption_that_falls_into_a_destructor_is_not_lost(
     out = str(scenario_file.with_name("out"))
     assert main(["experiment", str(path), "--out", out]) == 4
     assert ignored == [KeyboardInterrupt]
-    assert f"interrupted after 2 of 6 runs; they are in {out}" in capsys.readouterr().err
+    assert capsys.readouterr().err.endswith(
+        f"interrupted after 2 of 6 runs; they are in {out}\n"
+        f"go on with: nlosim experiment {path} --out {out} --resume\n"
+    )
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="files of limited size stand for a full disk")
