@@ -194,11 +194,6 @@ def curve_of(points: Sequence[Point], resampling: Resampling) -> Curve:
     return Curve.of(*_resampled(points, resampling))
 
 
-def resampled_rate(point: Point, resampling: Resampling) -> Float:
-    """The collision rate in every resample, 0 to 1, shape (resamples + 1,)."""
-    return _resampled([point], resampling)[1][:, 0]
-
-
 def critical_points(points: Sequence[Point]) -> list[CriticalPoint]:
     """The critical points of every curve, at all `LEVELS`."""
     found = []
