@@ -86,6 +86,7 @@ COOPERATIVE: Final = (
     *("general-32", "general-32, brake held"),
     *("general-32 seed 2, brake held", "general-32 seed 3, brake held"),
     *("general-16, brake held", "general-16 seed 2, brake held", "general-16 seed 3, brake held"),
+    *("general-early-fusion", "general-early-fusion, brake held"),
     *("general-32 one side", "general-32 one side, brake held"),
     *("overtaking-32", "point-transformer-16"),
 )

@@ -27,6 +27,7 @@ ADDED: Final[Mapping[str, str]] = {
     "_compression": "the network of several encounters at compression 16, which keeps to its brake",
     "_seeds_16": "its other training seeds, which keep to their brake",
     "_alone": "the network of several encounters that has nothing but its own lidar",
+    "_early": "the network of several encounters that receives points as they are",
     "_one_side": "a network that learned from one side only",
     "_overtaker": "the network that learned to overtake",
     "_elsewhere": "the network that learned to overtake",
@@ -51,7 +52,7 @@ LEARNED: Final = ("red_light", "left_turn", "pedestrian")
 
 ADDITIONS: Final = (
     *((each, end) for end in ("_general", "_held", "_compression") for each in DRIVEN),
-    *((each, end) for end in ("_alone", "_elsewhere", "_point") for each in DRIVEN),
+    *((each, end) for end in ("_alone", "_early", "_elsewhere", "_point") for each in DRIVEN),
     *((each, end) for end in ("_seeds", "_many", "_seeds_16") for each in LEARNED),
     ("red_light", "_one_side"),
     ("overtaking", "_overtaker"),

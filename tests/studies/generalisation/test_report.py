@@ -122,6 +122,7 @@ SEEDS_OF = {
     "_compression": "101..125",
     "_seeds_16": "101..125",
     "_alone": "101..125",
+    "_early": "101..125",
     "_one_side": "101..175",
     "_overtaker": "101..175",
     "_elsewhere": "101..120",
@@ -170,7 +171,7 @@ def test_networks_of_several_encounters_meet_the_same(encounter: str, added: str
     for each in (others, general):
         del each["report"]
     variations, those = (each["factors"].pop("variation") for each in (general, others))
-    if added in {"_general", "_held", "_alone"}:
+    if added in {"_general", "_held", "_alone", "_early"}:
         assert variations == those
     assert variations.items() <= those.items()
     assert general.pop("seeds") == SEEDS_OF[added]
