@@ -77,6 +77,11 @@ TRAINED = {
         {"policy": "general-blind, brake held", "variation": "other lane"},
         116,
     ),
+    "general-early-fusion": Kept(
+        GENERALISATION["red_light_early"],
+        {"policy": "general-early-fusion, brake held", "variation": "as trained"},
+        118,
+    ),
     "overtaking-32": Kept(
         GENERALISATION["overtaking_overtaker"],
         {"policy": "overtaking-32", "variation": "as it is"},
