@@ -298,20 +298,20 @@ def _shares(
     hidden = looks.group(_HIDDEN)
     count = int(hidden.sum())
     numbers = share(int((hidden & is_known).sum()), count, "known")
-    by_source = {f"known_by_{n}": _share((hidden & e).sum(), count) for n, e in known.items()}
+    by_source = {f"known_by_{n}": _share(int((hidden & e).sum()), count) for n, e in known.items()}
     by_link: dict[str, float | int | None] = {}
     for name in LINKS[1:]:
         own = looks.group(name)
         by_link |= {
-            f"known_{name}": _share((own & is_known).sum(), own.sum()),
+            f"known_{name}": _share(int((own & is_known).sum()), int(own.sum())),
             f"hidden_{name}": int(own.sum()),
         }
-    everybody = {"ear": _share(is_known.sum(), len(is_known)), "road_users": len(is_known)}
+    everybody = {"ear": _share(int(is_known.sum()), len(is_known)), "road_users": len(is_known)}
     return {**numbers, "hidden": count, **by_source, **by_link, **everybody}
 
 
 def _share(part: int, whole: int) -> float | None:
-    return float(part / whole) if whole else None
+    return part / whole if whole else None
 
 
 def _draw(axes: "Axes", table: Mapping[str, Array]) -> None:

@@ -194,7 +194,7 @@ def test_radios_are_given_as_the_rules_say(folder: Path) -> None:
     assert radios.of("cyclists.0", "equipped", 0.0)
     assert radios.of("bus_7", "equipped", 20.0)
     assert not radios.of("walkers.0", "equipped", 20.0)
-    carried = [int(np.sum(each)) for each in radios.recording["traffic.vehicle.lidar"]]
+    carried = [int(np.sum(np.asarray(each))) for each in radios.recording["traffic.vehicle.lidar"]]
     assert max(carried) == 2
 
 

@@ -43,7 +43,7 @@ def _recorded(folder: Path) -> None:
                     k,
                     (source, other),
                     time + late,
-                    rng.choice(list("RRN")),
+                    str(rng.choice(list("RRN"))),
                     link=rng.choice(LINKS),
                     hop=hop,
                     kind=2 * is_data,

@@ -138,7 +138,11 @@ def _random_run(folder: Path, *, backwards: bool) -> Recording:
         sent.append(transmission(k, source, time))
         receptions += [
             reception(
-                k, (source, other), time + 0.0004, rng.choice(list("RRNU")), link=rng.choice(LINKS)
+                k,
+                (source, other),
+                time + 0.0004,
+                str(rng.choice(list("RRNU"))),
+                link=rng.choice(LINKS),
             )
             for other in radios
             if other != source
