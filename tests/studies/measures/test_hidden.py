@@ -125,6 +125,7 @@ def test_a_hidden_road_user_is_known_for_as_long_as_a_message_of_it_is_remembere
     numbers = found(run).numbers
     assert (numbers["hidden"], numbers["hidden_NLOSb"], numbers["hidden_NLOSv"]) == (82, 82, 0)
     assert numbers["known"] == numbers["known_by_messages"] == pytest.approx(20 / 82)
+    assert numbers["known_NLOSb"] == pytest.approx(20 / 82)
     assert numbers["known_NLOSv"] is None
     assert numbers["sources"] == "messages"
     assert numbers["not_recorded"] == (
