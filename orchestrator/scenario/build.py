@@ -64,6 +64,12 @@ _P = TypeVar("_P", bound=Parametrised)
 _KINDS: Final = ("type", "fmu")
 """The keys that say what a component is."""
 
+_DECIDING: Final = {(), *((key,) for key in (*_KINDS, "process", "host"))}
+"""Where the others of a component's keys cannot be judged: the entry itself, and these keys."""
+
+_SOME_STEP: Final = 1.0
+"""Stands for a step [s] that is missing or wrong: such a scenario is never built."""
+
 
 @dataclass(slots=True)
 class _Build:
@@ -156,10 +162,9 @@ class _Build:
         entries = data.get("components") if isinstance(data, dict) else None
         found = {}
         for name, raw in entries.items() if isinstance(entries, dict) else ():
-            try:
-                entry = schema.ComponentEntry.model_validate(raw)
-            except ValidationError:
-                continue  # reported by the validation of the whole file
+            entry = _readable(raw)
+            if entry is None:
+                continue
             before = len(self.problems)
             use = self._component(name, entry)
             if use is not None:
@@ -401,3 +406,18 @@ class _Build:
     def _check_name(self, address: Address, name: str, names: Sequence[str]) -> None:
         if name not in names:
             self._add(address, f"there is no component `{name}`; {suggestion(name, names)}")
+
+
+def _readable(raw: object) -> schema.ComponentEntry | None:
+    """What a component's entry says, without the keys that the validation of the file reports.
+
+    `None` where those decide what the component is, or what may be said of it.
+    """
+    try:
+        return schema.ComponentEntry.model_validate(raw)
+    except ValidationError as error:
+        wrong = {each["loc"][:1] for each in error.errors()}
+    if not isinstance(raw, dict) or wrong & _DECIDING or not raw.keys() & _KINDS:
+        return None
+    rest = {key: value for key, value in raw.items() if (key,) not in wrong}
+    return schema.ComponentEntry.model_validate({"step": _SOME_STEP, **rest})

@@ -68,6 +68,36 @@ def test_all_problems_are_reported_at_once_in_the_order_of_the_file(scenario_fil
     ]  # fmt: skip
 
 
+def test_a_wrong_key_of_a_component_hides_no_other_problem(scenario_file: Path) -> None:
+    found = problems_of(
+        scenario_file,
+        ("    step: 50 ms\n", ""),
+        ("count: 2", "cuont: 2"),
+        ("type: receiver", "type: reciever"),
+        ("step: 100 ms", "step: soon"),
+    )
+    assert [problem.split(";")[0].split(", got")[0] for problem in found] == [
+        "two.yaml:8:3: components.car: `step` is missing",
+        "two.yaml:10:33: components.car.parameters.cuont: there is no parameter `cuont`",
+        "two.yaml:12:11: components.base.type: no component type `reciever` is installed",
+        found[3].split(", got")[0],
+    ]
+    assert found[3].startswith("two.yaml:13:11: components.base.step: ")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        ("type: receiver", "tpye: receiver"),
+        ("type: receiver", "type: 3"),
+        ("process: on-request", "process: sometimes\n    deadline: 1 s"),
+    ],
+)
+def test_a_key_that_decides_is_reported_alone(scenario_file: Path, change: tuple[str, str]) -> None:
+    (found,) = problems_of(scenario_file, change)
+    assert found.split(": ")[1].startswith("components.base")
+
+
 def test_a_file_that_is_no_fmu_is_refused_at_its_line(scenario_file: Path) -> None:
     (scenario_file.parent / "a.fmu").write_text("not a zip")
     (found,) = problems_of(scenario_file, ("type: sender", "fmu: a.fmu"))
