@@ -152,7 +152,7 @@ class SumoTraffic(FileReadingComponent, OncePerProcessComponent, ForeseenCompone
     @override
     def step(self, inputs: Signals, t: Time, h: Duration) -> None:
         count, rest = divmod(h, self._step_length)
-        if rest or not count:
+        if rest:
             raise ValueError(
                 f"the communication step size is {h / 1e9:g} s, which is not a whole multiple of "
                 f"SUMO's step, `step_length` = {self._parameters.step_length:g} s; "

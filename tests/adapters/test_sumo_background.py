@@ -15,7 +15,7 @@ from adapters.sumo.background import Background, KeptClear, Spawned, kept_clear
 from adapters.sumo.entities import Entity, Position
 from adapters.sumo.errors import SumoError
 from adapters.sumo.net import Link
-from adapters.sumo.parameters import Background as Demand
+from adapters.sumo.parameters import Background as Demand, Equipment
 from adapters.sumo.placement import Placement
 from adapters.sumo.scene import VehicleType, VehicleTypes
 from adapters.sumo.simulation import Sumo
@@ -206,6 +206,26 @@ def test_they_enter_where_lanes_begin_at_the_border_at_intervals_of_the_spacing(
         assert departure.changes_lanes is changes_lanes
 
 
+def test_they_are_asked_for_at_the_begin_of_each_step_of_sumo(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the time since the start; and nobody may change what is signalled of them."""
+    asked = []
+
+    def enter(_: Background, elapsed: float) -> list[Spawned]:
+        asked.append(elapsed)
+        return []
+
+    monkeypatch.setattr(Background, "enter", enter)
+    share = '<vType id="auto"><param key="share" value="1"/></vType>'
+    run = simulate(scene(tmp_path, extra=share), 0.4, background=Demand(), step_length=0.05)
+    assert asked == pytest.approx([0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35])
+    for signals in run.points:
+        arrays = [each for each in signals.values() if isinstance(each, np.ndarray)]
+        assert arrays
+        assert not any(array.flags.writeable for array in arrays)
+
+
 @pytest.mark.parametrize("count", [6, 7])
 def test_nobody_enters_a_lane_that_is_full(
     street: Sumo, monkeypatch: pytest.MonkeyPatch, count: int
@@ -215,6 +235,21 @@ def test_nobody_enters_a_lane_that_is_full(
     clear = KeptClear(reserved=frozenset({"west_1_0", "north_1_0"}), closed=frozenset(), limits={})
     drawn = background(street, clear=clear, spacing=street.net.lane_length("east_1_0") / 7)
     assert bool(drawn.enter(100.0)) == (count < 7)
+
+
+def test_who_finds_no_room_never_enters_and_its_lidar_is_for_another(tmp_path: Path) -> None:
+    """Vehicles are numbered as they want to enter; who entered later would be out of order."""
+    share = '<vType id="auto" length="5"><param key="share" value="1"/></vType>'
+    run = simulate(
+        scene(tmp_path, extra=share),
+        40.0,
+        background=Demand(spacing=10.0),
+        equipment={"all": Equipment(lidar=1.0, lidar_limit=30)},
+    )
+    wanted = [int(run.name[number].removeprefix("background.")) for number in sorted(run.name)]
+    assert wanted == sorted(wanted)
+    assert len(wanted) + 50 < wanted[-1], "there was no room for many"
+    assert run.array(-1, "vehicle.lidar").sum() == 30
 
 
 def test_types_are_drawn_by_their_shares(street: Sumo) -> None:

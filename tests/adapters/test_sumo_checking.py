@@ -93,6 +93,9 @@ def test_sumo_refuses_a_lane_of_one_point(folder: Folder) -> None:
     net.write_text(lane.sub(r'\1"', net.read_text(), count=1))
     problems = said(check_scene(folder.config(), thorough=True).problems)
     assert any("Shape of lane 'south_in_1' is broken" in each for each in problems), problems
+    # the SUMO that `traci` joins has opened it already
+    joined = SumoTraffic.Parameters(scene=folder.config(), traci="localhost:8813")
+    assert SumoTraffic.check_files(joined, thorough=True).problems == ()
 
 
 def test_a_left_hand_net_passes(folder: Folder) -> None:

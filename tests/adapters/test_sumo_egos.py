@@ -100,14 +100,34 @@ def test_an_ego_that_is_not_there_moves_nobody(tmp_path: Path) -> None:
     assert len(np.unique(run.of("stands", "position"), axis=0)) == 1
 
 
-def test_an_ego_that_enters_where_somebody_stands_collides_at_that_time(tmp_path: Path) -> None:
-    """At the start, not in the step after it."""
-    on_foot = Entity(type="DEFAULT_PEDTYPE", position=Position(x=-143.0, y=-1.6))
-    entities = {"a": driven("east_1_0", 60.0), "stands": on_foot}
-    run = simulate(scene(tmp_path), 0.2, entities)
-    assert set(run.series("a.collision_time")) == {0.0}
-    assert set(run.series("a.collision_partner")) == {run.number["stands"]}
-    assert run.series("a.gap")[0] == 0.0
+def test_the_gap_is_that_of_each_step_and_grows_behind_what_is_passed(tmp_path: Path) -> None:
+    """A person stands 2 m beside the way; from then on everything is as far as the way."""
+    on_foot = Entity(type="DEFAULT_PEDTYPE", position=Position(x=-143.0, y=-5.0))
+    run = simulate(scene(tmp_path), 5.0, {"a": driven("east_1_0", 30.0), "stands": on_foot})
+    gap, x = run.series("a.gap"), run.series("a.position")[:, 0]
+    beside = int(gap.argmin())
+    assert gap[beside] == pytest.approx(5.0 - 1.6 - 0.9 - 0.24, abs=0.05)
+    assert x[beside - 1] - 2.5 < -143.0 < x[beside] + 2.5
+    behind = x > -143.0 + 2.5 + 1.0
+    rear = x[:-1][behind[1:]] - 2.5 + 143.0 - 0.11  # at the begin of the step it is nearest
+    assert np.hypot(rear, gap[beside]) == pytest.approx(gap[behind], abs=0.1)
+    assert gap[-1] > 5.0
+
+
+@pytest.mark.parametrize("enters", [0.0, 1.0])
+def test_an_ego_that_enters_where_somebody_stands_collides_at_that_time(
+    tmp_path: Path, enters: float
+) -> None:
+    """At the communication point at which it is there first, not a step before or after it."""
+    on_foot = Entity(type="DEFAULT_PEDTYPE", position=Position(x=-143.0, y=-1.6), enters=enters)
+    entities = {"a": driven("east_1_0", 60.0, enters=enters), "stands": on_foot}
+    run = simulate(scene(tmp_path), enters + 0.2, entities)
+    first = int(np.flatnonzero(run.series("a.id") != -1)[0])
+    assert first * 0.1 == pytest.approx(enters, abs=0.1 + 1e-9)
+    assert not run.series("a.collision")[:first].any()
+    assert run.series("a.collision_time")[first:] == pytest.approx(first * 0.1, abs=1e-9)
+    assert set(run.series("a.collision_partner")[first:]) == {run.number["stands"]}
+    assert run.series("a.gap")[first] == 0.0
 
 
 @pytest.mark.parametrize(("pedals", "steering"), [(0.0, 0.0), (0.5, 0.0), (0.0, 1.0), (0.3, 0.7)])
@@ -136,6 +156,8 @@ def test_the_encounter_is_over_when_it_is_for_all(tmp_path: Path) -> None:
     # the lane begins at y = 7.2 m; rear bumpers at 55 m of it
     assert done["b"] == pytest.approx((105.0 - 7.2 - 55.0) / 8.0, abs=0.01 + 1e-9)
     assert done["a"] == pytest.approx(42.8 / 8.0, abs=0.1)
+    # completion is noticed at instants of 10 ms, `collision_step`
+    assert done["b"] * 100.0 == pytest.approx(round(done["b"] * 100.0), abs=1e-6)
     over = int(np.flatnonzero(run.series("encounter.over"))[0])
     assert over == math.ceil(max(done.values()) / 0.1 - 1e-6)
     assert run.array(over, "a.id") == -1
