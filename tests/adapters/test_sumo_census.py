@@ -5,6 +5,7 @@ import math
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,13 +13,15 @@ import libsumo
 import numpy as np
 import pytest
 
+from adapters.sumo import SumoTraffic
 from adapters.sumo.census import Census
 from adapters.sumo.entities import Entity, Position, SpeedPoint
 from adapters.sumo.equipment import Outfitter
-from adapters.sumo.parameters import Background, Equipment, Origin
+from adapters.sumo.parameters import Background, Equipment, Origin, TrafficParameters
 from adapters.sumo.scene import VehicleType
 from adapters.traffic.bodies import Body
 from orchestrator.distribution import Constant
+from orchestrator.randomness import stream
 from tests.adapters.sumo_runs import NETS, Command, Run, car, scene, simulate
 
 OUTPUT = '<output><fcd-output value="fcd.xml"/><precision value="9"/></output>'
@@ -453,3 +456,13 @@ def test_who_is_on_its_way_out_is_gone_at_once_and_its_lidar_is_free() -> None:
     assert census.roster.number.tolist() == [1, 2]
     assert census.roster.lidar.tolist() == [False, True]
     assert took("bc", "") == ([], [])
+
+
+def test_a_run_says_where_it_counts_from(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Positions from a point that is far in one direction only, times after SUMO's begin."""
+    config = scene(tmp_path, demand=FOREIGN)
+    parameters = TrafficParameters(scene=config, step_length=0.1, origin=Origin(x=1000.0, y=0.0))
+    with caplog.at_level(logging.INFO), closing(SumoTraffic(parameters)) as traffic:
+        traffic.setup(1_000_000_000, stream(1, "traffic"))
+    assert "positions are relative to (1000, 0) m of the net" in caplog.text
+    assert "SUMO begins at 0 s, the scenario at 1 s" in caplog.text

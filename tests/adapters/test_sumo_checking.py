@@ -98,6 +98,15 @@ def test_sumo_refuses_a_lane_of_one_point(folder: Folder) -> None:
     assert SumoTraffic.check_files(joined, thorough=True).problems == ()
 
 
+def test_outputs_are_those_of_the_sumo_that_runs_here(folder: Folder) -> None:
+    """The one that `traci` joins has its own."""
+    config = folder.config(more='<fcd-output value="away/fcd.xml"/>')
+    here, there = (TrafficParameters(scene=config, traci=at) for at in ("", "localhost:8813"))
+    (problem,) = SumoTraffic.check_files(here, thorough=False).problems
+    assert f"the folder {folder.path / 'away'} does not exist" in problem.what
+    assert SumoTraffic.check_files(there, thorough=False).problems == ()
+
+
 def test_a_left_hand_net_passes(folder: Folder) -> None:
     net = folder.path / NET
     net.write_text(net.read_text().replace("<net ", '<net lefthand="true" ', 1))
