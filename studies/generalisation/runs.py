@@ -30,6 +30,7 @@ ADDED: Final[Mapping[str, str]] = {
     "_early": "the network of several encounters that receives points as they are",
     "_one_side": "a network that learned from one side only",
     "_overtaker": "the network that learned to overtake",
+    "_overtaker_blind": "the network that learned to overtake with nothing but its own lidar",
     "_elsewhere": "the network that learned to overtake",
     "_point": "the point transformer",
 }
@@ -56,6 +57,7 @@ ADDITIONS: Final = (
     *((each, end) for end in ("_seeds", "_many", "_seeds_16") for each in LEARNED),
     ("red_light", "_one_side"),
     ("overtaking", "_overtaker"),
+    ("overtaking", "_overtaker_blind"),
 )
 """The encounters with such files, and the ends of their names."""
 

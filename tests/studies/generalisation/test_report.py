@@ -125,6 +125,7 @@ SEEDS_OF = {
     "_early": "101..125",
     "_one_side": "101..175",
     "_overtaker": "101..175",
+    "_overtaker_blind": "101..125",
     "_elsewhere": "101..120",
     "_point": "101..110",
 }
