@@ -62,9 +62,16 @@ COOPERNAUT: Final = {
 MODELS: Final = {
     "blind": "no V2V",
     "blind-rule": "no V2V",
+    "general-blind": "no V2V",
+    "general-blind, brake held": "no V2V",
+    "overtaking-blind": "no V2V",
     "early-fusion": "early fusion",
+    "general-early-fusion": "early fusion",
+    "general-early-fusion, brake held": "early fusion",
     "bev-16": "COOPERNAUT",
     "general-16, brake held": "COOPERNAUT",
+    "general-16 seed 2, brake held": "COOPERNAUT",
+    "general-16 seed 3, brake held": "COOPERNAUT",
     "point-transformer-16": "COOPERNAUT",
 }
 """Theirs of the same kind, by our policy: what is sent, and how much of it."""

@@ -87,6 +87,11 @@ TRAINED = {
         {"policy": "overtaking-32", "variation": "as it is"},
         117,
     ),
+    "overtaking-blind": Kept(
+        GENERALISATION["overtaking_overtaker_blind"],
+        {"policy": "overtaking-blind", "variation": "nobody comes"},
+        119,
+    ),
 }
 """Of every network that comes with the package a run in the scene that it was trained in."""
 
