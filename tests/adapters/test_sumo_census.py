@@ -466,3 +466,12 @@ def test_a_run_says_where_it_counts_from(tmp_path: Path, caplog: pytest.LogCaptu
         traffic.setup(1_000_000_000, stream(1, "traffic"))
     assert "positions are relative to (1000, 0) m of the net" in caplog.text
     assert "SUMO begins at 0 s, the scenario at 1 s" in caplog.text
+
+
+def test_nobody_can_change_what_is_signalled(tmp_path: Path) -> None:
+    """What did not change is the same array as at the communication point before."""
+    run = simulate(scene(tmp_path, demand=FOREIGN), 0.2)
+    for signals in run.points:
+        arrays = [each for each in signals.values() if isinstance(each, np.ndarray)]
+        assert arrays
+        assert not any(array.flags.writeable for array in arrays)

@@ -86,16 +86,15 @@ def test_a_net_that_is_high_everywhere_is_as_one_that_is_nowhere(folder: Folder)
     assert check_scene(folder.config(), thorough=False).remarks == ()
 
 
-def test_sumo_refuses_a_lane_of_one_point(folder: Folder) -> None:
-    """So a lane always has a direction."""
+@pytest.mark.parametrize(("traci", "count"), [("", 1), ("localhost:8813", 0)])
+def test_sumo_refuses_a_lane_of_one_point(folder: Folder, traci: str, count: int) -> None:
+    """So a lane always has a direction. A SUMO that `traci` joins has opened the scene already."""
     net = folder.path / NET
     lane = re.compile(r'(<lane id="south_in_1" [^>]*shape="[^ "]*) [^"]*"')
     net.write_text(lane.sub(r'\1"', net.read_text(), count=1))
-    problems = said(check_scene(folder.config(), thorough=True).problems)
-    assert any("Shape of lane 'south_in_1' is broken" in each for each in problems), problems
-    # the SUMO that `traci` joins has opened it already
-    joined = SumoTraffic.Parameters(scene=folder.config(), traci="localhost:8813")
-    assert SumoTraffic.check_files(joined, thorough=True).problems == ()
+    parameters = TrafficParameters(scene=folder.config(), traci=traci)
+    found = [each.what for each in SumoTraffic.check_files(parameters, thorough=True).problems]
+    assert sum("Shape of lane 'south_in_1' is broken" in each for each in found) == count, found
 
 
 def test_outputs_are_those_of_the_sumo_that_runs_here(folder: Folder) -> None:

@@ -76,13 +76,11 @@ def test_a_wrong_key_of_a_component_hides_no_other_problem(scenario_file: Path) 
         ("type: receiver", "type: reciever"),
         ("step: 100 ms", "step: soon"),
     )
-    assert [problem.split(";")[0].split(", got")[0] for problem in found] == [
-        "two.yaml:8:3: components.car: `step` is missing",
-        "two.yaml:10:33: components.car.parameters.cuont: there is no parameter `cuont`",
-        "two.yaml:12:11: components.base.type: no component type `reciever` is installed",
-        found[3].split(", got")[0],
-    ]
-    assert found[3].startswith("two.yaml:13:11: components.base.step: ")
+    missing, parameter, kind, step = found
+    assert missing == "two.yaml:8:3: components.car: `step` is missing"
+    assert parameter.startswith("two.yaml:10:33: components.car.parameters.cuont: there is no")
+    assert kind.startswith("two.yaml:12:11: components.base.type: no component type `reciever`")
+    assert step.startswith("two.yaml:13:11: components.base.step: ")
 
 
 @pytest.mark.parametrize(
@@ -91,6 +89,8 @@ def test_a_wrong_key_of_a_component_hides_no_other_problem(scenario_file: Path) 
         ("type: receiver", "tpye: receiver"),
         ("type: receiver", "type: 3"),
         ("process: on-request", "process: sometimes\n    deadline: 1 s"),
+        ("process: on-request", "proces: on-request\n    deadline: 1 s"),
+        ("    parameters:\n      gain: 2", "    paramters:\n      gian: 2"),
     ],
 )
 def test_a_key_that_decides_is_reported_alone(scenario_file: Path, change: tuple[str, str]) -> None:
