@@ -83,6 +83,17 @@ def test_a_wrong_key_of_a_component_hides_no_other_problem(scenario_file: Path) 
     assert step.startswith("two.yaml:13:11: components.base.step: ")
 
 
+def test_a_wrong_key_within_a_key_says_nothing_of_those_beside_it(scenario_file: Path) -> None:
+    """`hosts` is no key of a deadline; of `host` of the component that says nothing."""
+    kind, deadline = problems_of(
+        scenario_file,
+        ("type: receiver", "type: reciever"),
+        ("process: on-request", "process: on-request\n    deadline: {hosts: 1 s}"),
+    )
+    assert kind.startswith("two.yaml:13:11: components.base.type: no component type `reciever`")
+    assert deadline.startswith("two.yaml:16:16: components.base.deadline: `hosts` is not a key")
+
+
 @pytest.mark.parametrize(
     "change",
     [
