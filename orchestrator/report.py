@@ -33,7 +33,7 @@ class Report(Parametrised):
         """Everything wrong with the parameters in a system whose components have these.
 
         Args:
-            components: the parameters of each, by names.
+            components: the parameters of each with which nothing is wrong, by names.
         """
         del components
         yield from ()

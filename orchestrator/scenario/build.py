@@ -106,7 +106,7 @@ class _Build:
         coupling = self._coupling(file.coupling, tuple(file.components))
         measures = self._measures(file)
         tables = self._tables(file)
-        report = self._report(file, components)
+        report = self._report(file)
         connections, constants = routes.read(file.connections)
         if self.problems or self.expansion.problems or coupling is None:
             raise self._error(connections)
@@ -257,9 +257,7 @@ class _Build:
                 self._add(("tables", k), NO_PARQUET)
         return tuple(file.tables)
 
-    def _report(
-        self, file: schema.ScenarioFile, components: Mapping[str, ComponentUse]
-    ) -> PlugInUse[Report] | None:
+    def _report(self, file: schema.ScenarioFile) -> PlugInUse[Report] | None:
         """The report with its parameters; `None` if there is none, or if they are wrong."""
         if file.report is None:
             return None
@@ -273,7 +271,7 @@ class _Build:
         made = self._plugin(found, address, given, names)
         if made is None:
             return None
-        values = {name: use.all_values() for name, use in components.items()}
+        values = {name: use.all_values() for name, use in self.sound.items()}
         for each in made[0].problems_with(values):
             self._add((*address, *each.address), each.what, at_key=each.at_key)
         return PlugInUse(type_name=file.report.type, made=made[0], values=made[1])

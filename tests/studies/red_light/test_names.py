@@ -64,6 +64,15 @@ def test_names_that_are_not_there_are_located(
     )
 
 
+def test_a_report_does_not_judge_a_component_with_a_wrong_parameter() -> None:
+    """Whose entities are not known then: it would miss the ego, which is there."""
+    lanes = "components.traffic.parameters.entities.colider={position: {lane: east_in_0}}"
+    with pytest.raises(ScenarioError) as error:
+        load_scenario(SCENARIOS / "left_turn.yaml", [lanes])
+    (problem,) = map(str, error.value.problems)
+    assert "entities.colider: the parameter `type` is missing" in problem
+
+
 def test_a_component_that_every_report_needs_is_missed_before_the_run(tmp_path: Path) -> None:
     text = (SCENARIOS / "city.yaml").read_text().replace("assets/", f"{SCENARIOS}/assets/")
     file = tmp_path / "city.yaml"
