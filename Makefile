@@ -90,7 +90,7 @@ PAPER = runs/paper_relay$(SUFFIX)
 COLLISION = collision_policies collision_constant_per collision_speed collision_memory collision_memory_direct collision_relay collision_radio collision_load
 LASTING = $(foreach scene,turning beside opposing,lasting_$(scene)_relay lasting_$(scene)_policies) $(addprefix lasting_turning_,constant memory held)
 READINGS = relay_readings relay_scenes relay_ahead relay_map_budget relay_map_load
-GENERALISATION = $(addprefix generalisation_,red_light left_turn overtaking pedestrian platoon $(foreach end,general held compression alone early elsewhere point,$(addsuffix _$(end),red_light left_turn pedestrian platoon)) $(foreach end,seeds many seeds_16,$(addsuffix _$(end),red_light left_turn pedestrian)) red_light_one_side overtaking_overtaker overtaking_overtaker_blind)
+GENERALISATION = $(addprefix generalisation_,red_light left_turn overtaking pedestrian platoon $(foreach end,general held compression alone early elsewhere elsewhere_blind point,$(addsuffix _$(end),red_light left_turn pedestrian platoon)) $(foreach end,seeds many seeds_16,$(addsuffix _$(end),red_light left_turn pedestrian)) red_light_one_side overtaking_overtaker overtaking_overtaker_blind)
 ORACLE = relay_fair_oracle relay_trajectories
 
 # $(call run_study,FOLDER,NAME): one experiment, into runs/NAME; the point transformer takes PyTorch

@@ -32,6 +32,7 @@ ADDED: Final[Mapping[str, str]] = {
     "_overtaker": "the network that learned to overtake",
     "_overtaker_blind": "the network that learned to overtake with nothing but its own lidar",
     "_elsewhere": "the network that learned to overtake",
+    "_elsewhere_blind": "the network that learned to overtake with nothing but its own lidar",
     "_point": "the point transformer",
 }
 """Whose runs are in experiment files of their own, by the end of their names."""
@@ -58,6 +59,7 @@ ADDITIONS: Final = (
     ("red_light", "_one_side"),
     ("overtaking", "_overtaker"),
     ("overtaking", "_overtaker_blind"),
+    *((each, "_elsewhere_blind") for each in DRIVEN),
 )
 """The encounters with such files, and the ends of their names."""
 

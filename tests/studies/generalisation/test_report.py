@@ -127,6 +127,7 @@ SEEDS_OF = {
     "_overtaker": "101..175",
     "_overtaker_blind": "101..125",
     "_elsewhere": "101..120",
+    "_elsewhere_blind": "101..120",
     "_point": "101..110",
 }
 """By whose runs they are, how many seeds can tell what is asked; the other policies have 20."""
