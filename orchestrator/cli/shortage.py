@@ -27,6 +27,9 @@ _WORDS: Final = (
     "can't start new thread",
 )
 _SUSPECT: Final = (*_WORDS, "was killed by sig", "out of memory")
+_UNSAID: Final = "without exception set"
+"""What is left of a `MemoryError` of CPython's C code that itself found no memory (`SystemError`)."""
+
 _MEGABYTE: Final = 1 << 20
 
 
@@ -39,10 +42,15 @@ def address_space() -> int | None:
 
 
 def is_shortage(error: BaseException) -> bool:
-    """Whether an exception says that memory is short, itself or by what caused it."""
+    """Whether an exception says that memory is short, itself or by what caused it.
+
+    An error that C code did not say is one where the address space has a limit; elsewhere it is a
+    bug, ours or of a library.
+    """
     return any(
         isinstance(each, MemoryError)
         or (isinstance(each, OSError) and each.errno == errno.ENOMEM)
+        or (isinstance(each, SystemError) and _UNSAID in str(each) and address_space() is not None)
         or any(words in in_words(each).lower() for words in _WORDS)
         for each in _chain(error)
     )

@@ -57,6 +57,22 @@ def test_other_errors_are_what_they_were(error: Exception) -> None:
     assert not is_shortage(error)
 
 
+@pytest.mark.parametrize(
+    ("allowed", "text", "is_short"),
+    [
+        (700 * MEGABYTE, "error return without exception set", True),
+        (None, "error return without exception set", False),
+        (700 * MEGABYTE, "unknown opcode", False),
+    ],
+)
+def test_an_error_that_native_code_did_not_say_is_a_shortage_under_a_limit(
+    allowed: int | None, text: str, *, is_short: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """CPython's JSON encoder raised such a `SystemError` where it found no memory for the other."""
+    monkeypatch.setattr(shortage, "address_space", lambda: allowed)
+    assert is_shortage(SystemError(text)) == is_short
+
+
 @pytest.mark.usefixtures("limited")
 @pytest.mark.parametrize(
     ("kind", "code", "text"),

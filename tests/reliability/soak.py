@@ -28,7 +28,8 @@ BYTES_PER_VALUE: Final = 17.0
 _OVERHEAD_MB: Final = 1.0
 _NOTICEABLE: Final = 1.0  # of processor time [s]
 _FEWEST: Final = 2
-_LOOK: Final = 0.05  # [s]
+_LOOK: Final = 0.05
+"""The longest time until somebody looks again [s]; a hundredth of the run's age before."""
 _LONGEST: Final = 4 * 3600.0  # [s]
 _MEGABYTE: Final = 1e6
 _STEP: Final = "1 ms"
@@ -169,15 +170,16 @@ def _run(soak: Soak, folder: Path, name: str) -> tuple[list[Sample], int, str]:
     command = _command(soak, folder, name)
     samples = []
     with (folder / "words").open("w+") as words:
+        begin = monotonic()
         process = subprocess.Popen(command, cwd=folder, stdout=words, stderr=words)
-        until = monotonic() + _LONGEST
         while process.poll() is None:
             now = reached(soak, folder / name)
             if now is not None:
                 samples.append(Sample(time=now, usage=usage(process.pid)))
-            if monotonic() > until:
+            age = monotonic() - begin
+            if age > _LONGEST:
                 process.kill()
-            sleep(_LOOK)
+            sleep(min(_LOOK, age / 100))
         words.seek(0)
         last = words.read().splitlines()[-1:]
     return samples, process.returncode, "".join(last)
