@@ -28,7 +28,7 @@ _WORDS: Final = (
 )
 _SUSPECT: Final = (*_WORDS, "was killed by sig", "out of memory")
 _UNSAID: Final = "without exception set"
-"""What is left of a `MemoryError` of CPython's C code that itself found no memory (`SystemError`)."""
+"""What a `MemoryError` leaves where C code of CPython finds no memory for it (`SystemError`)."""
 
 _MEGABYTE: Final = 1 << 20
 

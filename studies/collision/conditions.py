@@ -59,7 +59,8 @@ class Condition:
     Attributes:
         policy: the driving policy; `cooperative`, or `cooperative, brake held`, whatever the
             compression.
-        relay: the relay method; `random` is the component type `relay-random`.
+        relay: the relay method; `random` is the component type `relay-random`, and
+            `mohed-trajectories` is `relay-mohed` with predicted trajectories.
         compression: that of the features that the policy drives by; `None` if it does not.
         speed_kmh: the speed of the ego [km/h].
         channel: `constant` or `simulated`.
@@ -121,7 +122,7 @@ def condition_of(levels: Mapping[str, str], scenario: Mapping[str, Any], policy:
     is_constant = channel.get("type") == _CONSTANT_TYPE
     return Condition(
         policy=name,
-        relay=str(_component(scenario, "relay").get("type")).removeprefix("relay-"),
+        relay=_method(_component(scenario, "relay")),
         compression=int(parameters["compression"]) if drives_by_features else None,
         speed_kmh=round(_speed(scenario) * 3.6, 6),
         channel=CONSTANT if is_constant else SIMULATED,
@@ -156,6 +157,12 @@ def _component(scenario: Mapping[str, Any], name: str) -> Mapping[str, Any]:
         what = f"the scenario has no component `{name}`, which tells the condition of a run"
         raise ValueError(what) from None
     return found
+
+
+def _method(relay: Mapping[str, Any]) -> str:
+    name = str(relay.get("type")).removeprefix("relay-")
+    is_ahead = relay.get("parameters", {}).get("trajectories", False)
+    return f"{name}-trajectories" if is_ahead else name
 
 
 def _speed(scenario: Mapping[str, Any]) -> float:

@@ -48,7 +48,11 @@ def claims(campaigns: Campaigns) -> list[Claim]:
             "mohed-below-1",
             "With MoHeD less than 1 % collide.",
             "paper",
-            [_relayed(campaigns, TURNING, "mohed", c, BELOW) for c in COMPRESSIONS],
+            [
+                *(_relayed(campaigns, TURNING, "mohed", c, BELOW) for c in COMPRESSIONS),
+                *(_relayed(campaigns, BESIDE, "mohed", c, BELOW) for c in COMPRESSIONS),
+                _relayed(campaigns, OPPOSING, "mohed", None, BELOW),
+            ],
         ),
         Claim(
             "only-mohed",

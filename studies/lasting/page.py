@@ -47,8 +47,9 @@ In the [scene of the campaign](collision-study.md) the direct link opens just be
 must decide, so that it saves whom it does not serve. Here are three red lights in which two trucks
 or more are in that link until it is too late, the paper's Figures 9 and 10 once more, and
 [what was there at the decision](measures.md#what-a-decision-needs). Words, intervals and rules are
-those of the campaign. **Far fewer runs were made than the experiments plan**: every table has their
-number, and its intervals are as wide as that. [All numbers]({folder}/lasting.csv).
+those of the campaign. Of policies without losses fewer runs were made than the experiments plan:
+every table has their number, and its intervals are as wide as that.
+[All numbers]({folder}/lasting.csv).
 
 {scenes}
 
@@ -229,11 +230,12 @@ def _had(found: Sequence[Had]) -> str:
 
 
 def _pairs(found: Sequence[Pair]) -> str:
+    titles = {scene.name: scene.title for scene in SCENES}
     head = ("scene", "policy", "first", "second", "runs", "collisions [points]", "only first",
             "only second", "there [points]", "age [s]")  # fmt: skip
     body = [
         [
-            _scene(row.experiment).title,
+            titles[row.scene],
             policy_name(row.policy, row.compression),
             method_name(row.first),
             method_name(row.second),

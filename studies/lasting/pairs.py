@@ -8,6 +8,7 @@ from orchestrator.intervals import Estimate
 from studies.collision.conditions import SIMULATED, Condition
 from studies.collision.statistics import difference
 from studies.lasting.decisions import Decision
+from studies.lasting.scenes import SCENES
 from studies.method.estimates import Sample, differences, mean_of, share_of
 
 
@@ -16,7 +17,7 @@ class Pair:
     """A relay method minus another one, over the seeds of which both have a point of no return.
 
     Attributes:
-        experiment: the name of the experiment.
+        scene: the name of the scene.
         policy, compression: what they are in the `Condition`.
         first, second: the relay methods.
         runs: the number of these seeds.
@@ -26,7 +27,7 @@ class Pair:
         age: difference of the ages of the newest scans [s], by seed.
     """
 
-    experiment: str
+    scene: str
     policy: str
     compression: int | None
     first: str
@@ -40,12 +41,17 @@ class Pair:
 
 
 def pairs(found: Mapping[str, Sequence[Decision]]) -> list[Pair]:
-    """All pairs of relay methods over the simulated channel that differ in nothing else."""
+    """All pairs of relay methods over the simulated channel that differ in nothing else.
+
+    Args:
+        found: what the runs had, by the name of the experiment; those of a scene count together.
+    """
     rows = []
-    for experiment, every in found.items():
+    for scene in SCENES:
+        every = [one for name in scene.files for one in found.get(name, ())]
         for group in _groups(every):
             for one, other in combinations(group, 2):
-                rows.append(_pair(experiment, one, other))
+                rows.append(_pair(scene.name, one, other))
     return rows
 
 
@@ -60,7 +66,7 @@ def _groups(every: Iterable[Decision]) -> Iterator[list[list[Decision]]]:
         yield list(methods.values())
 
 
-def _pair(experiment: str, one: Sequence[Decision], other: Sequence[Decision]) -> Pair:
+def _pair(scene: str, one: Sequence[Decision], other: Sequence[Decision]) -> Pair:
     first = {run.seed: run for run in one if run.there is not None}
     second = {run.seed: run for run in other if run.there is not None}
     seeds = sorted(first.keys() & second.keys())
@@ -77,7 +83,7 @@ def _pair(experiment: str, one: Sequence[Decision], other: Sequence[Decision]) -
 
     condition = one[0].condition
     return Pair(
-        experiment=experiment,
+        scene=scene,
         policy=condition.policy,
         compression=condition.compression,
         first=condition.relay,

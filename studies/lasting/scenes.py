@@ -13,6 +13,9 @@ POLICIES: Final = "policies"
 RELAY: Final = "relay"
 """The ends of the names of experiments that every scene has."""
 
+AHEAD: Final = "ahead"
+"""The end of the name of an experiment with MoHeD along predicted trajectories."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scene:
@@ -62,6 +65,10 @@ _EVERYWHERE: Final = MappingProxyType(
     }
 )
 
+_AHEAD: Final = MappingProxyType(
+    {**_EVERYWHERE, AHEAD: "MoHeD along predicted trajectories over the simulated channel"}
+)
+
 TURNING: Final = Scene(
     name="turning",
     title="a truck turns",
@@ -70,7 +77,7 @@ TURNING: Final = Scene(
     policy=COOPERATIVE,
     experiments=MappingProxyType(
         {
-            **_EVERYWHERE,
+            **_AHEAD,
             "constant": "constant packet error rates",
             "memory": "constant packet error rates for a policy that forgets",
             "held": "relay methods for a policy that keeps to its brake",
@@ -93,7 +100,7 @@ OPPOSING: Final = Scene(
     obstruction="trucks opposite wait to turn left, the first one inside the crossing; the sharing "
     "node stands beside them, where the networks do not know one",
     policy="rule-based",
-    experiments=_EVERYWHERE,
+    experiments=_AHEAD,
 )
 
 SCENES: Final[Sequence[Scene]] = (TURNING, BESIDE, OPPOSING)

@@ -35,6 +35,7 @@ def scenario(
     maximum_age: float = 1.0,
     brake_hold: float = 0.0,
     power: float = 26.0,
+    trajectories: bool | None = None,
 ) -> dict[str, Any]:
     """Resolved, with what tells the condition."""
     sharing = {"compression": compression, "load": load, "loss_granularity": granularity}
@@ -51,7 +52,10 @@ def scenario(
                 "parameters": {"entities": {"ego": {"speed": f"{speed / 3.6!r} m/s"}}},
             },
             "facilities": {"type": "facilities", "parameters": sharing},
-            "relay": {"type": f"relay-{relay}", "parameters": {}},
+            "relay": {
+                "type": f"relay-{relay}",
+                "parameters": {} if trajectories is None else {"trajectories": trajectories},
+            },
             "channel": radio,
             "policy": {
                 "type": "policy-network",

@@ -31,7 +31,13 @@ from tests.studies.results import Levels, check_manual, check_missing, results
 
 FOLDER = Path(__file__).parents[3] / "studies" / "collision" / "experiments"
 ALL = {**collision_runs.METRICS, **METRICS}
-THERE = {"mohed": 0.9, "signal-strength": 0.6, "random": 0.3, "direct": 0.0}
+THERE = {
+    "mohed": 0.9,
+    "signal-strength": 0.6,
+    "random": 0.3,
+    "direct": 0.0,
+    "mohed-trajectories": 1.0,
+}
 
 
 def decision(there: float) -> dict[str, Any]:
@@ -77,6 +83,12 @@ def held(seeds: int) -> Experiment:
     return experiment("lasting_turning_held", each, seeds=seeds, metrics=ALL)
 
 
+def ahead(seeds: int) -> Experiment:
+    """MoHeD along predicted trajectories, at compression 32."""
+    each = [({"method": "mohed-trajectories"}, scenario(relay="mohed", trajectories=True))]
+    return experiment("lasting_turning_ahead", each, seeds=seeds, metrics=ALL)
+
+
 def policies(name: str) -> Experiment:
     each = [({"policy": p}, scenario(per=0.0)) for p in ("expert", "blind", "cooperative-32")]
     return experiment(name, each, metrics=ALL)
@@ -87,9 +99,9 @@ def constant(seeds: int = 20) -> Experiment:
     return experiment("lasting_turning_constant", each, seeds=seeds, metrics=ALL)
 
 
-def rules(name: str) -> Experiment:
+def rules(name: str, *, seeds: int) -> Experiment:
     each = [({"method": method}, scenario(relay=method)) for method in RELAYS]
-    return experiment(name, each, metrics=ALL, parameters={"policy": "rule-based"})
+    return experiment(name, each, seeds=seeds, metrics=ALL, parameters={"policy": "rule-based"})
 
 
 @pytest.fixture(scope="module")
@@ -98,8 +110,8 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("results")
     plans = [
         relay("lasting_turning_relay", seeds=400),
-        relay("lasting_beside_relay"),
-        rules("lasting_opposing_relay"),
+        relay("lasting_beside_relay", seeds=400),
+        rules("lasting_opposing_relay", seeds=400),
         constant(),
         held(400),
         *(policies(scene.experiment("policies")) for scene in SCENES),
@@ -239,9 +251,38 @@ def test_pairs_of_relay_methods_are_of_the_same_seeds(tmp_path: Path) -> None:
     assert "| MoHeD | random | 5 | -100.0 [" in page(tmp_path, "results")
 
 
+def test_predicted_trajectories_are_a_method_beside_the_others_of_the_scene(tmp_path: Path) -> None:
+    """They are told by a parameter, and compared with methods of another experiment."""
+    for plan in (relay("lasting_turning_relay", seeds=6), ahead(5)):
+        LastingStudy().write(results(plan, outcome), tmp_path)
+    write_study(tmp_path)
+    assert [(row.experiment, row.relay) for row in read_table(tmp_path, Had)][-1] == (
+        "lasting_turning_ahead",
+        "mohed-trajectories",
+    )
+    found = [row for row in read_table(tmp_path, Pair) if row.second == "mohed-trajectories"]
+    assert [(row.scene, row.first, row.compression, row.runs) for row in found] == [
+        ("turning", method, 32, 5) for method in RELAYS
+    ]
+    assert [row.only_first for row in found] == [0, 0, 5, 5]
+    assert found[0].there is not None
+    assert found[0].there.value == pytest.approx(-0.1)
+    assert "| a truck turns | cooperative, compression 32 | MoHeD | MoHeD, trajectories | 5 |" in (
+        page(tmp_path, "results")
+    )
+
+
 def test_the_verdicts(study: Path, tmp_path: Path) -> None:
     found = verdicts(study)
     assert found["mohed-below-1"] == "reproduced"
+    wanted = [row for row in read_table(study, Judgement) if row.claim == "mohed-below-1"]
+    assert [(row.n, row.quantity.split(", ", 1)[1]) for row in wanted] == [
+        (400, "MoHeD, compression 16, a truck turns"),
+        (400, "MoHeD, compression 32, a truck turns"),
+        (400, "MoHeD, compression 16, trucks beside"),
+        (400, "MoHeD, compression 32, trucks beside"),
+        (400, "MoHeD, trucks opposite"),
+    ]
     assert found["only-mohed"] == "partly reproduced"  # signal strength does not collide either
     assert found["mohed-below-1-held"] == "reproduced"
     assert found["only-mohed-held"] == "partly reproduced"
@@ -288,7 +329,7 @@ def test_the_page_has_the_numbers_and_says_what_is_missing(study: Path, tmp_path
     analysis.write_text("## Analysis\n\nBecause of the trucks.\n")
     text = page(study, "results", analysis)
     assert "Because of the trucks." in text
-    assert text.count("was not run") == 1
+    assert text.count("was not run") == 3  # `memory`, and the two of trajectories
     assert "**lasting_turning_memory was not run**" in text
     for title in (
         "Claims",
