@@ -11,7 +11,15 @@ from typing import Final
 import pytest
 
 from tests.reliability.processes import Usage, family, usage
-from tests.reliability.soak import GROWTH_MB, SLOWER, SOAKS, Sample, complaints, reached
+from tests.reliability.soak import (
+    GROWTH_MB,
+    SLOWER,
+    SOAKS,
+    Sample,
+    complaints,
+    confirmed,
+    reached,
+)
 
 STOP: Final = 100.0
 LINUX: Final = pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells")
@@ -68,6 +76,21 @@ def test_steps_may_take_so_many_times_as_long(times: float) -> None:
 
 def test_a_run_that_nobody_looked_at_is_no_success() -> None:
     assert complaints([], STOP) == ["it was looked at 0 and 0 times only"]
+
+
+def test_what_is_there_again_counts_and_what_is_not_does_not() -> None:
+    leak, open_files = "26 MB more in the second half", "2 open files more in the second half"
+    both = [leak, open_files]
+    assert confirmed(both, lambda: ["31 MB more in the second half"]) == [leak]
+    assert confirmed(both, lambda: ["1 open files more in the second half", leak]) == both
+    assert confirmed(both, lambda: ["a step takes 1.6 times as long in the second half"]) == []
+
+
+def test_where_there_is_nothing_to_confirm_nobody_runs_again() -> None:
+    def never() -> list[str]:
+        raise AssertionError
+
+    assert confirmed([], never) == []
 
 
 @LINUX
